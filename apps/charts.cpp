@@ -27,17 +27,17 @@ std::string AxisNumber(double value) {
 // A legend below a chart: words wrap by themselves there.
 std::string LegendBelow(const std::vector<std::pair<std::string, std::string>>& entries) {
   std::string html = "<figcaption>";
-  for (const auto& [label, colour] : entries) {
+  for (const auto& [label, color] : entries) {
     html +=
-        fmt::format("<span><i style=\"background:{}\"></i>{}</span> ", colour, EscapeHtml(label));
+        fmt::format("<span><i style=\"background:{}\"></i>{}</span> ", color, EscapeHtml(label));
   }
   return html + "</figcaption>";
 }
 
-constexpr const char* kChartColours[] = {"#2f6f9f", "#d1495b", "#66a182", "#edae49",
-                                         "#6d597a", "#3d9fa8", "#9a6a3a", "#8a8f98"};
-const char* SeriesColour(std::size_t series) {
-  return kChartColours[series % std::size(kChartColours)];
+constexpr const char* kChartColors[] = {"#2f6f9f", "#d1495b", "#66a182", "#edae49",
+                                        "#6d597a", "#3d9fa8", "#9a6a3a", "#8a8f98"};
+const char* SeriesColor(std::size_t series) {
+  return kChartColors[series % std::size(kChartColors)];
 }
 
 // A round share at or above the greatest value, for the top of an axis.
@@ -68,7 +68,7 @@ ChartFrame FrameOf(const std::string& title, const std::vector<std::string>& nam
       y += 15;
     }
     frame.end += fmt::format("<rect x=\"{:.1f}\" y=\"{}\" width=\"9\" height=\"9\" fill=\"{}\"/>",
-                             x, y, SeriesColour(s));
+                             x, y, SeriesColor(s));
     frame.end += SvgText(x + 13, y + 8, names[s], "start");
     x += needs;
   }
@@ -137,7 +137,7 @@ bool ChartAxis::Has(double value) const {
 }
 
 std::string SvgPolyline(const std::vector<std::pair<double, double>>& points, const ChartAxis& x,
-                        const ChartAxis& y, const std::string& colour, const char* style,
+                        const ChartAxis& y, const std::string& color, const char* style,
                         const std::string& title) {
   std::string places;
   for (const auto& [at, value] : points) {
@@ -145,7 +145,7 @@ std::string SvgPolyline(const std::vector<std::pair<double, double>>& points, co
   }
   return fmt::format(
       "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"{}>{}</polyline>",
-      places, colour, style, title.empty() ? "" : "<title>" + EscapeHtml(title) + "</title>");
+      places, color, style, title.empty() ? "" : "<title>" + EscapeHtml(title) + "</title>");
 }
 
 std::string DrawLineChart(const LineChart& chart) {
@@ -190,7 +190,7 @@ std::string DrawLineChart(const LineChart& chart) {
                  "class=\"axis\"");
   std::vector<std::pair<std::string, std::string>> entries;
   for (const ChartLine& line : chart.lines) {
-    entries.emplace_back(line.label, line.colour);
+    entries.emplace_back(line.label, line.color);
     if (!line.low.empty()) {
       std::string there, back;
       for (std::size_t i = 0; i < line.points.size(); ++i) {
@@ -199,9 +199,9 @@ std::string DrawLineChart(const LineChart& chart) {
         back = fmt::format("{:.1f},{:.1f} ", x, at_y.At(line.low[i])) + back;
       }
       svg += fmt::format("<polygon class=\"band\" points=\"{}{}\" fill=\"{}\"/>", there, back,
-                         line.colour);
+                         line.color);
     }
-    svg += SvgPolyline(line.points, at_x, at_y, line.colour);
+    svg += SvgPolyline(line.points, at_x, at_y, line.color);
   }
   return svg + "</svg>" + LegendBelow(entries) + "</figure>\n";
 }
@@ -230,7 +230,7 @@ std::string DrawDotChart(const DotChart& chart) {
       if (!std::isfinite(value)) continue;
       const double at =
           y + apart * (static_cast<double>(s) - 0.5 * static_cast<double>(row.values.size() - 1));
-      const std::string& colour = chart.series[s].second;
+      const std::string& color = chart.series[s].second;
       if (s < row.ticks.size() && std::isfinite(row.ticks[s])) {
         const double tick = at_x.At(row.ticks[s]);
         svg += SvgLine("tick", tick, at - 3.0, tick, at + 3.0);
@@ -238,7 +238,7 @@ std::string DrawDotChart(const DotChart& chart) {
       svg += fmt::format(
           "<circle cx=\"{:.1f}\" cy=\"{:.1f}\" r=\"4\" fill=\"{}\"><title>{}: {}: "
           "{:.2f}</title></circle>",
-          at_x.At(value), at, colour, EscapeHtml(row.label), EscapeHtml(chart.series[s].first),
+          at_x.At(value), at, color, EscapeHtml(row.label), EscapeHtml(chart.series[s].first),
           value);
       if (value > chart.greatest) {
         svg += SvgText(at_x.At(value) + 7, at + 3, fmt::format("{:.3g}", value), "start",
@@ -271,7 +271,7 @@ std::string BarChart(const Bars& bars) {
           "<rect x=\"{:.1f}\" y=\"{:.1f}\" width=\"{:.1f}\" height=\"{:.1f}\" "
           "fill=\"{}\"><title>{}: "
           "{}</title></rect>",
-          x, kPlotTop + plot - height, bar - 1.0, height, SeriesColour(s),
+          x, kPlotTop + plot - height, bar - 1.0, height, SeriesColor(s),
           EscapeHtml(bars.series[s].first), Percent(value));
       svg += SvgText(x + 0.5 * bar, kPlotTop + plot - height - 3,
                      fmt::format("{:.0f}", 100.0 * value), "middle", "class=\"value\"");
@@ -299,7 +299,7 @@ std::string ShareChart(const ShareLines& lines) {
   }
   for (std::size_t s = 0; s < lines.series.size(); ++s) {
     const ShareSeries& series = lines.series[s];
-    svg += SvgPolyline(series.points, x, y, SeriesColour(s),
+    svg += SvgPolyline(series.points, x, y, SeriesColor(s),
                        series.dashed ? " stroke-dasharray=\"6 4\"" : "", series.label);
   }
   return svg + frame.end;

@@ -39,13 +39,13 @@ struct ChartAxis {
 };
 /// A line through those points that have a place; `style` are attributes.
 std::string SvgPolyline(const std::vector<std::pair<double, double>>& points, const ChartAxis& x,
-                        const ChartAxis& y, const std::string& colour, const char* style = "",
+                        const ChartAxis& y, const std::string& color, const char* style = "",
                         const std::string& title = "");
 
 /// One line of a chart, with a band about it where `low` and `high` are given (same x as points).
 struct ChartLine {
   std::string label;
-  std::string colour;  ///< CSS
+  std::string color;  ///< CSS
   std::vector<std::pair<double, double>> points;
   std::vector<double> low, high;
 };
@@ -68,7 +68,7 @@ struct DotChart {
   };
   std::string title, x_label;
   double greatest = 6.0;  ///< end of the axis; what is beyond stands at the end, with its number
-  std::vector<std::pair<std::string, std::string>> series;  ///< label, colour
+  std::vector<std::pair<std::string, std::string>> series;  ///< label, color
   std::vector<Row> rows;
 };
 std::string DrawDotChart(const DotChart& chart);

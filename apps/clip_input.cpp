@@ -127,7 +127,7 @@ void AddClipInputOptions(CLI::App& command, ClipInputOptions& options) {
   command.add_option("--object", options.object,
                      "Mesh or embedded object in place of the one the clip names");
   AddOption(command, "--object-scale", options.object_scale,
-            "Multiplies the object's coordinates (0.001 for millimetres)", CLI::PositiveNumber);
+            "Multiplies the object's coordinates (0.001 for millimeters)", CLI::PositiveNumber);
   command.add_option("--body", options.body,
                      "Body model in place of the embedded one: SMPL-X, SMPL-H or MANO, .npz or "
                      ".pkl");

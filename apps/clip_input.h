@@ -37,7 +37,7 @@ struct ClipInput : ReportInput {
 LoadedClip LoadClip(const std::string& path_or_name, std::shared_ptr<const BodyModel> body,
                     const CommonOptions& common, ImportFileOptions import = {});
 
-/// Warns where the clip says that a hand holds the object, and the hand is centimetres away.
+/// Warns where the clip says that a hand holds the object, and the hand is centimeters away.
 void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& body,
                 const TriangleMesh& object, const CommonOptions& common);
 

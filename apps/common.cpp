@@ -272,7 +272,7 @@ ResultCapture::ResultCapture() { capture = this; }
 
 ResultCapture::~ResultCapture() { capture = nullptr; }
 
-bool IsOneOfMany() { return capture != nullptr; }
+bool InBatch() { return capture != nullptr; }
 
 void PrintResult(const CommonOptions& options, const nlohmann::json& summary,
                  std::string_view text) {

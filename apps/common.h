@@ -153,7 +153,7 @@ class ResultCapture {
 };
 
 /// Whether this thread runs one job of many.
-bool IsOneOfMany();
+bool InBatch();
 
 /// Prints `summary` as JSON when asked for, otherwise `text`; it ends --log json, too.
 void PrintResult(const CommonOptions& options, const nlohmann::json& summary,

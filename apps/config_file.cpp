@@ -20,7 +20,7 @@
 namespace holdfast::apps {
 namespace {
 
-constexpr std::size_t kMostBytesOfConfig = std::size_t{1} << 20;
+constexpr std::size_t kMaxBytesOfConfig = std::size_t{1} << 20;
 
 // KEY = VALUE of a section; no values for an empty list.
 struct Setting {
@@ -199,7 +199,7 @@ void Apply(CLI::App& command, const Setting& setting, const std::string& where) 
 }
 
 void ReadConfig(CLI::App& command, const std::string& path) {
-  const std::string text = ByteSource(path).Text(kMostBytesOfConfig);
+  const std::string text = ByteSource(path).Text(kMaxBytesOfConfig);
   const bool is_text = std::ranges::none_of(text, [](char c) {
     return std::iscntrl(static_cast<unsigned char>(c)) && c != '\n' && c != '\r' && c != '\t';
   });

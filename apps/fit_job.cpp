@@ -75,7 +75,7 @@ void WriteResult(const FitCommand& fit, const FitRun& run, const nlohmann::json&
   WriteMesh(mesh, folder / "object.ply");
   nlohmann::json written = folder.WriteMetrics(metrics);
   // Megabytes each: made for those that are looked at.
-  if (fit.write_report && !IsOneOfMany()) {
+  if (fit.write_report && !InBatch()) {
     ReportInput shown;
     shown.source = fit.output;
     shown.file = std::filesystem::path(fit.output) / "clip.npz";
@@ -282,7 +282,7 @@ TriangleMesh SurfaceNamed(const char* option, const std::vector<std::string>& as
 void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input, const std::string& group) {
   command
       .add_option("--at", input.at,
-                  "Take hold at this point of the object: X,Y,Z in its own frame, metres, scaled")
+                  "Take hold at this point of the object: X,Y,Z in its own frame, meters, scaled")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z")

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "apps/output.h"
 
+#include <unistd.h>
 #include <atomic>
 #include <charconv>
 #include <csignal>
 #include <system_error>
-#include <unistd.h>
 #include <utility>
 
 #include <fmt/format.h>
@@ -101,7 +101,7 @@ ResultFolder::~ResultFolder() {
 nlohmann::json ResultFolder::WriteMetrics(nlohmann::json metrics) const {
   nlohmann::json written =
       WriteWithoutWallTimes(std::move(metrics), *this / "metrics.json", *this / "timing.json");
-  if (IsOneOfMany()) fs::remove(*this / "timing.json");
+  if (InBatch()) fs::remove(*this / "timing.json");
   return written;
 }
 

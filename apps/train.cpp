@@ -52,7 +52,7 @@ void AddTrainCommand(CLI::App& app, int&) {
         arguments, [](const std::string& word) { return word == "--help" || word == "-h"; });
     if (asks && !std::filesystem::exists(Program())) {
       fmt::print(
-          "Train the networks of 'reach' (wandr) and 'synthesize' (imos, recogniser)\n"
+          "Train the networks of 'reach' (wandr) and 'synthesize' (imos, recognizer)\n"
           "Usage: holdfast train NETWORK [OPTIONS]\n\nBut {}. {}\n",
           kAbsent, kRemedy);
       return;

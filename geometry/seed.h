@@ -8,7 +8,7 @@ namespace holdfast {
 /// The step between states of SplitMix64 (Steele, Lea & Flood 2014).
 inline constexpr std::uint64_t kSplitMixStep = 0x9e3779b97f4a7c15ull;
 
-/// Its finaliser: neighbouring numbers have nothing in common afterwards.
+/// Its finalizer: neighboring numbers have nothing in common afterwards.
 constexpr std::uint64_t SplitMix64(std::uint64_t z) {
   z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
   z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;

@@ -8,7 +8,7 @@
 
 namespace holdfast {
 
-/// Letters to insert, delete, replace or swap with their neighbour to turn `a` into `b`.
+/// Letters to insert, delete, replace or swap with their neighbor to turn `a` into `b`.
 int EditDistance(std::string_view a, std::string_view b);
 
 /// "Did you mean 'fit'? " where one of the known names is near what was given; otherwise nothing.

@@ -12,15 +12,15 @@ namespace holdfast {
 
 /// Ranges of the numbers that come in from files, whatever the format. They are far beyond any
 /// human motion, and keep squares and counts that are made of them finite.
-inline constexpr double kMostMetres = 1e5;
-inline constexpr double kMostRadians = 1e3;
-inline constexpr double kMostBeta = 1e3;
+inline constexpr double kMaxMeters = 1e5;
+inline constexpr double kMaxRadians = 1e3;
+inline constexpr double kMaxBeta = 1e3;
 inline constexpr double kLowestFrameRate = 1.0;  // Hz
 inline constexpr double kHighestFrameRate = 1e4;
 
 /// What is said of positions and angles beyond them.
-inline constexpr std::string_view kMetresRemedy =
-    "Positions are metres, within 100,000: check the units";
+inline constexpr std::string_view kMetersRemedy =
+    "Positions are meters, within 100,000: check the units";
 inline constexpr std::string_view kRadiansRemedy =
     "Angles are radians, within 1,000: check the units";
 

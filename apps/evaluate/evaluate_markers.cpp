@@ -232,7 +232,7 @@ void AddEvaluateMarkers(CLI::App& evaluate, int& exit_code) {
       command->add_option("--object", options->object, "Mesh of an object in all of them: touches");
   CLI::Option* const markers =
       command->add_option("--object-markers", options->object_markers,
-                          "Table of the object's markers: name,x,y,z in the mesh's frame, metres");
+                          "Table of the object's markers: name,x,y,z in the mesh's frame, meters");
   object->needs(markers);
   markers->needs(object);
   command->add_option("--csv", options->csv, "A row a trial, to this file");

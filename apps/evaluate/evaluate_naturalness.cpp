@@ -50,9 +50,9 @@ std::vector<MotionSet> SetsOf(const EvaluateNaturalnessOptions& options) {
   for (const std::string& path : options.reference) AddFiles(sets[0], path);
   for (const std::string& text : options.against) {
     const std::size_t equals = text.find('=');
-    const bool labelled = equals != std::string::npos && !fs::exists(text);
-    const std::string path = labelled ? text.substr(equals + 1) : text;
-    const std::string label = labelled ? text.substr(0, equals) : FolderName(path);
+    const bool labeled = equals != std::string::npos && !fs::exists(text);
+    const std::string path = labeled ? text.substr(equals + 1) : text;
+    const std::string label = labeled ? text.substr(0, equals) : FolderName(path);
     if (label.empty() || path.empty()) {
       throw Error("--against " + text, "names no set", "Give LABEL=FOLDER or a folder");
     }
@@ -142,7 +142,7 @@ void AddEvaluateNaturalness(CLI::App& evaluate, int& exit_code) {
   AddNaturalnessReachOptions(*command, what.reaches);
   command->add_option("--body", what.body, "Body model in place of the embedded one");
   AddOption(*command, "--way", what.study.least_way_m,
-            "Metres that a motion's pelvis must get away for measures of walks",
+            "Meters that a motion's pelvis must get away for measures of walks",
             CLI::Range(0.0, 100.0));
   command->add_flag("--moving-only", what.study.moving_only,
                     "Leave motions that do not get that far out of all measures");

@@ -188,7 +188,7 @@ Outcome EvaluateReach(const EvaluateReachOptions& options, const CommonOptions& 
         if (Interrupted()) throw Stopped();
         progress.Update(++done, left);
       });
-      planned.run.summary = SummariseMotions(planned.run.motions);
+      planned.run.summary = SummarizeMotions(planned.run.motions);
     }
   } catch (const Stopped&) {
     return {kInterrupted, {}, {}};

@@ -99,7 +99,7 @@ Outcome CompareReachMethods(const EvaluateReachOptions& options, const CommonOpt
           [] {
             if (Interrupted()) throw Stopped();
           });
-      run.summary = SummariseMethod(run.motions);
+      run.summary = SummarizeMethod(run.motions);
       run.plain.protocol = run.method.protocol;
       const std::vector<wandr::ReachCase> of_protocol =
           wandr::ReachCases(run.method.protocol, scene.bones, wandr::AsFloat(starts));

@@ -27,7 +27,7 @@ struct EvaluateSynthesisOptions {
   std::vector<std::string> data;             ///< folders of action clips
   std::vector<std::string> held_out{"s10"};  ///< subjects that are evaluated
   std::vector<std::string> weights;          ///< "NAME=FILE"
-  std::string recogniser;                    ///< file
+  std::string recognizer;                    ///< file
   std::vector<std::string> objects{"given", "fitted"};
   std::vector<std::string> without;  ///< actions to leave out
   std::string key_frames = "whole";
@@ -122,14 +122,14 @@ std::vector<SynthesisCase> CasesOf(const EvaluateSynthesisOptions& options,
 }
 
 std::vector<std::string> NotesOf(const EvaluateSynthesisOptions& options,
-                                 const imos::RecogniserWeights& recogniser,
+                                 const imos::RecognizerWeights& recognizer,
                                  const std::vector<SynthesisCase>& cases,
                                  const SynthesisSummary& real) {
   std::set<std::string> subjects;
   for (const SynthesisCase& one : cases) subjects.insert(one.sequence.subject);
   const auto note = [&](const char* key) {
-    const auto found = recogniser.notes.find(key);
-    return found == recogniser.notes.end() ? std::string("not told") : found->second;
+    const auto found = recognizer.notes.find(key);
+    return found == recognizer.notes.end() ? std::string("not told") : found->second;
   };
   return {
       fmt::format("{} held-out sequences of {} ({}), {} key frames, the first {} given; {} repeats "
@@ -138,9 +138,9 @@ std::vector<std::string> NotesOf(const EvaluateSynthesisOptions& options,
                   imos::kNumKeyFrames, imos::kHistory, options.study.repeats),
       fmt::format("Hand and object are measured in {} of them, evenly spread, once each.",
                   std::min<std::size_t>(options.study.object_cases, cases.size())),
-      fmt::format("Recognition network {}: {:.1f} % of these sequences' real motion recognised; "
+      fmt::format("Recognition network {}: {:.1f} % of these sequences' real motion recognized; "
                   "trained without {}, accuracy held out then {}.",
-                  options.recogniser, 100.0 * real.accuracy.mean, note("held_out"),
+                  options.recognizer, 100.0 * real.accuracy.mean, note("held_out"),
                   note("accuracy, held out")),
       "Both definitions are given because the authors' code measures other things than the names "
       "say: its AVE grows with where a motion is, its FID is a mean of distances of single pairs, "
@@ -151,7 +151,7 @@ std::vector<std::string> NotesOf(const EvaluateSynthesisOptions& options,
 
 nlohmann::json EvaluationJson(const EvaluateSynthesisOptions& options, const CommonOptions& common,
                               const std::vector<std::string>& notes,
-                              const imos::RecogniserWeights& weights,
+                              const imos::RecognizerWeights& weights,
                               const std::vector<SynthesisCase>& cases,
                               const std::vector<SynthesisResult>& results,
                               const std::vector<ObjectMode>& modes) {
@@ -160,7 +160,7 @@ nlohmann::json EvaluationJson(const EvaluateSynthesisOptions& options, const Com
   json["data"] = options.data;
   json["held_out"] = options.held_out;
   json["key_frames"] = options.key_frames;
-  json["recogniser"] = {{"weights", options.recogniser}, {"notes", weights.notes}};
+  json["recognizer"] = {{"weights", options.recognizer}, {"notes", weights.notes}};
   for (const SynthesisCase& one : cases) {
     json["sequences"].push_back(one.sequence.subject + "/" + one.sequence.name);
   }
@@ -180,17 +180,17 @@ Outcome EvaluateSynthesis(const EvaluateSynthesisOptions& options, const CommonO
       if (ObjectModeName(mode) == name) modes.push_back(mode);
     }
   }
-  const imos::RecogniserWeights weights = imos::ReadRecogniser(options.recogniser);
-  WarnOfOldPelvis(options.recogniser, weights.notes, common);
-  const imos::Recogniser recogniser(weights, options.recogniser);
+  const imos::RecognizerWeights weights = imos::ReadRecognizer(options.recognizer);
+  WarnOfOldPelvis(options.recognizer, weights.notes, common);
+  const imos::Recognizer recognizer(weights, options.recognizer);
   const std::vector<SynthesisCase> cases = CasesOf(options, common);
 
   SynthesisStudyOptions asked = options.study;
   asked.seed = common.seed;
   asked.threads = NumThreads(common);
   asked.force = common.force;
-  SynthesisStudy study(options.output, cases, recogniser,
-                       Checksum(ByteSource{fs::path(options.recogniser)}), asked, Interrupted);
+  SynthesisStudy study(options.output, cases, recognizer,
+                       Checksum(ByteSource{fs::path(options.recognizer)}), asked, Interrupted);
   const std::vector<SynthesisRow> rows = SynthesisRows(networks, modes);
   const auto [total, left] = study.Count(rows);
   if (left < total) {
@@ -254,8 +254,8 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
           "--weights as 'full': the embedded network")
       ->required(!imos::HasDefaultNetwork());
   command
-      ->add_option("--recogniser", synthesis.recogniser,
-                   "The action classifier, from 'train recogniser'")
+      ->add_option("--recognizer", synthesis.recognizer,
+                   "The action classifier, from 'train recognizer'")
       ->required();
   command
       ->add_option("--objects", synthesis.objects,
@@ -291,9 +291,9 @@ void AddEvaluateSynthesis(CLI::App& evaluate, int& exit_code) {
       ->required();
   AddCommonOptions(
       *command, options->common, true,
-      "  holdfast train recogniser actions -o recogniser.safetensors --held-out s9,s10\n"
+      "  holdfast train recognizer actions -o recognizer.safetensors --held-out s9,s10\n"
       "  holdfast evaluate synthesis --data actions --held-out s9,s10 -o out/synthesis \\\n"
-      "    --weights full=out/imos/best.safetensors --recogniser recogniser.safetensors\n");
+      "    --weights full=out/imos/best.safetensors --recognizer recognizer.safetensors\n");
   command->callback([options, &exit_code] {
     const Outcome outcome = EvaluateSynthesis(options->synthesis, options->common);
     if (!outcome.summary.is_null()) PrintResult(options->common, outcome.summary, outcome.text);

@@ -27,12 +27,12 @@ std::string Cell(const std::optional<PaperValue>& value, int digits, int interva
                : kNone;
 }
 
-std::optional<imos::RepeatedValue> InCentimetres(std::optional<imos::RepeatedValue> metres) {
-  if (metres) {
-    metres->mean *= 100.0;
-    metres->interval *= 100.0;
+std::optional<imos::RepeatedValue> InCentimeters(std::optional<imos::RepeatedValue> meters) {
+  if (meters) {
+    meters->mean *= 100.0;
+    meters->interval *= 100.0;
   }
-  return metres;
+  return meters;
 }
 
 std::string Number(const SynthesisSummary& summary, const char* key, double factor, int digits) {
@@ -96,7 +96,7 @@ TextTable MotionTable(std::span<const SynthesisResult> results, ObjectMode mode,
                           published ? Cell(s.fid_code, 3) : Cell(s.fid, 3), Cell(s.accuracy, 3),
                           published ? Cell(s.diversity_code, 3) : Cell(s.diversity, 3),
                           published ? Cell(s.multimodality_code, 3) : Cell(s.multimodality, 3)});
-    if (faces) table.rows.back().push_back(Cell(InCentimetres(s.face_m), 1));
+    if (faces) table.rows.back().push_back(Cell(InCentimeters(s.face_m), 1));
     Mark(*result, table);
   }
   if (!published) {
@@ -170,7 +170,7 @@ TextTable ObjectTable(std::span<const SynthesisResult> results, ObjectMode mode)
 
 std::string ActionChart(std::span<const SynthesisResult> results, ObjectMode mode) {
   Bars bars;
-  bars.title = fmt::format("Recognised, by action, objects {}, %", ObjectModeName(mode));
+  bars.title = fmt::format("Recognized, by action, objects {}, %", ObjectModeName(mode));
   for (const SynthesisResult* result : RowsFor(results, mode, false)) {
     std::vector<double> values;
     bars.labels.clear();
@@ -262,7 +262,7 @@ std::string SynthesisPage(const std::vector<std::string>& notes,
     for (const std::string& sentence : sentences) page += "<li>" + EscapeHtml(sentence) + "</li>\n";
     page += "</ul>\n";
   }
-  page += "<h2>Which actions are recognised</h2>\n";
+  page += "<h2>Which actions are recognized</h2>\n";
   for (const ObjectMode mode : modes) page += ActionChart(results, mode);
   return page + "</body></html>\n";
 }

@@ -12,11 +12,11 @@
 namespace holdfast::apps {
 namespace {
 
-constexpr const char* kNaturalnessColours[] = {"#444c56", "#d1495b", "#2f6f9f", "#66a182",
-                                               "#edae49", "#6d597a", "#1b998b"};
+constexpr const char* kNaturalnessColors[] = {"#444c56", "#d1495b", "#2f6f9f", "#66a182",
+                                              "#edae49", "#6d597a", "#1b998b"};
 
-const char* ColourOf(std::size_t column) {
-  return kNaturalnessColours[column % std::size(kNaturalnessColours)];
+const char* ColorOf(std::size_t column) {
+  return kNaturalnessColors[column % std::size(kNaturalnessColors)];
 }
 
 std::string CurveChart(const NaturalnessStudy& study, StyleCurve curve) {
@@ -32,7 +32,7 @@ std::string CurveChart(const NaturalnessStudy& study, StyleCurve curve) {
     if (spread.count == 0) continue;
     ChartLine line;
     line.label = fmt::format("{} ({})", study.columns[c].set.label, spread.count);
-    line.colour = ColourOf(c);
+    line.color = ColorOf(c);
     for (Eigen::Index i = 0; i < spread.mean.size(); ++i) {
       line.points.emplace_back(CurveX(info, i),
                                info.histogram ? 100.0 * spread.mean[i] : spread.median[i]);
@@ -48,9 +48,9 @@ std::string CurveChart(const NaturalnessStudy& study, StyleCurve curve) {
 std::string DistanceChart(const NaturalnessStudy& study) {
   DotChart chart;
   chart.title = "Distance from the reference, by measure";
-  chart.x_label = "deviations of the reference; grey ticks: what chance alone gives";
+  chart.x_label = "deviations of the reference; gray ticks: what chance alone gives";
   for (std::size_t c = 1; c < study.columns.size(); ++c) {
-    chart.series.emplace_back(study.columns[c].set.label, ColourOf(c));
+    chart.series.emplace_back(study.columns[c].set.label, ColorOf(c));
   }
   std::vector<std::pair<double, int>> order;
   for (int m = 0; m < study.NumMeasures(); ++m) {

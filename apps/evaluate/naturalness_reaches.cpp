@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 void AddNaturalnessReachOptions(CLI::App& command, NaturalnessReachOptions& options) {
   CLI::Option* list = command.add_option(
       "--reaches", options.list,
-      "Table of starts and goals (clip,frame,ahead,left,up a line: metres from the pelvis by its "
+      "Table of starts and goals (clip,frame,ahead,left,up a line: meters from the pelvis by its "
       "heading, up from the ground). Motions are made from each by every one of --methods, and are "
       "sets to compare: reaches/METHOD in the output");
   command

@@ -26,7 +26,7 @@ const std::vector<std::string> kMethodHeads = {"",
                                                "acceleration",
                                                "latents, rms"};
 
-std::string Centimetres(double metres) { return fmt::format("{:.1f} cm", 100.0 * metres); }
+std::string Centimeters(double meters) { return fmt::format("{:.1f} cm", 100.0 * meters); }
 
 // How motions move, whatever they were for.
 std::vector<std::string> MannerCells(const MethodSummary& s) {
@@ -45,7 +45,7 @@ std::vector<std::vector<std::string>> RowsOf(const std::vector<MethodRun>& runs,
                                              std::vector<int>& strong) {
   std::vector<std::vector<std::string>> rows;
   for (const PaperRow& paper : PaperRows()) {
-    rows.push_back({paper.label, Percent(paper.success, 0), "-", "-", Centimetres(paper.distance_m),
+    rows.push_back({paper.label, Percent(paper.success, 0), "-", "-", Centimeters(paper.distance_m),
                     "-", Percent(paper.skating, 0)});
   }
   for (const CapturedGroup& group : GroupsOf(captured)) {
@@ -57,8 +57,8 @@ std::vector<std::vector<std::string>> RowsOf(const std::vector<MethodRun>& runs,
     if (run.method.key == "latent-opt") strong.push_back(static_cast<int>(rows.size()));
     rows.push_back({run.method.label, Percent(s.study.reach.success),
                     Percent(s.study.reach.success_at_end), Percent(s.study.reach.rests),
-                    Centimetres(s.study.reach.distance_mean_m),
-                    Centimetres(s.study.reach.distance_median_m)});
+                    Centimeters(s.study.reach.distance_mean_m),
+                    Centimeters(s.study.reach.distance_median_m)});
     for (std::string& cell : MannerCells(s)) rows.back().push_back(std::move(cell));
     rows.back().push_back(fmt::format("{:.2f}", s.latent_rms));
   }

@@ -50,9 +50,9 @@ std::vector<CapturedGroup> GroupsOf(const std::vector<CapturedMotion>& captured)
     if (motions.empty()) continue;
     groups.push_back({walking ? "walking" : "all",
                       walking
-                          ? fmt::format("captured, the {} that go a metre or more", motions.size())
+                          ? fmt::format("captured, the {} that go a meter or more", motions.size())
                           : fmt::format("captured, {} held-out clips", motions.size()),
-                      SummariseMethod(motions)});
+                      SummarizeMethod(motions)});
   }
   return groups;
 }

@@ -19,9 +19,9 @@ StudyScene::StudyScene(const std::vector<std::string>& starts)
       captured(ReadCapturedClips(starts)) {}
 
 std::vector<wandr::ReachStart> StudyScene::StartsFor(const ReachNetwork& network) const {
-  const wandr::Normaliser<double> normaliser(network.weights.statistics);
-  return captured.clips.empty() ? wandr::ComposedStarts(body, normaliser)
-                                : StartsFrom(captured, normaliser);
+  const wandr::Normalizer<double> normalizer(network.weights.statistics);
+  return captured.clips.empty() ? wandr::ComposedStarts(body, normalizer)
+                                : StartsFrom(captured, normalizer);
 }
 
 std::vector<std::string> StudyNotes(const std::string& protocol,

@@ -126,7 +126,7 @@ std::string CapturedText(const CapturedSkating& captured) {
       fmt::format("The same measure on {} held-out captured clips: FS {} (foot joints {})",
                   captured.clips, Percent(captured.surface), Percent(captured.joints));
   if (captured.walking_clips > 0) {
-    text += fmt::format("; on the {} that go a metre or more: {} (foot joints {})",
+    text += fmt::format("; on the {} that go a meter or more: {} (foot joints {})",
                         captured.walking_clips, Percent(captured.walking_surface),
                         Percent(captured.walking_joints));
   }

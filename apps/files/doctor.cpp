@@ -42,21 +42,21 @@ std::string_view VerdictName(Verdict verdict) {
   return "fault";
 }
 
-// The symbol of a verdict, coloured on a terminal.
-std::string Symbol(Verdict verdict, bool coloured) {
+// The symbol of a verdict, colored on a terminal.
+std::string Symbol(Verdict verdict, bool colored) {
   const char* symbol = verdict == Verdict::kOk ? "✓" : verdict == Verdict::kWarning ? "!" : "✗";
-  if (!coloured) return symbol;
-  const int colour = verdict == Verdict::kOk ? 32 : verdict == Verdict::kWarning ? 33 : 31;
-  return fmt::format("\033[{}m{}\033[0m", colour, symbol);
+  if (!colored) return symbol;
+  const int color = verdict == Verdict::kOk ? 32 : verdict == Verdict::kWarning ? 33 : 31;
+  return fmt::format("\033[{}m{}\033[0m", color, symbol);
 }
 
-std::string Text(const Inspection& inspection, bool coloured) {
+std::string Text(const Inspection& inspection, bool colored) {
   std::string text = fmt::format("{}: {}\n", inspection.path.string(), inspection.title);
   for (const Fact& fact : inspection.facts) {
     if (!fact.text.empty()) text += fmt::format("    {}\n", fact.text);
   }
   for (const Finding& finding : inspection.findings) {
-    text += fmt::format("  {} {}\n", Symbol(finding.verdict, coloured), finding.text);
+    text += fmt::format("  {} {}\n", Symbol(finding.verdict, colored), finding.text);
     if (!finding.fix.empty()) text += fmt::format("      -> {}\n", finding.fix);
   }
   for (const std::string& command : inspection.next) text += fmt::format("  next: {}\n", command);
@@ -279,14 +279,14 @@ int Run(const DoctorCommand& options) {
   });
   if (Interrupted()) return kInterrupted;
 
-  const bool coloured = ::isatty(STDOUT_FILENO) != 0;
+  const bool colored = ::isatty(STDOUT_FILENO) != 0;
   nlohmann::json summary = JsonHead("holdfast/doctor/1", common);
   summary["files"] = nlohmann::json::array();
   std::string text;
   int unsound = 0, warned = 0;
   for (const Inspection& inspection : inspections) {
     summary["files"].push_back(Json(inspection));
-    text += (text.empty() ? "" : "\n") + Text(inspection, coloured);
+    text += (text.empty() ? "" : "\n") + Text(inspection, colored);
     unsound += inspection.Worst() == Verdict::kFault;
     warned += inspection.Worst() == Verdict::kWarning;
   }

@@ -372,7 +372,7 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
             CLI::PositiveNumber);
   command->add_flag(
       "--no-correctives", options->no_correctives,
-      ".glb: no morph targets; smaller, the skin is off by centimetres at bent joints");
+      ".glb: no morph targets; smaller, the skin is off by centimeters at bent joints");
   AddOption(*command, "--tolerance", options->tolerance_mm,
             ".glb: largest distance from the body model's surface, mm", CLI::Range(1e-3, 100.0));
   AddOption(*command, "--density", options->density_kg_m3,
@@ -385,13 +385,13 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "  holdfast export held -o scene.xml --density 600\n"
       "  holdfast export held -o metrics.csv\n"
       "Formats:\n"
-      "  .glb   glTF 2.0, metres, y up: skinned body with pose correctives as morph targets,\n"
+      "  .glb   glTF 2.0, meters, y up: skinned body with pose correctives as morph targets,\n"
       "         the object, animated, with the materials and textures of its .obj, and the table "
       "it\n"
       "         stood on where the clip has one\n"
-      "  .bvh   55 joints with the shaped body's offsets, centimetres, y up, Euler Z X Y\n"
-      "  .usda  USD text, metres, z up: the body's points in every frame, the object's transform\n"
-      "  .xml   MJCF for MuJoCo, metres, z up: the object as a free body of convex pieces, the "
+      "  .bvh   55 joints with the shaped body's offsets, centimeters, y up, Euler Z X Y\n"
+      "  .usda  USD text, meters, z up: the body's points in every frame, the object's transform\n"
+      "  .xml   MJCF for MuJoCo, meters, z up: the object as a free body of convex pieces, the "
       "hand\n"
       "         that holds it with joint springs that squeeze, as in score --physics; a floor, a "
       "key\n"
@@ -402,7 +402,7 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "  metrics.csv  what fit, offhand, refine and reach measured in each frame (x_metrics.csv "
       "does\n"
       "         too): the columns of metrics.json's per_frame\n"
-      "  .ply .obj  x_%04d.ply is the body in each frame (metres, z up, numbered from the clip's\n"
+      "  .ply .obj  x_%04d.ply is the body in each frame (meters, z up, numbered from the clip's\n"
       "         first), x_object_%04d.ply the object\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }

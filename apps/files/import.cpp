@@ -29,7 +29,7 @@ struct ImportCommand {
   // What a file may not tell.
   std::optional<double> fps;
   double source_fps = 0;
-  double metres_per_unit = 0;
+  double meters_per_unit = 0;
   std::string up;
   bool keep_ground = false;
   // Motions that are brought onto the body.
@@ -50,7 +50,7 @@ struct ImportCommand {
 // The mesh that an imported clip names.
 struct ObjectMesh {
   fs::path file;                        ///< empty: none found
-  std::optional<TriangleMesh> surface;  ///< metres
+  std::optional<TriangleMesh> surface;  ///< meters
   Eigen::Index vertices = 0;
   bool copied = false;
 };
@@ -308,7 +308,7 @@ ImportFileOptions ToLibrary(const ImportCommand& options) {
     import.motion.up = static_cast<UpAxis>(*parameters.up);  // the same axes in the same order
   }
   parameters.source_frame_rate = options.source_fps;
-  if (options.metres_per_unit > 0) parameters.metres_per_unit = options.metres_per_unit;
+  if (options.meters_per_unit > 0) parameters.meters_per_unit = options.meters_per_unit;
   parameters.data_root = options.data_root;
   parameters.hands = options.hands == "rhand"   ? ImportedHands::kRightAlone
                      : options.hands == "lhand" ? ImportedHands::kLeftAlone
@@ -318,7 +318,7 @@ ImportFileOptions ToLibrary(const ImportCommand& options) {
   parameters.person = options.person;
   ImportOptions& motion = import.motion;
   motion.source_frame_rate = options.source_fps;
-  motion.metres_per_unit = options.metres_per_unit;
+  motion.meters_per_unit = options.meters_per_unit;
   motion.map = options.map;
   motion.skeleton = options.skeleton;
   motion.find_ground = !options.keep_ground;
@@ -384,7 +384,7 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
                    "Frame rate of a file that does not state it [AMC: 120; IMoS: 10; others: 30]")
       ->check(CLI::Range(1.0, 1000.0));
   command
-      ->add_option("--metres-per-unit", options->metres_per_unit,
+      ->add_option("--meters-per-unit", options->meters_per_unit,
                    "Length unit of the file [BVH: 0.01; ASF: its own; parameters: 1]")
       ->check(CLI::Range(1e-6, 1e3));
   command
@@ -442,7 +442,7 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
                    "Folder of the data set (with GRAB's 'tools', ARCTIC's 'meta') for meshes that "
                    "the file names [looked for in the folders above it]")
       ->group(parameters);
-  command->add_option("--object-mesh", options->object_mesh, "The object's mesh, in metres")
+  command->add_option("--object-mesh", options->object_mesh, "The object's mesh, in meters")
       ->group(parameters);
   command
       ->add_flag("--copy-mesh", options->copy_mesh,
@@ -457,7 +457,7 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       "  holdfast import visualize_samples/s10_mug_drink_1_0.npz --data-root GRAB -o drink.npz\n"
       "  holdfast import smplifyx/results --hand-model SMPLX_NEUTRAL.npz -o person.npz\n"
       "  holdfast import 07_03.amc.gz --asf 07.asf.gz --fps 60 -o walk.npz --json\n"
-      "  holdfast import dance.bvh --map map.json --up z --metres-per-unit 1 -o dance.npz\n");
+      "  holdfast import dance.bvh --map map.json --up z --meters-per-unit 1 -o dance.npz\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -212,7 +212,7 @@ int Solve(const SolveCommand& options) {
 void AddSolveCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<SolveCommand>();
   CLI::App* command = app.add_subcommand(
-      "solve", "Labelled optical markers to a body in motion (C3D, TRC, CSV, TSV)");
+      "solve", "Labeled optical markers to a body in motion (C3D, TRC, CSV, TSV)");
   command
       ->add_option("recording", options->recording,
                    "Markers: C3D, TRC, Vicon CSV or Qualisys TSV, gzipped or not")
@@ -232,11 +232,11 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
   command->add_option(
       "--object-markers", options->object_markers,
       "Markers of an object: a table (.csv) name,x,y,z of their places in its "
-      "mesh's frame, metres; or names alone: cup_top,cup_left,cup_right or 'cup_*'");
+      "mesh's frame, meters; or names alone: cup_top,cup_left,cup_right or 'cup_*'");
   command->add_option("--object", options->object,
                       "The object's mesh (.obj .ply .stl .off .glb .gltf), or an embedded object");
   AddOption(*command, "--object-scale", options->object_scale,
-            "Multiplies the object's coordinates (0.001 for millimetres)", CLI::PositiveNumber);
+            "Multiplies the object's coordinates (0.001 for millimeters)", CLI::PositiveNumber);
   command->add_option("--body", options->body,
                       "Body model in place of the embedded one: SMPL-X or SMPL-H, .npz or .pkl");
   AddOption(*command, "--up", options->up,

@@ -190,7 +190,7 @@ void PrintGrasps(const GraspCommand& options, const LoadedObject& object, Side s
                           options.output, set.grasps.size(), object.name, SideName(side), depth,
                           friction, set.closings, set.refinements, seconds,
                           static_cast<double>(set.grasps.size()) / seconds,
-                          std::min<std::size_t>(set.grasps.size(), kMostShown)));
+                          std::min<std::size_t>(set.grasps.size(), kMaxShown)));
 }
 
 // Many distinct grasps into a folder; fewer than asked for are written, too, and after Ctrl-C those

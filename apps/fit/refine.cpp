@@ -107,7 +107,7 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
 // The clip with what it takes to refine it, or an Error.
 ClipInput LoadRefinable(const RefineCommand& options) {
   ClipInput input = LoadClipInput(options.clip, options.input, options.common);
-  RequireMetres(options.clip, input.clip, *input.body);
+  RequireMeters(options.clip, input.clip, *input.body);
   if (!input.clip.object) {
     throw Error(options.clip, "has no object trajectory to refine",
                 "Make one with 'holdfast fit', or give a clip with object_trans and object_orient");

@@ -68,7 +68,7 @@ Eigen::Vector3d ScaleOf(const TransferCommand& options) {
 // The clip, with an object that a hand may hold, or an Error.
 ClipInput LoadHeld(const TransferCommand& options) {
   ClipInput input = LoadClipInput(options.clip, options.input, options.common);
-  RequireMetres(options.clip, input.clip, *input.body);
+  RequireMeters(options.clip, input.clip, *input.body);
   if (!input.clip.object) {
     throw Error(options.clip, "has no object: there is nothing to transfer",
                 "Fit one to it first: holdfast fit " + options.clip + " mug -o held");
@@ -360,7 +360,7 @@ CLI::Option* AddObjectOptions(CLI::App& command, TransferCommand& options) {
                                               ".off .glb .gltf) or embedded object")
                                   ->group(group);
   AddOption(command, "--object-scale", options.object_scale,
-            "Multiplies that object's coordinates (0.001 for millimetres)", CLI::PositiveNumber)
+            "Multiplies that object's coordinates (0.001 for millimeters)", CLI::PositiveNumber)
       ->group(group);
   command
       .add_option("--scale", options.scale,
@@ -422,7 +422,7 @@ void AddVariantOptions(CLI::App& command, CLI::Option* object, TransferCommand& 
             CLI::Range(0.0, 180.0))
       ->needs(variants)
       ->group(group);
-  AddOption(command, "--place", spread.place_m, "Standing elsewhere by up to so many metres",
+  AddOption(command, "--place", spread.place_m, "Standing elsewhere by up to so many meters",
             CLI::Range(0.0, 100.0))
       ->needs(variants)
       ->group(group);

@@ -21,7 +21,7 @@
 namespace holdfast::apps {
 namespace {
 
-constexpr double kLeastKept = 0.5;  // of the contacts: less is no transfer
+constexpr double kMinKept = 0.5;  // of the contacts: less is no transfer
 
 nlohmann::json RobotJson(const RobotTransferSetup& setup) {
   nlohmann::json parts = nlohmann::json::object();
@@ -105,7 +105,7 @@ void AddRobotOptions(CLI::App& command, RobotTransferInput& input) {
       ->group(group);
   command
       .add_flag("--robot-on-path", input.on_path,
-                "Keep its wrist where the human's is, within about a centimetre")
+                "Keep its wrist where the human's is, within about a centimeter")
       ->needs(robot)
       ->group(group);
 }
@@ -185,18 +185,18 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
           measures.contact_mm, measures.angle_deg, 100.0 * measures.touching_ratio,
           measures.deepest_mm, measures.frames_deeper_than_2_mm, GripText(measures),
           result.solve_ms / frames, result.start_ms));
-  if (measures.kept_ratio >= kLeastKept) return kDone;
+  if (measures.kept_ratio >= kMinKept) return kDone;
   Note(common,
        fmt::format("warning: less than {:.0f} % of the contacts are kept: this robot does not "
                    "hold {} so (exit code 3)",
-                   100.0 * kLeastKept, scene.clip.object->name));
+                   100.0 * kMinKept, scene.clip.object->name));
   return kFitFault;
 }
 
 namespace {
 
-constexpr std::array<const char*, 6> kJointColours = {"#3b82c4", "#d4743a", "#4c9f70",
-                                                      "#a55ec0", "#c2a83e", "#888888"};
+constexpr std::array<const char*, 6> kJointColors = {"#3b82c4", "#d4743a", "#4c9f70",
+                                                     "#a55ec0", "#c2a83e", "#888888"};
 
 std::string NumbersTable(const RobotMeasures& measures) {
   const auto frames = static_cast<double>(measures.frames.size());
@@ -238,8 +238,7 @@ std::string JointCharts(const RobotTransferSetup& setup, const std::vector<Robot
       chart.title = title;
       chart.x_label = "frame";
       chart.y_label = "share of its range";
-      ChartLine line{
-          dof.name, kJointColours[chart.lines.size() % kJointColours.size()], {}, {}, {}};
+      ChartLine line{dof.name, kJointColors[chart.lines.size() % kJointColors.size()], {}, {}, {}};
       for (std::size_t t = 0; t < poses.size(); ++t) {
         line.points.emplace_back(static_cast<double>(t),
                                  (poses[t].q(moved.dof) - dof.low) / (dof.high - dof.low));

@@ -89,14 +89,14 @@ int Run(MakeActionsCommand options) {
 void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MakeActionsCommand>();
   CLI::App* command = app.add_subcommand(
-      "make-actions", "Generate a labelled set of people doing things with objects");
+      "make-actions", "Generate a labeled set of people doing things with objects");
   command
       ->add_option("-o,--output", options->output,
                    "Folder to write: s1/mug_drink_1.npz ..., manifest.json, grasps/; an unfinished "
                    "one is resumed, a finished one extended")
       ->required();
   CLI::Option* count = AddOption(*command, "--count", options->set.count, "Scripted clips",
-                                 CLI::Range(0, kMostScripted));
+                                 CLI::Range(0, kMaxScripted));
   command->add_option("--hours", options->hours, "Approximate hours of motion, in place of --count")
       ->check(CLI::Range(0.001, 1000.0))
       ->excludes(count);
@@ -133,7 +133,7 @@ void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
                    "  holdfast make-actions -o few --count 20 --actions drink,call --seed 7\n"
                    "  holdfast make-actions -o both --count 20 --captured recordings\n"
                    "Actions: " +
-                       MadeActionNames() +
+                       ScriptedActionNames() +
                        ".\nNames are GRAB's: SUBJECT/OBJECT_ACTION_NUMBER.npz. Every clip is a "
                        "clip with object; what was dropped\nand why is in manifest.json.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

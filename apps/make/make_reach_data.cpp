@@ -7,7 +7,7 @@
 #include "apps/reach_network.h"
 #include "generator/wandr/reach_network.h"
 #include "solver/body_ik/make_reach_data.h"
-#include "solver/reach/optimised_reaches.h"
+#include "solver/reach/optimized_reaches.h"
 
 namespace holdfast::apps {
 namespace {
@@ -20,23 +20,23 @@ struct MakeReachDataCommand {
   std::string captures, output, body;
   std::string wrist = "right";
   std::vector<std::string> held_out;
-  int optimised = 0;
+  int optimized = 0;
   std::string weights;
 };
 
-// Those of the network's own optimiser, beside the made ones.
-OptimisedReachesReport MakeOptimised(const MakeReachDataCommand& options, const CaptureSet& set,
+// Those of the network's own optimizer, beside the made ones.
+OptimizedReachesReport MakeOptimized(const MakeReachDataCommand& options, const CaptureSet& set,
                                      const BodyModel& body, const ReachNetwork& network,
                                      const StagedProgress& tell) {
-  OptimisedReachesOptions optimised;
-  optimised.count = options.optimised;
-  optimised.seed = options.common.seed;
-  optimised.threads = NumThreads(options.common);
-  optimised.replace = options.common.force;
-  optimised.version = HOLDFAST_VERSION;
-  optimised.network = network.checksum;
-  return MakeOptimisedReaches(set, body, network.weights, optimised,
-                              std::filesystem::path(options.output) / "optimised", tell);
+  OptimizedReachesOptions optimized;
+  optimized.count = options.optimized;
+  optimized.seed = options.common.seed;
+  optimized.threads = NumThreads(options.common);
+  optimized.replace = options.common.force;
+  optimized.version = HOLDFAST_VERSION;
+  optimized.network = network.checksum;
+  return MakeOptimizedReaches(set, body, network.weights, optimized,
+                              std::filesystem::path(options.output) / "optimized", tell);
 }
 
 int Run(MakeReachDataCommand options) {
@@ -52,7 +52,7 @@ int Run(MakeReachDataCommand options) {
   const std::filesystem::path folder = options.output;
   const auto body = LoadBody(options.body);
   std::optional<ReachNetwork> network;  // what is wrong with it is said before hours of work
-  if (options.optimised > 0) network = LoadReachNetwork(options.weights, common);
+  if (options.optimized > 0) network = LoadReachNetwork(options.weights, common);
   StageProgress progress(common);
   const auto tell = [&](const char* stage, int done, int total) {
     progress.Update(stage, done, total);
@@ -74,17 +74,17 @@ int Run(MakeReachDataCommand options) {
         "{:.1f} of {:.1f} minutes after {} clips: nearly all are dropped, see {}", made.minutes,
         60.0 * data.hours, made.tried, (folder / "manifest.json").string()));
   }
-  std::string optimised_text;
+  std::string optimized_text;
   if (network) {
-    const OptimisedReachesReport optimised =
-        MakeOptimised(options, *captured, *body, *network, tell);
+    const OptimizedReachesReport optimized =
+        MakeOptimized(options, *captured, *body, *network, tell);
     progress.End();
-    if (optimised.stopped) return kInterrupted;
-    made.head["optimised"] = {{"clips", optimised.kept},
-                              {"clips_dropped", optimised.dropped},
-                              {"minutes", optimised.minutes}};
-    optimised_text = fmt::format("optimised: {:.1f} minutes in {} clips ({} dropped)\n",
-                                 optimised.minutes, optimised.kept, optimised.dropped);
+    if (optimized.stopped) return kInterrupted;
+    made.head["optimized"] = {{"clips", optimized.kept},
+                              {"clips_dropped", optimized.dropped},
+                              {"minutes", optimized.minutes}};
+    optimized_text = fmt::format("optimized: {:.1f} minutes in {} clips ({} dropped)\n",
+                                 optimized.minutes, optimized.kept, optimized.dropped);
   }
   made.head.erase("captures");
   made.head["output"] = options.output;
@@ -96,7 +96,7 @@ int Run(MakeReachDataCommand options) {
                   options.output, summary["hours"].get<double>(), summary["clips"].get<int>(),
                   summary["clips_dropped"].get<int>(), made.had, summary["goals"].get<int>(),
                   summary["goals_carried"].get<int>()) +
-          optimised_text);
+          optimized_text);
   return kDone;
 }
 
@@ -112,7 +112,7 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
       ->required();
   command
       ->add_option("-o,--output", options->output,
-                   "Folder to write: captured/, made/, optimised/, manifest.json; an unfinished "
+                   "Folder to write: captured/, made/, optimized/, manifest.json; an unfinished "
                    "one is resumed")
       ->required();
   AddOption(*command, "--hours", options->data.hours, "Hours of motion to generate",
@@ -127,7 +127,7 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
             CLI::IsMember({"right", "left", "both"}));
   AddOption(*command, "--reaches", options->data.reaches, "Goals one after the other in a clip",
             CLI::Range(1, 100));
-  AddOption(*command, "--farthest", options->data.farthest_m, "Way to a goal, metres",
+  AddOption(*command, "--farthest", options->data.farthest_m, "Way to a goal, meters",
             CLI::Range(0.5, 20.0));
   AddOption(*command, "--pace", options->data.pace,
             "Multiplies the speeds of walking (1.0-1.8 m/s asked for) and playing (1.0-1.35 "
@@ -137,22 +137,22 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
             CLI::Range(0.1, 1.0));
   command->add_flag("--as-captured", options->data.as_captured,
                     "Leave reaches as they are: goals are where the wrists come to");
-  CLI::Option* const optimised =
-      AddOption(*command, "--optimised", options->optimised,
-                "Number of reaches to try with the latents of a trained network optimised, beside "
-                "(optimised/): what 'train wandr --from' it then learns to do at once",
+  CLI::Option* const optimized =
+      AddOption(*command, "--optimized", options->optimized,
+                "Number of reaches to try with the latents of a trained network optimized, beside "
+                "(optimized/): what 'train wandr --from' it then learns to do at once",
                 CLI::Range(0, 1000000));
   command
       ->add_option("--weights", options->weights,
-                   "Network (.safetensors) of --optimised [the embedded one]")
-      ->needs(optimised);
+                   "Network (.safetensors) of --optimized [the embedded one]")
+      ->needs(optimized);
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast make-reach-data mocap -o reaches --hours 4\n"
-                   "  holdfast make-reach-data mocap -o reaches --hours 4 --optimised 800\n"
+                   "  holdfast make-reach-data mocap -o reaches --hours 4 --optimized 800\n"
                    "  holdfast make-reach-data mocap -o left --hours 0.5 --wrist left --seed 7 "
                    "--held-out cmu_08,cmu_39\n"
-                   "made/*.npz are clips with arrays goal (K x 3, world, metres), goal_frame (K) "
+                   "made/*.npz are clips with arrays goal (K x 3, world, meters), goal_frame (K) "
                    "and goal_wrist (K):\nthe wrist joint is at the goal in its frame. A goal "
                    "begins where the one before is reached.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

@@ -39,7 +39,7 @@ void AddTrackOptions(CLI::App& command, CLI::Option& goal, ReachCommand& reach) 
       ->needs(track);
   command
       .add_option("--push", reach.pushes,
-                  "FRAME,DX,DY,DZ: something moves the body by so many metres from that goal on, "
+                  "FRAME,DX,DY,DZ: something moves the body by so many meters from that goal on, "
                   "within 0.3 s. Repeated: several")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
@@ -60,7 +60,7 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
   CLI::Option* goal =
       command
           ->add_option("--goal", reach.goals,
-                       "X,Y,Z of the wrist, metres, z up from the ground. Repeated: one after "
+                       "X,Y,Z of the wrist, meters, z up from the ground. Repeated: one after "
                        "another in one motion")
           ->expected(1)
           ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -242,7 +242,7 @@ std::string Text(const ReachCommand& command, const ReachOptions& options,
 
 Eigen::Vector3d ParsePoint(const std::string& option, const std::string& text) {
   const Error fault(option + " " + text, "is not three finite numbers",
-                    "Give X,Y,Z in metres with commas and no spaces, as in 1.5,1.0,1.1");
+                    "Give X,Y,Z in meters with commas and no spaces, as in 1.5,1.0,1.1");
   Eigen::Vector3d goal;
   const char* at = text.data();
   const char* const end = text.data() + text.size();
@@ -252,9 +252,9 @@ Eigen::Vector3d ParsePoint(const std::string& option, const std::string& text) {
     at = stopped + (k < 2 ? 1 : 0);
   }
   if (at != end || !goal.allFinite()) throw fault;
-  if (goal.cwiseAbs().maxCoeff() > kMostMetres) {
-    throw Error(option + " " + text, fmt::format("is farther than {:g} m", kMostMetres),
-                "Give metres, as in 1.5,1.0,1.1");
+  if (goal.cwiseAbs().maxCoeff() > kMaxMeters) {
+    throw Error(option + " " + text, fmt::format("is farther than {:g} m", kMaxMeters),
+                "Give meters, as in 1.5,1.0,1.1");
   }
   return goal;
 }
@@ -409,7 +409,7 @@ Outcome RunReach(const ReachCommand& command, const CommonOptions& common) {
 }
 
 TriangleMesh GoalMarkers(std::span<const Eigen::Vector3d> goals) {
-  constexpr double kMarkerRadius = 0.04;  // metres
+  constexpr double kMarkerRadius = 0.04;  // meters
   constexpr int kAround = 12, kRings = 7;
   constexpr int kVertices = kAround * kRings + 2, kFaces = 2 * kAround * kRings;
   const auto count = static_cast<Eigen::Index>(goals.size());
@@ -417,7 +417,7 @@ TriangleMesh GoalMarkers(std::span<const Eigen::Vector3d> goals) {
   mesh.vertices.resize(3, kVertices * count);
   mesh.faces.resize(3, kFaces * count);
   for (Eigen::Index g = 0; g < count; ++g) {
-    const Eigen::Vector3d& centre = goals[static_cast<std::size_t>(g)];
+    const Eigen::Vector3d& center = goals[static_cast<std::size_t>(g)];
     const auto first = static_cast<int>(kVertices * g);
     int face = static_cast<int>(kFaces * g);
     for (int r = 0; r < kRings; ++r) {
@@ -425,7 +425,7 @@ TriangleMesh GoalMarkers(std::span<const Eigen::Vector3d> goals) {
       for (int a = 0; a < kAround; ++a) {
         const double azimuth = 2.0 * std::numbers::pi * a / kAround;
         mesh.vertices.col(first + kAround * r + a) =
-            centre + kMarkerRadius * Eigen::Vector3d(std::sin(polar) * std::cos(azimuth),
+            center + kMarkerRadius * Eigen::Vector3d(std::sin(polar) * std::cos(azimuth),
                                                      std::sin(polar) * std::sin(azimuth),
                                                      std::cos(polar));
         const int here = first + kAround * r + a, next = first + kAround * r + (a + 1) % kAround;
@@ -435,8 +435,8 @@ TriangleMesh GoalMarkers(std::span<const Eigen::Vector3d> goals) {
       }
     }
     const int top = first + kVertices - 2, bottom = first + kVertices - 1;
-    mesh.vertices.col(top) = centre + Eigen::Vector3d(0.0, 0.0, kMarkerRadius);
-    mesh.vertices.col(bottom) = centre - Eigen::Vector3d(0.0, 0.0, kMarkerRadius);
+    mesh.vertices.col(top) = center + Eigen::Vector3d(0.0, 0.0, kMarkerRadius);
+    mesh.vertices.col(bottom) = center - Eigen::Vector3d(0.0, 0.0, kMarkerRadius);
     for (int a = 0; a < kAround; ++a) {
       const int b = (a + 1) % kAround, ring = first + kAround * (kRings - 1);
       mesh.faces.col(face++) << top, first + a, first + b;

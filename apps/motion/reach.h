@@ -17,7 +17,7 @@ namespace holdfast::apps {
 /// A reach with what the command line adds to it.
 struct ReachCommand {
   ReachJob job;
-  std::vector<std::string> goals;      ///< "X,Y,Z", world metres, z up
+  std::vector<std::string> goals;      ///< "X,Y,Z", world meters, z up
   std::string track;                   ///< in place of them: a table of goals, one a frame
   std::optional<double> rate_hz;       ///< of that table
   std::vector<std::string> pushes;     ///< "FRAME,DX,DY,DZ"

@@ -33,7 +33,7 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   CLI::Option* sentence = command->add_option(
       "sentence", job.sentence, "\"The person drinks from the mug\", in place of --action");
   CLI::Option* action =
-      command->add_option("--action", job.action, "The action: " + MadeActionNames())
+      command->add_option("--action", job.action, "The action: " + ScriptedActionNames())
           ->excludes(sentence);
   CLI::Option* object = command->add_option(
       "--object", job.object,

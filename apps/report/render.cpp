@@ -144,7 +144,7 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
       "--markers", options->markers,
       "Folder that 'holdfast solve' made: the measured markers are drawn too, where "
       "its recording is");
-  command->add_flag("--no-contact", options->no_contact, "Do not colour where the hands touch");
+  command->add_flag("--no-contact", options->no_contact, "Do not color where the hands touch");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast render demo_drink -o drink.png --sheet 6x2 --size 240x400\n"
                    "  holdfast render held -o hand_%03d.png --camera hand\n"

@@ -10,7 +10,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_code = kDone;
   AddTrainImosCommand(app, exit_code);
-  AddTrainRecogniserCommand(app, exit_code);
+  AddTrainRecognizerCommand(app, exit_code);
   AddTrainWandrCommand(app, exit_code);
   return RunProgram(app, "holdfast train", argc, argv, exit_code);
 }

@@ -12,7 +12,7 @@
 namespace holdfast::apps {
 
 void AddTrainImosCommand(CLI::App& app, int& exit_code);
-void AddTrainRecogniserCommand(CLI::App& app, int& exit_code);
+void AddTrainRecognizerCommand(CLI::App& app, int& exit_code);
 void AddTrainWandrCommand(CLI::App& app, int& exit_code);
 
 /// An option of a number from `least` to `most`, its default shown.

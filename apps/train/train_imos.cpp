@@ -161,7 +161,7 @@ void AddTrainImosCommand(CLI::App& app, int& exit_code) {
       ->excludes(paper);
   AddNumber(
       *command, "--critic-blur", recipe.given.critic_blur_m, 0.0, 0.2,
-      "Noise on the discriminator's input, metres: hides tremor, so that it judges the action")
+      "Noise on the discriminator's input, meters: hides tremor, so that it judges the action")
       ->excludes(paper);
   command
       ->add_option(

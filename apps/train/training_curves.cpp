@@ -31,8 +31,8 @@ std::vector<json> LinesBefore(const std::filesystem::path& log, long iteration) 
 }
 
 Curve CurveOf(const std::vector<json>& lines, const std::string& kind, const json::json_pointer& at,
-              double scale, std::string name, std::string colour) {
-  Curve curve{std::move(name), std::move(colour), {}};
+              double scale, std::string name, std::string color) {
+  Curve curve{std::move(name), std::move(color), {}};
   for (const json& line : lines) {
     if (line.value("kind", "") != kind || !line.contains(at) || !line[at].is_number()) continue;
     curve.points.emplace_back(line["iteration"].get<double>(), scale * line[at].get<double>());
@@ -67,8 +67,8 @@ std::string Figure(const std::string& title, const std::vector<Curve>& curves, d
   std::string legend;
   for (const Curve& curve : curves) {
     if (curve.points.empty()) continue;
-    svg += SvgPolyline(curve.points, x, y, curve.colour);
-    legend += fmt::format("<span style='color:{}'>{} {:.4g}</span>", curve.colour,
+    svg += SvgPolyline(curve.points, x, y, curve.color);
+    legend += fmt::format("<span style='color:{}'>{} {:.4g}</span>", curve.color,
                           EscapeHtml(curve.name), curve.points.back().second);
   }
   return svg + "</svg><p>" + legend + "</p></figure>";

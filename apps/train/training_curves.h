@@ -17,14 +17,14 @@ std::vector<nlohmann::json> LinesBefore(const std::filesystem::path& log, long i
 /// Something that changes with the iterations of a training.
 struct Curve {
   std::string name;
-  std::string colour;
+  std::string color;
   std::vector<std::pair<double, double>> points;  ///< iteration, value
 };
 
 /// The number at `at` in those lines of a training.jsonl that are of `kind`, times `scale`.
 Curve CurveOf(const std::vector<nlohmann::json>& lines, const std::string& kind,
               const nlohmann::json::json_pointer& at, double scale, std::string name,
-              std::string colour);
+              std::string color);
 
 /// A chart (HTML) up to iteration `iterations`, with the last values below it; empty without
 /// points. A logarithmic one leaves out what is not positive.

@@ -10,13 +10,13 @@ namespace {
 using nlohmann::json;
 
 constexpr const char *kBlue = "#0f62fe", *kBrown = "#b4521e", *kGreen = "#1f7a4d",
-                     *kViolet = "#8a3ffc", *kOchre = "#d39a2d", *kGrey = "#8a9099";
+                     *kViolet = "#8a3ffc", *kOchre = "#d39a2d", *kGray = "#8a9099";
 
 // Where lines of training.jsonl have a curve's numbers, and how it is drawn.
 struct CurveAt {
   const char *kind, *at;
   double scale;
-  const char *name, *colour;
+  const char *name, *color;
 };
 
 struct FigureOf {
@@ -31,7 +31,7 @@ std::string Page(const char* title, const std::vector<FigureOf>& figures,
   for (const FigureOf& figure : figures) {
     std::vector<Curve> curves;
     for (const CurveAt& c : figure.curves) {
-      curves.push_back(CurveOf(lines, c.kind, json::json_pointer(c.at), c.scale, c.name, c.colour));
+      curves.push_back(CurveOf(lines, c.kind, json::json_pointer(c.at), c.scale, c.name, c.color));
     }
     drawn.push_back(Figure(figure.title, curves, static_cast<double>(std::max(iterations, 1l)),
                            figure.logarithmic));
@@ -47,13 +47,13 @@ std::string ImosTrainingPage(const std::vector<json>& lines, long iterations) {
       {{"Joints of free rollouts, cm from what happened (subjects not trained on)",
         false,
         {{"rollout", "/validation/mpjpe_m", 100.0, "mean", kGreen},
-         {"rollout", "/train/mpjpe_m", 100.0, "of those trained on", kGrey},
+         {"rollout", "/train/mpjpe_m", 100.0, "of those trained on", kGray},
          {"rollout", "/validation/still_m", 100.0, "standing still", "#c3c8ce"}}},
        {"Wrist that carries, cm",
         false,
         {{"rollout", "/validation/wrists_m", 100.0, "mean", kBrown},
          {"rollout", "/validation/last_wrist_m", 100.0, "in the last key frame", kOchre},
-         {"rollout", "/train/wrists_m", 100.0, "of those trained on", kGrey}}},
+         {"rollout", "/train/wrists_m", 100.0, "of those trained on", kGray}}},
        {"Object and root, cm",
         false,
         {{"rollout", "/validation/object_m", 100.0, "object", kViolet},
@@ -63,7 +63,7 @@ std::string ImosTrainingPage(const std::vector<json>& lines, long iterations) {
         {{"train", "/arms", 1.0, "arms", kBrown},
          {"train", "/body", 1.0, "body", kBlue},
          {"train", "/velocity", 1.0, "steps", kGreen}}},
-       {"Losses of positions in training, metres",
+       {"Losses of positions in training, meters",
         true,
         {{"train", "/joints", 1.0, "joints", kBlue},
          {"train", "/wrists", 1.0, "wrists", kBrown},

@@ -5,7 +5,7 @@
 //   live_fitting [OBJECT [CLIP]]
 //
 // Here the poses are those of a clip; a tracker gives them in its place. Prints a line per frame:
-// the object's translation (metres) and unit quaternion in the world, energy and time of the solve.
+// the object's translation (meters) and unit quaternion in the world, energy and time of the solve.
 #include <array>
 #include <cstdio>
 #include <string>

@@ -10,8 +10,8 @@
 #include "geometry/suggestion.h"
 
 namespace holdfast {
-std::span<const MadeAction> MadeActions() {
-  static const std::vector<MadeAction> actions = {
+std::span<const ScriptedAction> ScriptedActions() {
+  static const std::vector<ScriptedAction> actions = {
       {"drink", {"mug", "wineglass", "bottle", "bowl"}, 1.3, "rim to the mouth, tilted"},
       {"eat", {"apple", "banana"}, 1.0, "bites"},
       {"pass",
@@ -47,20 +47,20 @@ std::span<const MadeAction> MadeActions() {
   return actions;
 }
 
-std::string MadeActionNames() {
+std::string ScriptedActionNames() {
   std::vector<std::string_view> names;
-  for (const MadeAction& action : MadeActions()) names.push_back(action.name);
+  for (const ScriptedAction& action : ScriptedActions()) names.push_back(action.name);
   return fmt::format("{}", fmt::join(names, ", "));
 }
 
-const MadeAction& FindMadeAction(std::string_view name) {
-  const std::span<const MadeAction> all = MadeActions();
-  const auto found = std::ranges::find(all, name, &MadeAction::name);
+const ScriptedAction& FindScriptedAction(std::string_view name) {
+  const std::span<const ScriptedAction> all = ScriptedActions();
+  const auto found = std::ranges::find(all, name, &ScriptedAction::name);
   if (found != all.end()) return *found;
   const auto nearest = std::ranges::min_element(
-      all, {}, [&](const MadeAction& action) { return EditDistance(name, action.name); });
+      all, {}, [&](const ScriptedAction& action) { return EditDistance(name, action.name); });
   throw Error(std::string(name), "is not an action that can be generated",
-              fmt::format("Did you mean '{}'? There are {}", nearest->name, MadeActionNames()));
+              fmt::format("Did you mean '{}'? There are {}", nearest->name, ScriptedActionNames()));
 }
 
 }  // namespace holdfast

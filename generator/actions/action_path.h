@@ -26,10 +26,10 @@ struct PathKey {
 struct Stroke {
   double begin_s = 0.0, end_s = 0.0;  ///< fades in and out within a period
   double period_s = 0.5;
-  Eigen::Vector3d move = Eigen::Vector3d::Zero();   ///< amplitude, metres
+  Eigen::Vector3d move = Eigen::Vector3d::Zero();   ///< amplitude, meters
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();   ///< amplitude, axis-angle, radians
   Eigen::Vector3d pivot = Eigen::Vector3d::Zero();  ///< that the turn leaves where it is
-  /// Moved a quarter of a period later, for circles; metres.
+  /// Moved a quarter of a period later, for circles; meters.
   Eigen::Vector3d move_aside = Eigen::Vector3d::Zero();
 };
 

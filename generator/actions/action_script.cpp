@@ -36,7 +36,7 @@ constexpr std::array<Intent, 16> kIntents = {{{"drink", WriteDrink, 0.5},
 }  // namespace
 
 ActionScript WriteScript(std::string_view action, const ActionScene& scene, RandomDraws& draws) {
-  FindMadeAction(action);
+  FindScriptedAction(action);
   ScriptWriter writer(scene, draws);
   writer.Begin();
   double chance_of_return = 0.0;

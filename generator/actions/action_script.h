@@ -81,7 +81,7 @@ struct ActionScene {
   bool wrist_blows = false;
 };
 
-/// Writes the script of an action (FindMadeAction) in a style of its own: times, places, tilts,
+/// Writes the script of an action (FindScriptedAction) in a style of its own: times, places, tilts,
 /// strokes, gaze and lean are drawn.
 ActionScript WriteScript(std::string_view action, const ActionScene& scene, RandomDraws& draws);
 
@@ -120,7 +120,7 @@ class ScriptWriter {
   double Time(double low, double high) { return pace_ * draws_.Uniform(low, high); }
   double Now() const { return now_s_; }
 
-  /// A place before the person: metres to the left, forward of the shoulder as a share of the arm,
+  /// A place before the person: meters to the left, forward of the shoulder as a share of the arm,
   /// above the shoulder.
   Eigen::Vector3d Before(double left_m, double forward_share, double above_shoulder_m) const;
   /// Between the eyes at the start, world.

@@ -60,7 +60,7 @@ std::vector<double> WayGone(const Eigen::Matrix3Xd& rest_joints, const Clip& cli
     ForwardJoints(rest_joints, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
     hands.push_back(state.WorldFromJoint(kSpine3).inverse() * state.joints.col(kRightWrist));
   }
-  double farthest = 0.05;  // metres
+  double farthest = 0.05;  // meters
   for (const Vector3d& hand : hands) farthest = std::max(farthest, (hand - hands[0]).norm());
   std::vector<double> gone;
   for (const Vector3d& hand : hands) gone.push_back((hand - hands[0]).norm() / farthest);
@@ -245,7 +245,7 @@ void AddBlows(const Eigen::Matrix3Xd& rest_joints, const ObjectMarks& marks, con
   }
 }
 
-// To and fro: a sine along one direction, a cosine along another, metres, world.
+// To and fro: a sine along one direction, a cosine along another, meters, world.
 struct Swing {
   Vector3d along = Vector3d::Zero(), aside = Vector3d::Zero();
 };

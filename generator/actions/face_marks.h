@@ -13,7 +13,7 @@
 namespace holdfast {
 
 /// Places on a head that objects are brought to. Frame: that of the head joint in the rest pose,
-/// origin at the joint, y up, z where the face looks, x to the person's left; metres.
+/// origin at the joint, y up, z where the face looks, x to the person's left; meters.
 struct FaceMarks {
   Eigen::Vector3d eyes = Eigen::Vector3d(0.0, 0.05, 0.09);        ///< between both
   Eigen::Vector3d mouth = Eigen::Vector3d(0.0, -0.01, 0.1);       ///< on the skin
@@ -27,7 +27,7 @@ struct FaceMarks {
 /// one without a head.
 FaceMarks FindFaceMarks(const BodySurface& body);
 
-/// What an action must know of an object, in the object's frame (z up as it stands), metres. The
+/// What an action must know of an object, in the object's frame (z up as it stands), meters. The
 /// embedded objects' frames are written in meshes/objects/README.md.
 struct ObjectMarks {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();  ///< of the bounding box
@@ -57,8 +57,8 @@ ObjectMarks ReflectX(const ObjectMarks& marks);
 
 /// A place of an object and the place at the head that an action brings it to.
 struct FacePlace {
-  Eigen::Vector3d mark = Eigen::Vector3d::Zero();   ///< object's frame, metres
-  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< head's frame (FaceMarks), metres
+  Eigen::Vector3d mark = Eigen::Vector3d::Zero();   ///< object's frame, meters
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< head's frame (FaceMarks), meters
 };
 
 /// What the scripts of the actions ask for (WriteDrink and the others), for an object that is

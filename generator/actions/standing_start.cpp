@@ -28,7 +28,7 @@ using Eigen::Vector3d;
 
 constexpr double kPi = std::numbers::pi;
 constexpr int kHip = 1, kKnee = 4, kAnkle = 7;  // left; the right is next
-constexpr int kLeastFrames = 24, kMostFrames = 150;
+constexpr int kMinFrames = 24, kMaxFrames = 150;
 constexpr double kStill_m = 0.02;  // that an ankle or, twice that, the pelvis wanders
 constexpr double kIdle_m = 0.10;   // that a hand wanders, against the pelvis
 
@@ -58,7 +58,7 @@ bool Stands(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame) {
 int StillUntil(const Eigen::Matrix3Xd& rest_joints, std::span<const BodyFrame> frames, int begin) {
   const BodyPlacement first = Place(rest_joints, frames[static_cast<std::size_t>(begin)]);
   int t = begin;
-  for (; t < std::min<int>(static_cast<int>(frames.size()), begin + kMostFrames); ++t) {
+  for (; t < std::min<int>(static_cast<int>(frames.size()), begin + kMaxFrames); ++t) {
     const BodyFrame& frame = frames[static_cast<std::size_t>(t)];
     if (!Stands(rest_joints, frame)) break;
     const BodyPlacement at = Place(rest_joints, frame);
@@ -85,9 +85,9 @@ std::vector<StandingStart> FindStandingStarts(const Eigen::Matrix3Xd& rest_joint
                                               std::span<const BodyFrame> frames) {
   std::vector<StandingStart> starts;
   const int count = static_cast<int>(frames.size());
-  for (int begin = 0; begin + kLeastFrames <= count;) {
+  for (int begin = 0; begin + kMinFrames <= count;) {
     const int end = StillUntil(rest_joints, frames, begin);
-    if (end - begin < kLeastFrames) {
+    if (end - begin < kMinFrames) {
       begin = std::max(end, begin + 3);
       continue;
     }
@@ -113,7 +113,7 @@ StandingStart OwnStanding(const BodyMeasures& body, std::uint64_t seed) {
   hang.hand = HandOrientation(Side::kRight, -Vector3d::UnitZ(), -Vector3d::UnitY());
   hang.gaze = 0.0;
   ScriptedReachOptions options;
-  options.duration_s = kMostFrames / 30.0;
+  options.duration_s = kMaxFrames / 30.0;
   options.seed = seed;
   StandingStart start;
   start.source = "own";

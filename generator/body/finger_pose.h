@@ -12,7 +12,7 @@ namespace holdfast {
 FingerPose RelaxedFingers(const Eigen::Matrix3Xd& rest_joints, Side side);
 
 /// A hand that takes something: `closure` 0 is open and spread, ready to receive; 1 is closed
-/// around a handle of a few centimetres, thumb opposed. In between the fingers close together.
+/// around a handle of a few centimeters, thumb opposed. In between the fingers close together.
 /// Bends about each finger's own axis, taken from the bones of `rest_joints` (3 x 55), within a
 /// hand's range.
 FingerPose GraspingFingers(const Eigen::Matrix3Xd& rest_joints, Side side, double closure);

@@ -17,7 +17,7 @@ namespace holdfast {
 struct HandOntoBodyReport {
   double mean_missing_mm = 0.0;  ///< distance of the wrists, over all frames
   double max_missing_mm = 0.0;
-  int frames_out_of_reach = 0;  ///< more than a millimetre away
+  int frames_out_of_reach = 0;  ///< more than a millimeter away
 };
 
 /// Gives a body the motion of a hand alone (MANO): in each frame the body's wrist goes to where the

@@ -29,12 +29,12 @@ struct LimbPose {
 /// The one pose that puts the limb's end on `target` with the middle joint on the side of `pole`
 /// (a direction, world; need not be perpendicular or unit). Exact: law of cosines. A target too far
 /// or too near is replaced by the point in its direction at the distance that the flexion limits
-/// allow. `rest_joints` (3 x 55); `root` is the root joint's position, world metres.
+/// allow. `rest_joints` (3 x 55); `root` is the root joint's position, world meters.
 LimbPose SolveLimb(const Eigen::Matrix3Xd& rest_joints, const Limb& limb,
                    const Eigen::Vector3d& root, const Eigen::Vector3d& target,
                    const Eigen::Vector3d& pole);
 
-/// Shortest and longest distance from root to end that the flexion limits allow, metres.
+/// Shortest and longest distance from root to end that the flexion limits allow, meters.
 double MinReach(const Eigen::Matrix3Xd& rest_joints, const Limb& limb);
 double MaxReach(const Eigen::Matrix3Xd& rest_joints, const Limb& limb);
 

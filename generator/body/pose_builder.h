@@ -49,7 +49,7 @@ class PoseBuilder {
 /// otherwise the wrist comes as near as the arm is long, with the rotation asked for.
 ///
 /// `rest_joints` (3 x 55); `pose` and `trans` as in a clip. Returns the distance that is missing,
-/// metres.
+/// meters.
 double MoveWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Eigen::Matrix3d& rotation,
                  const Eigen::Vector3d& position, const Eigen::Vector3d& trans, JointPose& pose);
 

@@ -20,7 +20,7 @@ using wandr::BodyKinematics;
 using wandr::RotationFromRows12;
 using wandr::Rows12;
 
-constexpr double kMetresPerRadian = 0.1;  // of an object in a hand, to weigh turns against ways
+constexpr double kMetersPerRadian = 0.1;  // of an object in a hand, to weigh turns against ways
 
 wandr::BoneOffsets<double> BonesOf(const ActionSequence& sequence) {
   return wandr::BoneOffsetsOf(sequence.rest_joints);
@@ -58,7 +58,7 @@ void Complete(ActionSequence& sequence) {
       const ObjectPose guess =
           Carried(ObjectAt(sequence, k - 1), carrier, kinematics[k - 1], kinematics[k]);
       const double error =
-          (guess.T - truth.T).norm() + kMetresPerRadian * AngleBetween(guess.R, truth.R);
+          (guess.T - truth.T).norm() + kMetersPerRadian * AngleBetween(guess.R, truth.R);
       if (error >= least) continue;
       least = error;
       sequence.carriers[k] = carrier;
@@ -110,7 +110,7 @@ ObjectPose Carried(const ObjectPose& object, Carrier carrier, const BodyKinemati
   if (carrier == Carrier::kNothing) return object;
   const int wrist = WristJoint(carrier == Carrier::kRightWrist ? Side::kRight : Side::kLeft);
   const Eigen::Matrix3d turn = to.world[wrist] * from.world[wrist].transpose();
-  return {wandr::Orthonormalised<double>(turn * object.R),
+  return {wandr::Orthonormalized<double>(turn * object.R),
           turn * (object.T - from.joints.col(wrist)) + to.joints.col(wrist)};
 }
 
@@ -237,12 +237,12 @@ Clip Picked(const Clip& clip, int first, int step) {
 }  // namespace
 
 std::optional<std::pair<int, int>> ContactInterval(const Clip& clip) {
-  const bool labelled = clip.contact && clip.contact->object.size() > 0;
-  if (!labelled && clip.holding_hand.empty()) return std::nullopt;
+  const bool labeled = clip.contact && clip.contact->object.size() > 0;
+  if (!labeled && clip.holding_hand.empty()) return std::nullopt;
   std::optional<std::pair<int, int>> interval;
   for (int t = 0; t < clip.NumFrames(); ++t) {
     const bool touches =
-        labelled ? (clip.contact->object.col(t).array() != 0).any() : clip.holding_hand[t] != 0;
+        labeled ? (clip.contact->object.col(t).array() != 0).any() : clip.holding_hand[t] != 0;
     if (!touches) continue;
     if (!interval) interval.emplace(t, t);
     interval->second = t;

@@ -51,7 +51,7 @@ using RotationColumns = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 /// published code only subtracts the translation.)
 struct CanonicalFrame {
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();     ///< about z: canonical_from_world
-  Eigen::Vector3d pelvis = Eigen::Vector3d::Zero();       ///< p0, world, metres
+  Eigen::Vector3d pelvis = Eigen::Vector3d::Zero();       ///< p0, world, meters
   Eigen::Vector3d rest_pelvis = Eigen::Vector3d::Zero();  ///< J_0
 
   Eigen::Vector3d PointFromWorld(const Eigen::Vector3d& x) const {
@@ -81,7 +81,7 @@ CanonicalFrame CanonicalFrameOf(const Eigen::Matrix3d& root, const Eigen::Vector
 enum class Carrier : std::uint8_t { kNothing, kRightWrist, kLeftWrist };
 
 /// Key frames of somebody who does something with an object: what networks learn from and begin
-/// with. All in the canonical frame, metres; x = R x_object + T for columns, as everywhere here.
+/// with. All in the canonical frame, meters; x = R x_object + T for columns, as everywhere here.
 struct ActionSequence {
   std::string name;    ///< "mug_drink_1"
   std::string source;  ///< file

@@ -37,9 +37,9 @@ template <>
 constexpr std::array kWords<ArmsObject>{Word<ArmsObject>{ArmsObject::kTranslation, "translation"},
                                         Word<ArmsObject>{ArmsObject::kPose, "pose"}};
 template <>
-constexpr std::array kWords<ObjectNow>{Word<ObjectNow>{ObjectNow::kAbsent, "absent"},
-                                       Word<ObjectNow>{ObjectNow::kPrevious, "previous"},
-                                       Word<ObjectNow>{ObjectNow::kTrue, "true"}};
+constexpr std::array kWords<ObjectInput>{Word<ObjectInput>{ObjectInput::kAbsent, "absent"},
+                                         Word<ObjectInput>{ObjectInput::kPrevious, "previous"},
+                                         Word<ObjectInput>{ObjectInput::kTrue, "true"}};
 template <>
 constexpr std::array kWords<ArmOrder>{
     Word<ArmOrder>{ArmOrder::kAscending, "16,17,18,19,20,21"},
@@ -52,8 +52,9 @@ template <>
 constexpr std::array kWords<BodyMakes>{Word<BodyMakes>{BodyMakes::kPose, "pose"},
                                        Word<BodyMakes>{BodyMakes::kStep, "step"}};
 template <>
-constexpr std::array kWords<AttendedPast>{Word<AttendedPast>{AttendedPast::kInstead, "instead"},
-                                          Word<AttendedPast>{AttendedPast::kBeside, "beside"}};
+constexpr std::array kWords<AttentionInput>{
+    Word<AttentionInput>{AttentionInput::kReplace, "instead"},
+    Word<AttentionInput>{AttentionInput::kConcat, "beside"}};
 template <>
 constexpr std::array kWords<ObjectRotation>{
     Word<ObjectRotation>{ObjectRotation::kColumns, "columns"},
@@ -207,7 +208,7 @@ int Config::BodyConditionInput() const { return kNumBetas + kNumObjects + action
 int Config::BodyPastInput() const {
   int size = kHistory * (BodyPastPoseSize() + kObjectSize) + ProgressSize() + body_condition;
   if (HasArms()) size += kHistory * kArmsSize + (body_sees_arms_now ? kArmsSize : 0);
-  if (object_now != ObjectNow::kAbsent) size += kObjectSize;
+  if (object_now != ObjectInput::kAbsent) size += kObjectSize;
   if (root == RootTranslation::kPredicted) size += kHistory * 3;
   return size;
 }
@@ -223,10 +224,10 @@ Config CompactConfig() {
   config.action_embedding = ActionEmbedding::kLearned;
   config.action_size = 32;
   config.arms_see_class = true;
-  config.attended_past = AttendedPast::kBeside;
+  config.attended_past = AttentionInput::kConcat;
   config.sees_progress = true;
   config.arms_object = ArmsObject::kPose;
-  config.object_now = ObjectNow::kPrevious;
+  config.object_now = ObjectInput::kPrevious;
   config.root = RootTranslation::kPredicted;
   config.body_makes = BodyMakes::kStep;
   config.object_rotation = ObjectRotation::kColumns;

@@ -43,12 +43,12 @@ enum class ArmsObject { kTranslation, kPose };
 /// What Body Synthesis sees of the object besides the past k poses: nothing (the paper), or one
 /// more pose, when running always that of the frame before. kTrue trains on the true pose at t (the
 /// code), kPrevious on the same that running has.
-enum class ObjectNow { kAbsent, kPrevious, kTrue };
+enum class ObjectInput { kAbsent, kPrevious, kTrue };
 /// In which order Arm Synthesis takes and gives joints: 16, 17, .., 21, or 17, 19, 21, 16, 18, 20
 /// as in the published weights. Body Synthesis always has them ascending.
 enum class ArmOrder { kAscending, kRightThenLeft };
 /// The root's translation: given with every frame (the code), or predicted by Body Synthesis: it
-/// sees the past k, and 3 more outputs are the step from the previous key frame, metres.
+/// sees the past k, and 3 more outputs are the step from the previous key frame, meters.
 enum class RootTranslation { kGiven, kPredicted };
 /// What Body Synthesis makes of the pose: the pose itself (the code), or its step from the previous
 /// key frame in 6D, as Arm Synthesis does: then people stand as they stood, also those it never
@@ -57,7 +57,7 @@ enum class BodyMakes { kPose, kStep };
 /// What Body Synthesis sees of past poses where there is self-attention: what that makes of them
 /// instead of them (the paper), or beside them. A layer norm over the whole pose is attention's
 /// last step, and takes away how large its numbers are.
-enum class AttendedPast { kInstead, kBeside };
+enum class AttentionInput { kReplace, kConcat };
 /// Which rotation of the object the networks see: R of x = R x_object + T, or its transpose, as
 /// GRAB and the published weights have it (their points are rows).
 enum class ObjectRotation { kColumns, kRows };
@@ -67,7 +67,7 @@ enum class ObjectRotation { kColumns, kRows };
 struct Config {
   Modules modules = Modules::kTwo;
   bool self_attention = true;  ///< false: the second ablation, past poses as they are
-  AttendedPast attended_past = AttendedPast::kInstead;
+  AttentionInput attended_past = AttentionInput::kReplace;
   /// Encoders and decoders see how far the motion is, t / 14, at most 1: four past key frames
   /// cannot tell a first bite from a last one. Not in the published system.
   bool sees_progress = false;
@@ -76,7 +76,7 @@ struct Config {
   bool arms_see_class = false;  ///< the object's one-hot in the arms' condition (the paper)
   ArmsObject arms_object = ArmsObject::kTranslation;
   bool body_sees_arms_now = true;  ///< the arms of frame t, just made (the code), or not (paper)
-  ObjectNow object_now = ObjectNow::kTrue;
+  ObjectInput object_now = ObjectInput::kTrue;
   ArmOrder arm_order = ArmOrder::kAscending;
   RootTranslation root = RootTranslation::kGiven;
   BodyMakes body_makes = BodyMakes::kPose;
@@ -103,7 +103,7 @@ struct Config {
   int BodyJoints() const { return HasArms() ? kNumTrunkJoints : kNumPoseJoints; }
   int BodyPoseSize() const { return BodyJoints() * kRotationSize; }
   /// Whether Body Synthesis sees past poses as they are.
-  bool SeesPastPoses() const { return !self_attention || attended_past == AttendedPast::kBeside; }
+  bool SeesPastPoses() const { return !self_attention || attended_past == AttentionInput::kConcat; }
   /// Numbers of a past pose as Body Synthesis sees it.
   int BodyPastPoseSize() const {
     return ((self_attention ? 1 : 0) + (SeesPastPoses() ? 1 : 0)) * BodyPoseSize();
@@ -129,7 +129,7 @@ struct Config {
   /// past arms 4 x 36 and, if body_sees_arms_now, arms of frame t 36; object "now" 9 unless absent;
   /// past objects 4 x 9; past root translations 4 x 3 if predicted; progress 1 if seen; phi
   int BodyPastInput() const;
-  /// latent, then the past encoder's input before its normalisation
+  /// latent, then the past encoder's input before its normalization
   int BodyDecoderInput() const;
   /// BodyPoseSize(), and 3 more with a predicted root
   int BodyOutput() const;

@@ -25,7 +25,7 @@ class ChainReader {
     return chain;
   }
 
-  // BatchNorm; a block; a block of [normalised input | it]; mu and sigma below each other.
+  // BatchNorm; a block; a block of [normalized input | it]; mu and sigma below each other.
   BlockChain Encoder(int input, int first, int second, int latent) const {
     BlockChain chain;
     chain.blocks = {ReadBlockOf("enc_rb1_past", input, first),

@@ -15,10 +15,10 @@
 namespace holdfast::imos {
 namespace {
 
-constexpr const char* kRecogniserFormat = "imos-recogniser-1";
-constexpr const char* kRecogniserRemedy = "Give a file that 'holdfast train recogniser' wrote";
+constexpr const char* kRecognizerFormat = "imos-recognizer-1";
+constexpr const char* kRecognizerRemedy = "Give a file that 'holdfast train recognizer' wrote";
 
-constexpr int kHidden = kRecogniserFeatures;
+constexpr int kHidden = kRecognizerFeatures;
 constexpr int kGates = 4 * kHidden;
 constexpr int kPlaneInputs = 2 * kMetricJoints;
 constexpr int kBlock = 32;  // motions that share a pass over the weights
@@ -56,9 +56,9 @@ void RequireMotions(std::span<const JointMotion> motions) {
 
 }  // namespace
 
-RecogniserWeights RandomRecogniser(std::uint64_t seed) {
+RecognizerWeights RandomRecognizer(std::uint64_t seed) {
   nn::RandomStream random(seed);
-  RecogniserWeights weights;
+  RecognizerWeights weights;
   const auto add = [&](const std::string& name, std::vector<std::size_t> shape, double fan_in) {
     std::size_t size = 1;
     for (const std::size_t length : shape) size *= length;
@@ -88,38 +88,38 @@ RecogniserWeights RandomRecogniser(std::uint64_t seed) {
   return weights;
 }
 
-RecogniserWeights ReadRecogniser(const std::filesystem::path& path) {
+RecognizerWeights ReadRecognizer(const std::filesystem::path& path) {
   const SafetensorsReader file(path);
-  RecogniserWeights weights;
+  RecognizerWeights weights;
   weights.notes = file.Metadata();
   if (const auto format = weights.notes.extract("format"); !format.empty()) {
     // "pt" is what PyTorch's own writer says.
-    if (format.mapped() != kRecogniserFormat && format.mapped() != "pt") {
+    if (format.mapped() != kRecognizerFormat && format.mapped() != "pt") {
       throw Error(path.string(),
-                  fmt::format("its format is '{}', not '{}'", format.mapped(), kRecogniserFormat),
-                  kRecogniserRemedy);
+                  fmt::format("its format is '{}', not '{}'", format.mapped(), kRecognizerFormat),
+                  kRecognizerRemedy);
     }
   }
   for (const std::string& name : file.Names()) {
     const NpyMember member = file.Read(name);
     weights.tensors[name] = {member.array.shape, member.AsFloats()};
   }
-  const Recogniser checked(weights, path.string());
+  const Recognizer checked(weights, path.string());
   return weights;
 }
 
-void WriteRecogniser(const RecogniserWeights& weights, const std::filesystem::path& path) {
+void WriteRecognizer(const RecognizerWeights& weights, const std::filesystem::path& path) {
   SafetensorsWriter writer;
   for (const auto& [name, tensor] : weights.tensors) {
     writer.AddFloat32(name, tensor.shape, tensor.values);
   }
   SafetensorsMetadata metadata(weights.notes.begin(), weights.notes.end());
-  metadata["format"] = kRecogniserFormat;
+  metadata["format"] = kRecognizerFormat;
   writer.SetMetadata(std::move(metadata));
   writer.Write(path);
 }
 
-Recogniser::Lstm Recogniser::ReadLstm(const nn::TensorMap& tensors, const std::string& lstm,
+Recognizer::Lstm Recognizer::ReadLstm(const nn::TensorMap& tensors, const std::string& lstm,
                                       const std::string& convolution, const std::string& where) {
   Lstm read;
   for (int layer = 0; layer < 2; ++layer) {
@@ -143,14 +143,14 @@ Recogniser::Lstm Recogniser::ReadLstm(const nn::TensorMap& tensors, const std::s
   return read;
 }
 
-Recogniser::Recogniser(const RecogniserWeights& weights, const std::string& where)
+Recognizer::Recognizer(const RecognizerWeights& weights, const std::string& where)
     : loops_(&nn::LoopsFor<float>(BestIsa())),
       planes_{ReadLstm(weights.tensors, "lstm2_2", "conv1_2_2", where),
               ReadLstm(weights.tensors, "lstm2_3", "conv1_2_3", where)},
       labels_(nn::ReadMatrix(weights.tensors, "hidden2label.weight", where, kNumActions, kHidden)),
       labels_bias_(nn::ReadVector(weights.tensors, "hidden2label.bias", where, kNumActions)) {}
 
-void Recogniser::Run(const Lstm& lstm, std::span<const Eigen::MatrixXf> steps,
+void Recognizer::Run(const Lstm& lstm, std::span<const Eigen::MatrixXf> steps,
                      Eigen::MatrixXf& y) const {
   const Eigen::Index columns = y.cols();
   Eigen::MatrixXf inputs[2] = {Eigen::MatrixXf::Zero(kPlaneInputs + kHidden, columns),
@@ -184,7 +184,7 @@ void Recogniser::Run(const Lstm& lstm, std::span<const Eigen::MatrixXf> steps,
   }
 }
 
-void Recogniser::RecogniseBlock(std::span<const JointMotion> motions, Eigen::Index first,
+void Recognizer::RecognizeBlock(std::span<const JointMotion> motions, Eigen::Index first,
                                 Recognition& result) const {
   const auto columns = std::ssize(motions);
   const Eigen::Index frames = motions[0].cols();
@@ -203,16 +203,16 @@ void Recogniser::RecogniseBlock(std::span<const JointMotion> motions, Eigen::Ind
   result.features.middleCols(first, columns) = 0.1f * y.array().tanh();
 }
 
-Recognition Recogniser::Recognise(std::span<const JointMotion> motions, int threads) const {
+Recognition Recognizer::Recognize(std::span<const JointMotion> motions, int threads) const {
   RequireMotions(motions);
   const auto count = std::ssize(motions);
   Recognition result;
   result.logits.resize(kNumActions, count);
-  result.features.resize(kRecogniserFeatures, count);
+  result.features.resize(kRecognizerFeatures, count);
   const int blocks = static_cast<int>((count + kBlock - 1) / kBlock);
   ParallelFor(blocks, threads, [&](int block) {
     const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(block) * kBlock;
-    RecogniseBlock(motions.subspan(first, std::min<std::ptrdiff_t>(kBlock, count - first)), first,
+    RecognizeBlock(motions.subspan(first, std::min<std::ptrdiff_t>(kBlock, count - first)), first,
                    result);
   });
   for (Eigen::Index n = 0; n < count; ++n) {

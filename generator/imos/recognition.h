@@ -17,24 +17,24 @@
 
 namespace holdfast::imos {
 
-inline constexpr int kRecogniserFeatures = 128;  ///< numbers that stand for a motion
+inline constexpr int kRecognizerFeatures = 128;  ///< numbers that stand for a motion
 
 /// The recognition network's tensors, by the names and shapes that the authors' PyTorch module has
 /// them by: lstm2_2 of (x, y) and lstm2_3 of (x, z) (`weight_ih_l0` 512 x 44 and so on, gates i, f,
 /// g, o), conv1_2_2 and conv1_2_3 (1 x 1 x 3), hidden2label (29 x 128).
-struct RecogniserWeights {
+struct RecognizerWeights {
   nn::TensorMap tensors;
   std::map<std::string, std::string> notes;  ///< how they came about
 };
 
 /// PyTorch's initial distribution.
-RecogniserWeights RandomRecogniser(std::uint64_t seed);
+RecognizerWeights RandomRecognizer(std::uint64_t seed);
 
-/// Throws Error for files that are no recogniser's: names missing, other shapes, NaN.
-RecogniserWeights ReadRecogniser(const std::filesystem::path& path);
-void WriteRecogniser(const RecogniserWeights& weights, const std::filesystem::path& path);
+/// Throws Error for files that are no recognizer's: names missing, other shapes, NaN.
+RecognizerWeights ReadRecognizer(const std::filesystem::path& path);
+void WriteRecognizer(const RecognizerWeights& weights, const std::filesystem::path& path);
 
-/// What a recogniser makes of N motions.
+/// What a recognizer makes of N motions.
 struct Recognition {
   Eigen::MatrixXf logits;    ///< (29 x N); the network's scores are their sigmoids
   Eigen::MatrixXf features;  ///< (128 x N) 0.1 tanh(y)
@@ -46,15 +46,15 @@ struct Recognition {
 /// sees (x, y) and one (x, z) of the 22 joints in each key frame; a convolution along each one's
 /// last 128 outputs; y is their sum, sigmoid(W y + b) the scores. Const, shared by any number of
 /// threads.
-class Recogniser {
+class Recognizer {
  public:
-  /// Throws Error (`where` names the file) as ReadRecogniser does.
-  explicit Recogniser(const RecogniserWeights& weights, const std::string& where = "recogniser");
+  /// Throws Error (`where` names the file) as ReadRecognizer does.
+  explicit Recognizer(const RecognizerWeights& weights, const std::string& where = "recognizer");
 
   /// Of motions of one length. The result does not depend on `threads`, nor a motion's on what
   /// others there are. Throws Error for motions of other sizes or with coordinates that are not
   /// finite.
-  Recognition Recognise(std::span<const JointMotion> motions, int threads = 1) const;
+  Recognition Recognize(std::span<const JointMotion> motions, int threads = 1) const;
 
  private:
   // [W_input W_recurrent] of both layers, and the sums of their biases.
@@ -68,7 +68,7 @@ class Recogniser {
                        const std::string& convolution, const std::string& where);
   // Adds the convolution of the last outputs to y. `steps` are the inputs (44 x n) of each frame.
   void Run(const Lstm& lstm, std::span<const Eigen::MatrixXf> steps, Eigen::MatrixXf& y) const;
-  void RecogniseBlock(std::span<const JointMotion> motions, Eigen::Index first,
+  void RecognizeBlock(std::span<const JointMotion> motions, Eigen::Index first,
                       Recognition& result) const;
 
   const kernels::LayerLoops<float>* loops_;

@@ -31,7 +31,7 @@ Linear ReadLinear(const nn::TensorMap& tensors, const std::string& name, const s
           nn::ReadVector(tensors, name + ".bias", where, output).cast<double>()};
 }
 
-// Normalises what comes out of it.
+// Normalizes what comes out of it.
 Linear Normed(const Affine& affine, Linear linear) {
   linear.weight = affine.scale.asDiagonal() * linear.weight;
   linear.bias = affine.scale.cwiseProduct(linear.bias) + affine.shift;

@@ -30,7 +30,7 @@ struct Block {
   Eigen::VectorXd second_bias;
   Eigen::MatrixXd skip;  ///< C (out x in)
   Eigen::VectorXd skip_bias;
-  bool skip_is_linear = false;  ///< in = out: C x + c is the input, normalised or not
+  bool skip_is_linear = false;  ///< in = out: C x + c is the input, normalized or not
 };
 
 /// Reads `<name>.weight`, `.bias`, `.running_mean` and `.running_var` of `size` values. Throws
@@ -40,7 +40,7 @@ Affine ReadBatchNorm(const nn::TensorMap& tensors, const std::string& name,
 /// Reads `<name>.fc1`, `.bn1`, `.fc2`, `.bn2`, and `.fc3` where the sizes differ.
 Block ReadBlock(const nn::TensorMap& tensors, const std::string& name, const std::string& where,
                 int input, int width, int output);
-/// The block of an input whose first values are normalised before.
+/// The block of an input whose first values are normalized before.
 void FoldInput(const Affine& affine, Block& block);
 
 /// What every network here is: a block of the input x; a second one of [x | the first's output]; a

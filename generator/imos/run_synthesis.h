@@ -13,7 +13,7 @@
 
 namespace holdfast::imos {
 
-/// Where one sample starts: its first k key frames, in the networks' frame (canonical), metres.
+/// Where one sample starts: its first k key frames, in the networks' frame (canonical), meters.
 struct SynthesisStart {
   Eigen::Matrix<double, kPoseSize, kHistory> poses;      ///< PoseColumn
   Eigen::Matrix<double, 3, kHistory> roots;              ///< SMPL-X translation

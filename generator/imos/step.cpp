@@ -137,7 +137,7 @@ void PutBodyPast(const Config& c, std::span<const KeyFrame<Real>, kHistory> past
     }
     if (c.body_sees_arms_now) out.Put(next.pose.col(i).data() + kArmsOf, kArmsSize);
   }
-  if (c.object_now != ObjectNow::kAbsent) out.Put(past.back().object.col(i).data(), kObjectSize);
+  if (c.object_now != ObjectInput::kAbsent) out.Put(past.back().object.col(i).data(), kObjectSize);
   for (const KeyFrame<Real>& frame : past) out.Put(frame.object.col(i).data(), kObjectSize);
   if (c.root == RootTranslation::kPredicted) {
     for (const KeyFrame<Real>& frame : past) out.Put(frame.root.col(i).data(), 3);
@@ -165,7 +165,7 @@ void AddBodyPast(const Config& c, ColumnAdder<Real>& bars,
     }
     if (c.body_sees_arms_now) bars.AddTo(arms_bar, kArmsSize);
   }
-  if (c.object_now != ObjectNow::kAbsent) {
+  if (c.object_now != ObjectInput::kAbsent) {
     bars.AddTo(past_bar.back().object.col(i).data(), kObjectSize);
   }
   for (KeyFrame<Real>& frame : past_bar) bars.AddTo(frame.object.col(i).data(), kObjectSize);

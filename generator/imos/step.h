@@ -16,7 +16,7 @@ template <typename Real>
 struct KeyFrame {
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
   Matrix pose;      ///< (132 x N) joints 0..21, six numbers each, as the networks gave them
-  Matrix root;      ///< (3 x N) translation of the root, metres
+  Matrix root;      ///< (3 x N) translation of the root, meters
   Matrix object;    ///< (9 x N) translation, rotation (ObjectColumn)
   Matrix attended;  ///< the pose of Body Synthesis after attention; not used without
 

@@ -45,8 +45,8 @@ struct Gaussian {
 Gaussian GaussianOf(const Eigen::MatrixXf& features) {
   Gaussian gaussian;
   gaussian.mean = features.cast<double>().rowwise().mean();
-  const Eigen::MatrixXd centred = features.cast<double>().colwise() - gaussian.mean;
-  gaussian.covariance = centred * centred.transpose() / static_cast<double>(features.cols() - 1);
+  const Eigen::MatrixXd centerd = features.cast<double>().colwise() - gaussian.mean;
+  gaussian.covariance = centerd * centerd.transpose() / static_cast<double>(features.cols() - 1);
   return gaussian;
 }
 
@@ -95,10 +95,10 @@ double FrechetDistance(const Eigen::MatrixXf& features, const Eigen::MatrixXf& r
                            b.covariance.trace() - 2.0 * shared);
 }
 
-double RecognitionAccuracy(std::span<const int> recognised, std::span<const int> labels) {
-  RequireLabels(labels.size(), static_cast<Eigen::Index>(recognised.size()));
+double RecognitionAccuracy(std::span<const int> recognized, std::span<const int> labels) {
+  RequireLabels(labels.size(), static_cast<Eigen::Index>(recognized.size()));
   int right = 0;
-  for (std::size_t n = 0; n < labels.size(); ++n) right += recognised[n] == labels[n];
+  for (std::size_t n = 0; n < labels.size(); ++n) right += recognized[n] == labels[n];
   return static_cast<double>(right) / static_cast<double>(labels.size());
 }
 
@@ -122,19 +122,19 @@ double Diversity(const Eigen::MatrixXf& features) {
   return 2.0 * sum / static_cast<double>(features.cols() * (features.cols() - 1));
 }
 
-double MultimodalityOfCode(const Eigen::MatrixXf& features, std::span<const int> recognised,
+double MultimodalityOfCode(const Eigen::MatrixXf& features, std::span<const int> recognized,
                            int num_labels, std::uint64_t seed) {
-  RequireLabels(recognised.size(), features.cols());
+  RequireLabels(recognized.size(), features.cols());
   std::vector<std::vector<Eigen::Index>> of_label(num_labels);
-  for (std::size_t n = 0; n < recognised.size(); ++n) {
-    of_label.at(recognised[n]).push_back(static_cast<Eigen::Index>(n));
+  for (std::size_t n = 0; n < recognized.size(); ++n) {
+    of_label.at(recognized[n]).push_back(static_cast<Eigen::Index>(n));
   }
   std::vector<int> left(num_labels, kPairsPerLabel);
   nn::RandomStream random(seed);
   double sum = 0.0;
   for (int k = 0; k < kDraws; ++k) {
     const Eigen::Index first = Draw(random, features.cols());
-    const int label = recognised[first];
+    const int label = recognized[first];
     if (left[label] == 0) continue;
     --left[label];
     // Drawing until the labels agree, as the code does, is drawing among those of the label.

@@ -11,7 +11,7 @@ namespace holdfast::imos {
 
 // What IMoS (Ghosh et al. 2023) measures of a set of motions through a recognition network: each
 // as the authors' code computes it, so that a number may stand beside the paper's, and as the
-// field defines it. Features are columns (128 x N) of imos::Recogniser; labels are action ids.
+// field defines it. Features are columns (128 x N) of imos::Recognizer; labels are action ids.
 
 /// "FID" of the authors' code: motion by motion against its own reference,
 /// ||f - f'||^2 + (s - s')^2, s the standard deviation of a motion's 128 numbers; the mean over
@@ -23,8 +23,8 @@ double FrechetDistanceOfCode(const Eigen::MatrixXf& features, const Eigen::Matri
 /// Biased upwards for small sets: compare sets of one size only.
 double FrechetDistance(const Eigen::MatrixXf& features, const Eigen::MatrixXf& reference);
 
-/// Share of motions whose recognised label is the one asked for.
-double RecognitionAccuracy(std::span<const int> recognised, std::span<const int> labels);
+/// Share of motions whose recognized label is the one asked for.
+double RecognitionAccuracy(std::span<const int> recognized, std::span<const int> labels);
 
 /// Diversity as the authors' code draws it: mean distance of 200 random pairs, a motion being
 /// paired with itself by chance.
@@ -33,10 +33,10 @@ double DiversityOfCode(const Eigen::MatrixXf& features, std::uint64_t seed);
 /// estimate. Throws Error for less than two.
 double Diversity(const Eigen::MatrixXf& features);
 
-/// Multimodality as the authors' code draws it: random pairs of one *recognised* label, up to 20
+/// Multimodality as the authors' code draws it: random pairs of one *recognized* label, up to 20
 /// per label, at most 10,001 draws, a motion being paired with itself by chance; the sum over
 /// (20 * num_labels), so that labels that never occur count as zero.
-double MultimodalityOfCode(const Eigen::MatrixXf& features, std::span<const int> recognised,
+double MultimodalityOfCode(const Eigen::MatrixXf& features, std::span<const int> recognized,
                            int num_labels, std::uint64_t seed);
 /// Mean distance of two different motions of one label *asked for*, all pairs, averaged over the
 /// labels that have two motions or more; empty when none has.

@@ -6,12 +6,12 @@
 namespace holdfast::imos {
 
 /// Joints of the body along a motion (66 x T): a column per key frame, joint after joint (x, y, z),
-/// metres, in the canonical frame. Joints 0 to 21 of SMPL-X.
+/// meters, in the canonical frame. Joints 0 to 21 of SMPL-X.
 using JointMotion = Eigen::MatrixXd;
 
 inline constexpr int kMetricJoints = 22;
 
-/// Mean over frames and joints of ||p - q||, metres (MPJPE; "mean APE" in the authors' code).
+/// Mean over frames and joints of ||p - q||, meters (MPJPE; "mean APE" in the authors' code).
 /// Throws Error, as all here do, for motions of different sizes or not of 66 rows.
 double MeanJointError(const JointMotion& motion, const JointMotion& reference);
 

@@ -295,7 +295,7 @@ class Shapes {
 // that no two choices give the same number.
 void FindBodyInputs(int inputs, const std::string& where, Config& config) {
   for (const bool arms_now : {true, false}) {
-    for (const ObjectNow now : {ObjectNow::kTrue, ObjectNow::kAbsent}) {
+    for (const ObjectInput now : {ObjectInput::kTrue, ObjectInput::kAbsent}) {
       config.body_sees_arms_now = arms_now;
       config.object_now = now;
       if (config.BodyPastInput() == inputs) return;

@@ -20,7 +20,7 @@ namespace holdfast::imos {
 struct NetworkWeights {
   Config config;
   nn::TensorMap tensors;
-  /// Texts kept in the file: how it was trained, on what, under which licence.
+  /// Texts kept in the file: how it was trained, on what, under which license.
   std::map<std::string, std::string> notes;
 
   bool HasPresentEncoder() const { return tensors.contains("arms.enc_bn1.weight"); }

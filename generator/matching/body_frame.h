@@ -16,7 +16,7 @@ namespace holdfast {
 
 /// One frame of a body's 22 joints in the form that motions are cut and joined in.
 struct BodyFrame {
-  Eigen::Vector3d pelvis = Eigen::Vector3d::Zero();  ///< position of joint 0, world metres
+  Eigen::Vector3d pelvis = Eigen::Vector3d::Zero();  ///< position of joint 0, world meters
   /// Rotations relative to the parent; that of the pelvis relative to the world.
   std::array<Eigen::Quaterniond, kNumBodyJoints> local;
 
@@ -26,7 +26,7 @@ struct BodyFrame {
 /// Where the joints of a frame are.
 struct BodyPlacement {
   std::array<Eigen::Matrix3d, kNumBodyJoints> rotation;  ///< world
-  Eigen::Matrix<double, 3, kNumBodyJoints> joints;       ///< world, metres
+  Eigen::Matrix<double, 3, kNumBodyJoints> joints;       ///< world, meters
 
   Eigen::Isometry3d WorldFromJoint(int joint) const {
     return RigidTransform(rotation[joint], joints.col(joint));

@@ -12,9 +12,9 @@ namespace holdfast {
 namespace {
 
 constexpr double kRate = 30.0;
-constexpr double kSkate = 0.02 / 3.0;              // metres per frame
+constexpr double kSkate = 0.02 / 3.0;              // meters per frame
 constexpr double kStill = 0.15;                    // m/s
-constexpr double kAirborne = 0.10;                 // metres
+constexpr double kAirborne = 0.10;                 // meters
 constexpr double kAlwaysAllowed = 17.0 * kDegree;  // of joints that captures hardly use
 
 double Percentile(std::vector<double> values, double share) {

@@ -127,7 +127,7 @@ fs::path KeptAt(const fs::path& cache, const Capture& capture) {
 bool IsCalm(const Clip& clip, const ReachMark& mark, const RetargetBody& body) {
   constexpr double kFastestWrist = 3.2;  // m/s
   constexpr double kSlowEnough = 1.0;    // m/s, at the mark
-  constexpr double kHighestSole = 0.08;  // metres
+  constexpr double kHighestSole = 0.08;  // meters
   const SolePoints soles(body.rest_joints, body.floor_y);
   const std::vector<BodyFrame> motion = BodyFrames(clip, body.rest_joints);
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
@@ -146,14 +146,14 @@ bool IsCalm(const Clip& clip, const ReachMark& mark, const RetargetBody& body) {
 
 // A set made of some of what an index names would pass for one made of all.
 void RequireFiles(const fs::path& folder, const std::vector<Capture>& captures) {
-  constexpr std::size_t kMostNamed = 5;
+  constexpr std::size_t kMaxNamed = 5;
   std::vector<std::string> absent;
   for (const Capture& capture : captures) {
     std::error_code error;
     if (!fs::is_regular_file(folder / capture.file, error)) absent.push_back(capture.file);
   }
   if (absent.empty()) return;
-  const std::size_t named = std::min(kMostNamed, absent.size());
+  const std::size_t named = std::min(kMaxNamed, absent.size());
   throw Error((folder / "index.csv").string(),
               fmt::format("names {} files, and {} of them {} not there: {}{}", captures.size(),
                           absent.size(), absent.size() == 1 ? "is" : "are",
@@ -297,7 +297,7 @@ ClipUse UseOf(const Capture& capture, const RetargetBody& body) {
   const int frames = capture.clip.NumFrames();
   int mark = static_cast<int>(std::lround(capture.mark_s * kFrameRate));
   if (capture.mark_s < 0.0 && capture.category == "pick_up") {
-    double lowest = 0.85;  // metres: higher is no picking up
+    double lowest = 0.85;  // meters: higher is no picking up
     const std::vector<BodyFrame> motion = BodyFrames(capture.clip, body.rest_joints);
     for (int t = 0; t < frames; ++t) {
       const double height =

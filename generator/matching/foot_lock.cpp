@@ -42,7 +42,7 @@ Eigen::Vector2d Drift(const std::vector<Soles>& soles, const std::vector<SoleBit
 // foot is lifted in every frame.
 std::vector<double> StepWhereDrifting(const std::vector<Soles>& soles, int heel,
                                       std::vector<SoleBits>& contacts) {
-  constexpr double kFarthest = 0.05;  // metres
+  constexpr double kFarthest = 0.05;  // meters
   constexpr int kBefore = 4, kAfter = 8;
   constexpr double kLift = 0.04;
   const int frames = static_cast<int>(soles.size());
@@ -186,7 +186,7 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
 namespace {
 
 constexpr std::array<int, GroundProbe::kNumSoles> kSoleJoints = {7, 10, 8, 11};
-constexpr double kContactHeight = 0.04;  // metres
+constexpr double kContactHeight = 0.04;  // meters
 constexpr double kContactSpeed = 0.35;   // m/s: a sole that rolls over the ball
 constexpr double kShortestRun = 0.1;     // seconds
 
@@ -259,10 +259,10 @@ std::vector<SoleBits> FindContacts(std::span<const Soles> soles, double frame_ra
 
 namespace {
 
-constexpr double kHeight = 0.05;       // metres above the ground that cost as much as...
-constexpr double kSpeed = 0.35;        // ... this speed along it, m/s, or as being left out
-constexpr double kMostPerFrame = 9.0;  // beyond, it does not matter how fast or high
-constexpr double kChange = 3.0;        // of one foot, from carrying to not and back
+constexpr double kHeight = 0.05;      // meters above the ground that cost as much as...
+constexpr double kSpeed = 0.35;       // ... this speed along it, m/s, or as being left out
+constexpr double kMaxPerFrame = 9.0;  // beyond, it does not matter how fast or high
+constexpr double kChange = 3.0;       // of one foot, from carrying to not and back
 constexpr std::array<unsigned, 3> kStates = {0b01, 0b10, 0b11};  // left, right, both
 
 // What it costs to say of a foot that it carries. `heel` is the first of its two columns.
@@ -274,7 +274,7 @@ double Cost(std::span<const Soles> soles, double frame_rate, int heel, std::size
     least =
         std::min(least, speed * speed / (kSpeed * kSpeed) + height * height / (kHeight * kHeight));
   }
-  return std::min(least, kMostPerFrame);
+  return std::min(least, kMaxPerFrame);
 }
 
 int NumChanges(unsigned from, unsigned to) {

@@ -15,7 +15,7 @@
 namespace holdfast {
 
 /// Heels and balls of the feet, in the order of GroundProbe: left heel, left ball, right heel,
-/// right ball. One column each, world metres.
+/// right ball. One column each, world meters.
 using Soles = Eigen::Matrix<double, 3, GroundProbe::kNumSoles>;
 
 /// Heels and balls of a placed body whose rest pose stands on `floor_y`.
@@ -29,7 +29,7 @@ class SolePoints {
   Soles offset_;  // in the joint's frame
 };
 
-/// How fast a sole point (column) goes along the ground in frame t, m/s: over both neighbours.
+/// How fast a sole point (column) goes along the ground in frame t, m/s: over both neighbors.
 double SpeedAlongGround(std::span<const Soles> soles, double frame_rate, int point, std::size_t t);
 
 /// Bit i of a frame's contacts: sole point i is on the ground.

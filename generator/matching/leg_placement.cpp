@@ -11,12 +11,12 @@ namespace holdfast {
 namespace {
 
 constexpr std::array<Side, 2> kSides = {Side::kLeft, Side::kRight};
-constexpr double kMostRise = 0.04;  // metres, of a foot out of reach
-constexpr double kLeastBend = 3.0 * std::numbers::pi / 180.0;
+constexpr double kMaxRise = 0.04;  // meters, of a foot out of reach
+constexpr double kMinBend = 3.0 * std::numbers::pi / 180.0;
 
 Limb WalkingLeg(Side side) {
   Limb leg = Leg(side);
-  leg.min_flexion_rad = kLeastBend;
+  leg.min_flexion_rad = kMinBend;
   return leg;
 }
 
@@ -79,7 +79,7 @@ double DrawIntoReach(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame
     const double reach = MaxReach(rest_joints, leg);
     if (place.norm() <= reach) continue;
     Eigen::Vector3d to = place * (reach / place.norm());
-    to.z() = std::min(to.z(), place.z() + kMostRise);
+    to.z() = std::min(to.z(), place.z() + kMaxRise);
     const double across = std::sqrt(std::max(0.0, reach * reach - to.z() * to.z()));
     to.head<2>() = place.head<2>().normalized() * across;
     feet.ankle[k] = hip + to;
@@ -103,7 +103,7 @@ std::vector<double> PelvisSink(const Eigen::Matrix3Xd& rest_joints,
       needed[t] = std::max(needed[t], -to_ankle.z() - highest);
     }
   }
-  // The greatest of the neighbourhood, then a bell of the same width: never less than needed, and
+  // The greatest of the neighborhood, then a bell of the same width: never less than needed, and
   // as smooth as the bell.
   constexpr int kRadius = 5;
   std::vector<double> greatest(frames.size(), 0.0), sink(frames.size(), 0.0);

@@ -21,16 +21,16 @@ FeetTarget FeetOf(const BodyPlacement& placed);
 std::vector<FeetTarget> FeetOf(std::span<const BodyPlacement> placed);
 
 /// Bends both legs so that the feet are where they are asked to be; knees stay on the side they
-/// are on. Returns how far the farther ankle stays from its place (0: reached), metres.
+/// are on. Returns how far the farther ankle stays from its place (0: reached), meters.
 double PlaceLegs(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, BodyFrame& frame);
 
 /// Feet that legs cannot reach come off their place towards the hip, by 4 cm of height at most, and
 /// are drawn in along the ground for the rest: farther up, nobody would stand. Returns the way of
-/// the farther, metres.
+/// the farther, meters.
 double DrawIntoReach(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame, FeetTarget& feet);
 
 /// How far each frame's pelvis must sink for both legs to reach, the knees at least 3 degrees bent;
-/// spread over neighbouring frames so that it is smooth. Metres, not negative.
+/// spread over neighboring frames so that it is smooth. Meters, not negative.
 std::vector<double> PelvisSink(const Eigen::Matrix3Xd& rest_joints,
                                const std::vector<BodyFrame>& frames,
                                const std::vector<FeetTarget>& feet);

@@ -17,16 +17,16 @@ using ClipMoment = MotionLibrary::Place;
 
 constexpr int kSearchEvery = 6;  // frames
 // What another place must be better by, in costs, to be worth a transition.
-constexpr float kWorthJumping = 0.75f;
+constexpr float kTransitionRatio = 0.75f;
 constexpr int kEarliestEntry = 48;  // frames of lead before the mark of a reach ...
 constexpr int kLatestEntry = 15;    // ... at most and at least
 constexpr int kUsualEntry = 28;
 constexpr double kFastestReach = 1.2;  // retiming: hands are quick enough as captured
 // A walker reaches as soon as a captured reach fits where it is and how it moves. What fits less
 // well is taken the sooner the longer it is there.
-constexpr double kNearTarget = 0.9;   // metres
-constexpr float kFittingCost = 3.5f;  // of an entry
-constexpr float kPatience = 0.25f;    // costs per frame near the target
+constexpr double kNearTarget = 0.9;     // meters
+constexpr float kFittingCost = 3.5f;    // of an entry
+constexpr float kWaitDiscount = 0.25f;  // costs per frame near the target
 // After the mark the hand goes back for as long as somebody who walks off would be too different.
 constexpr int kShortestReturn = 15, kUsualReturn = 26, kLongestReturn = 38;  // frames
 constexpr float kReturned = 2.5f;                                            // cost of poses
@@ -51,7 +51,7 @@ class ReachMatcher {
       const BodyPlacement placed =
           holdfast::Place(library.RestJoints(), clip.frames[clip.reach->frame]);
       reach.wrist = placed.joints.col(WristJoint(options.wrist));
-      reach.liking = static_cast<float>(draws_.Uniform(0.0, kVariety));
+      reach.variety_cost = static_cast<float>(draws_.Uniform(0.0, kVariety));
       reaches_.push_back(reach);
     }
     if (reaches_.empty()) {
@@ -78,8 +78,8 @@ class ReachMatcher {
  private:
   struct Source {
     int clip, mark;
-    Vector3d wrist;  // at the mark, in the clip's world
-    float liking;    // cost for variety: another in every motion
+    Vector3d wrist;      // at the mark, in the clip's world
+    float variety_cost;  // cost for variety: another in every motion
   };
   struct Plan {
     Vector3d goal = Vector3d::Zero();
@@ -128,7 +128,7 @@ class ReachMatcher {
       const MatchRow query = library_.Query(at, path);
       const ClipMoment best = library_.Search(query);
       const bool same = best.clip == at.clip && std::abs(best.frame - at.frame) < 10;
-      if (at_end || (!same && best.cost < kWorthJumping * library_.Cost(query, at))) {
+      if (at_end || (!same && best.cost < kTransitionRatio * library_.Cost(query, at))) {
         player_.Jump(best, rate_, options_.blend_s);
       }
     }
@@ -150,7 +150,7 @@ class ReachMatcher {
       const WalkState state = player_.State();
       if ((state.place - plan.target.place).norm() < kNearTarget && ++near % 2 == 1) {
         const Entry entry = BestEntry(plan.goal);
-        if (entry.cost < kFittingCost + kPatience * static_cast<float>(near)) return entry;
+        if (entry.cost < kFittingCost + kWaitDiscount * static_cast<float>(near)) return entry;
       }
       Advance(PlanWalk(state, plan.target));
       const double turning = MotionLibrary::kFrameRate *
@@ -218,8 +218,8 @@ class ReachMatcher {
         entry.wrist = player_.MoveFor(entry.place) * reach.wrist;
         // Feet stay on the ground from here on: they cannot make up for a different stance.
         const double stance = library_.FootDistance(at, entry.place) / 0.05;
-        entry.cost =
-            reach.liking + library_.PoseCost(at, entry.place) + static_cast<float>(stance * stance);
+        entry.cost = reach.variety_cost + library_.PoseCost(at, entry.place) +
+                     static_cast<float>(stance * stance);
         visit(entry);
       }
     }

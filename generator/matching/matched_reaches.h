@@ -13,9 +13,9 @@ namespace holdfast {
 
 struct MatchedReachOptions {
   int reaches = 4;             ///< goals one after the other
-  double nearest_walk = 0.5;   ///< metres along the ground from where the body is to the goal ...
+  double nearest_walk = 0.5;   ///< meters along the ground from where the body is to the goal ...
   double farthest_goal = 5.0;  ///< ... of those that are walked to
-  double lowest_goal = 0.03;   ///< metres above the ground
+  double lowest_goal = 0.03;   ///< meters above the ground
   double highest_goal = 1.95;
   double pace = 1.0;                              ///< multiplies the speeds below
   double slowest = 1.0, fastest = 1.35;           ///< retiming of what was captured
@@ -29,7 +29,7 @@ struct MatchedReachOptions {
 
 /// One reach within a generated motion.
 struct ReachEvent {
-  Eigen::Vector3d goal;  ///< world, metres
+  Eigen::Vector3d goal;  ///< world, meters
   int frame = 0;         ///< at which the wrist is to be there
   int begin = 0;         ///< first frame of the captured reach
   int end = 0;           ///< one past its last

@@ -14,13 +14,13 @@ using Eigen::Vector2d;
 using Eigen::Vector3d;
 
 constexpr int kShortestClip = 15;  // frames
-constexpr int kLeastRemaining = 10;
+constexpr int kMinRemaining = 10;
 constexpr std::array<int, 3> kAhead = {10, 20, 30};  // frames
 // A body that stands or walks: pelvis between these shares of its standing height, upright, not
 // running.
 constexpr double kLowestPelvis = 0.85, kHighestPelvis = 1.08;
-constexpr double kMostLean = 0.6;  // radians, of the spine
-constexpr double kFastest = 1.9;   // m/s
+constexpr double kMaxLean = 0.6;  // radians, of the spine
+constexpr double kFastest = 1.9;  // m/s
 
 // Groups of features that share one scale, with their weights: first column, columns, weight.
 struct Group {
@@ -77,8 +77,8 @@ void MotionLibrary::AddOne(LibraryClip clip, bool walking) {
     bool grounded = false;
     for (int s = from; s <= to; ++s) grounded = grounded || clip.contacts[s] != 0;
     const bool found = walking && grounded && height > kLowestPelvis && height < kHighestPelvis &&
-                       lean < kMostLean && speed < kFastest;
-    is_walking_.push_back(found && t + kLeastRemaining < count && t > 0);
+                       lean < kMaxLean && speed < kFastest;
+    is_walking_.push_back(found && t + kMinRemaining < count && t > 0);
     if (found) speeds_.push_back(static_cast<float>(speed));
   }
   clips_.push_back(std::move(clip));
@@ -130,7 +130,7 @@ void MotionLibrary::Finish() {
   }
   if (found.empty()) {
     throw Error("motion library", "none of the clips shows somebody standing or walking",
-                "Give motion on level ground, heights in metres");
+                "Give motion on level ground, heights in meters");
   }
   MatchRow mean = MatchRow::Zero(), square = MatchRow::Zero();
   for (const int row : found) {

@@ -80,7 +80,7 @@ class MotionLibrary {
   /// Squared distance of a frame's feature to a query, and of the pose parts of two frames.
   float Cost(const MatchRow& query, const Place& at) const;
   float PoseCost(const Place& a, const Place& b) const;
-  /// The farther of the two feet's distances along the ground, bodies laid over each other, metres.
+  /// The farther of the two feet's distances along the ground, bodies laid over each other, meters.
   double FootDistance(const Place& a, const Place& b) const;
 
   /// Pelvis speed along the ground of every walking frame, m/s, in order.
@@ -93,7 +93,7 @@ class MotionLibrary {
 
   Eigen::Matrix3Xd rest_joints_;
   SolePoints soles_;
-  double standing_pelvis_;  // metres above the ground
+  double standing_pelvis_;  // meters above the ground
   std::vector<LibraryClip> clips_;
   std::vector<MatchRow> rows_;            // all frames of all clips
   std::vector<std::uint8_t> is_walking_;  // per row: may be found by a search

@@ -103,7 +103,7 @@ class MotionPlayer {
   double rate_;
   PlanarMove move_;
   MotionBlend blend_;
-  Eigen::Vector2d anchor_ = Eigen::Vector2d::Zero();  // way taken out of the last frame, metres
+  Eigen::Vector2d anchor_ = Eigen::Vector2d::Zero();  // way taken out of the last frame, meters
   Soles soles_ = Soles::Zero();                       // of the last frame
   int blend_frames_ = 0;                              // since the last jump
   std::vector<BodyFrame> frames_;

@@ -28,7 +28,7 @@ class ColumnNetwork {
   /// The room that a run takes.
   struct Room {
     std::vector<int> levels;     ///< rows of each block of activations: the input, .., the output
-    int num_norms = 0;           ///< normalisations: a mean and a deviation of each column
+    int num_norms = 0;           ///< normalizations: a mean and a deviation of each column
     std::vector<int> gradients;  ///< rows of each block needed to run backwards
   };
 
@@ -72,7 +72,7 @@ struct Columns {
 };
 
 /// Room for one run of a network on up to `max_columns` columns: its activations, and the means and
-/// deviations of its normalisations. Running backwards reads it, so a rollout keeps one per step.
+/// deviations of its normalizations. Running backwards reads it, so a rollout keeps one per step.
 template <typename Real>
 class Tape {
  public:
@@ -115,7 +115,7 @@ class Tape {
   int max_columns_;
   int num_columns_;
   AlignedArray<Real> values_;
-  AlignedArray<Real> mean_, inverse_deviation_;  // per normalisation and column
+  AlignedArray<Real> mean_, inverse_deviation_;  // per normalization and column
   std::vector<int> visited_;
 };
 

@@ -12,7 +12,7 @@ namespace holdfast::nn {
 
 /// A chain of layers.
 ///
-/// The normalisation's gain and offset are folded into the products:
+/// The normalization's gain and offset are folded into the products:
 ///   W norm(x) + b = s (W' x) - s mean(x) (W' 1) + b',  W' = W diag(gain), b' = b + W offset,
 /// s = 1 / deviation, so that W' meets the rectified x itself, of which about half is zero and need
 /// not be read for one column alone.

@@ -70,7 +70,7 @@ void ResidualMlp<Real>::NormStream(const NormedLinear& to, int block, Tape<Real>
   const int columns = tape.NumColumns();
   loops_->moments(
       {h.data, h.stride, h.rows, columns, static_cast<Real>(kLayerNormEpsilon), mean, inverse});
-  loops_->normalise({h.data, h.stride, PaddedRows(h.rows), columns, mean, inverse, to.gain.data(),
+  loops_->normalize({h.data, h.stride, PaddedRows(h.rows), columns, mean, inverse, to.gain.data(),
                      to.offset.data(), normed.data, normed.stride});
 }
 

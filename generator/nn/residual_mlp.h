@@ -50,7 +50,7 @@ class ResidualMlp final : public ColumnNetwork<Real> {
   int Temporary() const { return NumBlocks() + 3; }
   int Output() const { return NumBlocks() + 4; }
 
-  // norm(h) of level Stream(block) into the temporary, with normalisation `block`.
+  // norm(h) of level Stream(block) into the temporary, with normalization `block`.
   void NormStream(const NormedLinear& to, int block, Tape<Real>& tape) const;
 
   const kernels::LayerLoops<Real>* loops_;

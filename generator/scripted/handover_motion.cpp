@@ -360,7 +360,7 @@ HandoverGrasps PalmGrasps(const BodyMeasures& body, const Eigen::Matrix3Xd& obje
   if (object_vertices.cols() == 0) {
     throw Error("handover", "the object has no vertices", "Give a mesh.");
   }
-  constexpr double kPalmThickness = 0.016;  // from the middle of the hand to its skin, metres
+  constexpr double kPalmThickness = 0.016;  // from the middle of the hand to its skin, meters
   Draw draw(seed ^ 0x6772697073ULL);
   HandoverGrasps grasps;
   grasps.presented = ExpSO3(draw.Uniform(-std::numbers::pi, std::numbers::pi) * Vector3d::UnitZ()) *

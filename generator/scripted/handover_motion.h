@@ -16,7 +16,7 @@ namespace holdfast {
 
 /// How one hand holds an object.
 struct HandoverGrasp {
-  Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();  ///< metres
+  Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();  ///< meters
   FingerPose fingers = FingerPose::Zero();
 };
 
@@ -30,7 +30,7 @@ struct HandoverGrasps {
   HandoverGrasp& Of(Side side) { return side == Side::kRight ? right : left; }
 };
 
-/// Flat palms on either side of an object (vertices 3 x n, object frame, metres), thumbs up and
+/// Flat palms on either side of an object (vertices 3 x n, object frame, meters), thumbs up and
 /// fingers forward, each palm on the object's outermost point in its direction; the turn of the
 /// object and the hands vary with the seed. The fingers are curled by the object's size alone:
 /// callers that have the surface may close them on it.

@@ -19,7 +19,7 @@ struct Waypoint {
   bool rest = false;      ///< comes to a stop here (velocity and acceleration zero)
 };
 
-/// The curve through waypoints that minimises the integral of its squared third derivative: quintic
+/// The curve through waypoints that minimizes the integral of its squared third derivative: quintic
 /// pieces with four continuous derivatives where it passes through (Flash & Hogan 1985, sec. 4),
 /// velocity and acceleration zero at the first, the last, and every waypoint of rest. Before the
 /// first and after the last it stands still.

@@ -14,8 +14,8 @@ namespace holdfast {
 
 /// What the motion must know about a person.
 struct BodyMeasures {
-  Eigen::Matrix3Xd rest_joints;  ///< (3 x 55) metres, rest pose
-  double sole_y = 0.0;           ///< height of the soles in the rest pose, metres
+  Eigen::Matrix3Xd rest_joints;  ///< (3 x 55) meters, rest pose
+  double sole_y = 0.0;           ///< height of the soles in the rest pose, meters
 };
 
 BodyMeasures MeasureBody(const BodyModel& model, const Eigen::VectorXd& betas);
@@ -24,7 +24,7 @@ BodyMeasures MeasureBody(const BodyModel& model, const Eigen::VectorXd& betas);
 /// is +x. Channels are joined by minimum-jerk curves.
 struct ReachKey {
   double time_s = 0.0;
-  Eigen::Vector3d wrist = Eigen::Vector3d::Zero();     ///< metres
+  Eigen::Vector3d wrist = Eigen::Vector3d::Zero();     ///< meters
   Eigen::Matrix3d hand = Eigen::Matrix3d::Identity();  ///< wrist joint's world rotation
   bool rest = true;              ///< the movement stops here; else it passes through
   double torso_twist_rad = 0.0;  ///< to the left positive, pelvis to shoulders together

@@ -17,7 +17,7 @@
 
 namespace holdfast {
 
-/// The key of a parameter in an optimiser's state: its address, which libtorch before 2.1 has as
+/// The key of a parameter in an optimizer's state: its address, which libtorch before 2.1 has as
 /// text.
 template <typename Optimizer>
 auto OptimizerKey(const Optimizer& optimizer, const torch::Tensor& parameter) {
@@ -29,7 +29,7 @@ auto OptimizerKey(const Optimizer& optimizer, const torch::Tensor& parameter) {
   }
 }
 
-/// Puts a checkpoint together: tensors, texts, and what an optimiser of Adam's kind remembers.
+/// Puts a checkpoint together: tensors, texts, and what an optimizer of Adam's kind remembers.
 class CheckpointWriter {
  public:
   /// `options`: all that must agree for a training to go on.

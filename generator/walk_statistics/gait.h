@@ -16,7 +16,7 @@ struct Stance {
   Side side = Side::kRight;
   int begin = 0;
   int end = 0;
-  Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< between heel and ball, halfway; metres
+  Eigen::Vector2d place = Eigen::Vector2d::Zero();  ///< between heel and ball, halfway; meters
 
   int Frames() const { return end - begin; }
 };
@@ -40,7 +40,7 @@ struct Stride {
 std::vector<Stride> FindStrides(std::span<const Stance> stances, std::span<const Soles> soles,
                                 double frame_rate, double shortest_m = 0.3);
 
-/// How far each sole point goes along the ground, at most, from where its contact began, metres:
+/// How far each sole point goes along the ground, at most, from where its contact began, meters:
 /// one number for each contact of a heel or ball.
 std::vector<double> ContactDrifts(std::span<const SoleBits> contacts, std::span<const Soles> soles);
 

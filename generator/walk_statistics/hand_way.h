@@ -10,7 +10,7 @@
 
 namespace holdfast {
 
-/// Where the wrist is in each frame as the pelvis and its heading have it: (3 x T) metres.
+/// Where the wrist is in each frame as the pelvis and its heading have it: (3 x T) meters.
 /// `placed`: the frames, placed.
 Eigen::Matrix3Xd HandPath(std::span<const BodyFrame> frames, std::span<const BodyPlacement> placed,
                           Side side);
@@ -32,7 +32,7 @@ struct HandWay {
   Eigen::VectorXd profile;  ///< speed at equal shares of the time, over the greatest
 };
 
-/// `path`: (3 x T) metres, in the frame of the body that the hand belongs to; `rate` in Hz.
+/// `path`: (3 x T) meters, in the frame of the body that the hand belongs to; `rate` in Hz.
 HandWay MeasureHandWay(const Eigen::Matrix3Xd& path, double rate, int profile_points);
 
 }  // namespace holdfast

@@ -16,7 +16,7 @@ namespace holdfast {
 /// middle, pinky, ring, thumb), 5 fingertips in the same order.
 using HandPoints = Eigen::Matrix<double, 3, 21>;
 
-/// One frame of a body: 22 body joints and both hands, world metres.
+/// One frame of a body: 22 body joints and both hands, world meters.
 struct BodyPoints {
   Eigen::Matrix<double, 3, kNumBodyJoints> joints;
   HandPoints right, left;

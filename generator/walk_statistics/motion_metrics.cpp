@@ -11,7 +11,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kContactHeight = 0.025;  // metres
+constexpr double kContactHeight = 0.025;  // meters
 constexpr double kPlantedHeight = 0.005;
 constexpr std::array<int, 2> kBallsOfFeet = {10, 11};
 

@@ -11,7 +11,7 @@
 
 namespace holdfast {
 
-/// Positions of all joints in one frame, world metres.
+/// Positions of all joints in one frame, world meters.
 using JointPositions = Eigen::Matrix<double, 3, kNumJoints>;
 
 /// Joint positions of every frame of a clip, for a body with these rest joints (3 x 55).

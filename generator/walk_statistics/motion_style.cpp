@@ -30,7 +30,7 @@ constexpr int kTravelFrames = 7;      // half a second in all: longer than the s
 constexpr int kTurnFrames = 4;        // a quarter of a second in all
 constexpr double kSpeeding = 2.0;     // m/s
 constexpr double kSideways = 45.0;    // degrees
-constexpr double kStillArm = 0.01;    // metres of swing: below, its phase means nothing
+constexpr double kStillArm = 0.01;    // meters of swing: below, its phase means nothing
 constexpr double kUsualStride = 1.1;  // seconds, where a motion has no stride to measure
 
 double ShareOf(const std::vector<double>& values, double above) {

@@ -133,8 +133,8 @@ struct MotionStyle {
 
 /// Who moves.
 struct StyleBody {
-  Eigen::Matrix3Xd rest_joints;  ///< (3 x 55) metres
-  double sole_y = 0.0;           ///< height of the soles in the rest pose, metres
+  Eigen::Matrix3Xd rest_joints;  ///< (3 x 55) meters
+  double sole_y = 0.0;           ///< height of the soles in the rest pose, meters
   /// For kSkating, FS as WANDR has it; without it that is NaN.
   const wandr::LowestPoint* surface = nullptr;
   /// For kBeyondLimits; without it that is NaN.

@@ -23,7 +23,7 @@ double MeanAround(std::span<const double> values, int t, int radius) {
 }  // namespace
 
 int SecondCrouch(std::span<const double> heights) {
-  constexpr double kCrouch = 0.12, kChange = 0.06;  // metres
+  constexpr double kCrouch = 0.12, kChange = 0.06;  // meters
   double stands = -1.0, lowest = 0.0, rises_to = 0.0;
   bool crouched = false, rises = false;
   for (int t = 0; t < static_cast<int>(heights.size()); ++t) {

@@ -29,7 +29,7 @@ struct ReachFaults {
   bool LeansBack() const;  ///< by more than 10 degrees
 };
 
-/// ReachFaults::second_crouch of a pelvis at these heights, metres.
+/// ReachFaults::second_crouch of a pelvis at these heights, meters.
 int SecondCrouch(std::span<const double> heights);
 
 ReachFaults FindReachFaults(std::span<const BodyFrame> frames, const Eigen::Matrix3Xd& rest_joints);

@@ -11,7 +11,7 @@
 namespace holdfast {
 
 /// How much motions of a set differ: the mean distance of a joint of two of them, over the 22
-/// joints, over time and over all pairs, metres. Motions at one frame rate, each moved along the
+/// joints, over time and over all pairs, meters. Motions at one frame rate, each moved along the
 /// ground and turned so that its first frames meet, all on the body of `rest_joints`; who ends
 /// first stays where it is. NaN for fewer than two motions.
 double SetSpread(std::span<const std::vector<BodyFrame>> motions,

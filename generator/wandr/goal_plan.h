@@ -12,7 +12,7 @@ namespace holdfast::wandr {
 
 /// Where the wrist is wanted, and when.
 struct Waypoint {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< world, metres
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< world, meters
   int frame = 0;  ///< deadline, counted from the start of the rollout (its frame 0)
 };
 
@@ -36,7 +36,7 @@ int ActiveWaypoint(const GoalPlan& plan, int frame, const IntentionOptions& opti
 template <typename T>
 FrameGoal<T> GoalAt(const GoalPlan& plan, int frame, const IntentionOptions& options);
 
-/// Frames to allow for a goal at a horizontal distance d, metres:
+/// Frames to allow for a goal at a horizontal distance d, meters:
 ///   clamp(frames_for_reach + 30 d / walking_m_s, min_frames, max_frames).
 struct DeadlineRule {
   double frames_for_reach = 42.0;  ///< to start, and to reach on arrival

@@ -87,7 +87,7 @@ inline constexpr int IntentionSize(IntentionLayout layout) {
 }
 
 inline constexpr double kFramesPerSecond = 30.0;
-inline constexpr double kMaxIntention = 2.0;  ///< D_max, metres (`max_distance`), and m/s for tanh
+inline constexpr double kMaxIntention = 2.0;  ///< D_max, meters (`max_distance`), and m/s for tanh
 
 /// Which of I^w, I^p, I^r the network is told; one left out is zero. For ablations.
 struct IntentionParts {
@@ -100,7 +100,7 @@ struct IntentionParts {
 template <typename T>
 struct FrameGoal {
   bool active = false;
-  Vector3<T> position = Vector3<T>::Zero();  ///< G, world, metres
+  Vector3<T> position = Vector3<T>::Zero();  ///< G, world, meters
   T frames_left = T(0);                      ///< eta
   /// g_hat, the heading wanted. Training: that of the body at the goal's frame. Empty: towards G
   /// from the pelvis, as at run time.

@@ -65,19 +65,19 @@ Clip ClipOfStates(const Eigen::Ref<const StateMatrix<double>>& states, const Cli
 }
 
 RolloutStart<double> StartAtFrame(const Eigen::Ref<const StateMatrix<double>>& states, int frame,
-                                  const Normaliser<double>& normaliser) {
+                                  const Normalizer<double>& normalizer) {
   if (frame < 0 || frame >= states.cols()) {
     throw Error("start frame", fmt::format("there is no frame {} of {}", frame, states.cols()),
                 fmt::format("Give a frame of 0 to {} (at 30 fps)", states.cols() - 1));
   }
   const Pose<double> pose = PoseOf<double>(states.col(frame));
-  if (frame == 0) return StartAtRest(pose, normaliser);
+  if (frame == 0) return StartAtRest(pose, normalizer);
   const StateVector<double> delta = DeltaBetween(PoseOf<double>(states.col(frame - 1)), pose);
-  return {pose, NormalisedDelta<double>(normaliser, delta)};
+  return {pose, NormalizedDelta<double>(normalizer, delta)};
 }
 
-RolloutStart<double> StartAtRest(const Pose<double>& pose, const Normaliser<double>& normaliser) {
-  return {pose, NormalisedDelta<double>(normaliser, RestDelta<double>())};
+RolloutStart<double> StartAtRest(const Pose<double>& pose, const Normalizer<double>& normalizer) {
+  return {pose, NormalizedDelta<double>(normalizer, RestDelta<double>())};
 }
 
 Pose<double> StandingPose(const BodyMeasures& body) {

@@ -29,10 +29,10 @@ Clip ClipOfStates(const Eigen::Ref<const StateMatrix<double>>& states, const Cli
 /// Where a rollout that continues a motion at `frame` starts: the pose, and the delta that led to
 /// it (rest at frame 0). Throws Error when there is no such frame.
 RolloutStart<double> StartAtFrame(const Eigen::Ref<const StateMatrix<double>>& states, int frame,
-                                  const Normaliser<double>& normaliser);
+                                  const Normalizer<double>& normalizer);
 
 /// A pose at rest: the delta is no translation and identity rotations.
-RolloutStart<double> StartAtRest(const Pose<double>& pose, const Normaliser<double>& normaliser);
+RolloutStart<double> StartAtRest(const Pose<double>& pose, const Normalizer<double>& normalizer);
 
 /// A person standing upright with hanging arms, pelvis above the origin, facing -y, soles on the
 /// ground z = 0: where motions start when nothing else is given.

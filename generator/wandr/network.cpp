@@ -161,7 +161,7 @@ template <typename Real>
 Network<Real>::Network(const NetworkWeights& weights, Isa isa)
     : layout_(weights.layout),
       latent_size_(weights.LatentSize()),
-      normaliser_(weights.statistics),
+      normalizer_(weights.statistics),
       decoder_(nn::MakeNetwork<Real>(weights.decoder, isa)) {
   CheckSizes(weights, "network");
   if (weights.encoder) encoder_ = nn::MakeNetwork<Real>(*weights.encoder, isa);

@@ -21,7 +21,7 @@ namespace holdfast::wandr {
 inline constexpr int kLatentSize = 64;  ///< of the published networks
 
 /// WANDR's conditional variational auto-encoder as a file holds it (Diomataris et al. 2024, sec.
-/// 3). Decoder: [z, c] -> normalised delta. Encoder: [normalised target delta, c] -> [mu, logvar],
+/// 3). Decoder: [z, c] -> normalized delta. Encoder: [normalized target delta, c] -> [mu, logvar],
 /// for training and for encoding captured motion; files for use may leave it out. Either is the
 /// published chain of layers or a residual network: a residual decoder's blocks see all of z, a
 /// residual encoder's none.
@@ -30,7 +30,7 @@ struct NetworkWeights {
   nn::AnyWeights decoder;
   std::optional<nn::AnyWeights> encoder;
   Statistics statistics;
-  /// Texts kept in the file: how it was trained, on what, under which licence.
+  /// Texts kept in the file: how it was trained, on what, under which license.
   std::map<std::string, std::string> notes;
 
   int LatentSize() const { return nn::InputSize(decoder) - ConditionSize(layout); }
@@ -69,7 +69,7 @@ class Network {
   IntentionLayout Layout() const { return layout_; }
   int LatentSize() const { return latent_size_; }
   int ConditionSize() const { return wandr::ConditionSize(layout_); }
-  const Normaliser<Real>& Norms() const { return normaliser_; }
+  const Normalizer<Real>& Norms() const { return normalizer_; }
   const nn::ColumnNetwork<Real>& Decoder() const { return *decoder_; }
   bool HasEncoder() const { return encoder_ != nullptr; }
   /// Throws Error when the file had none.
@@ -78,7 +78,7 @@ class Network {
  private:
   IntentionLayout layout_;
   int latent_size_;
-  Normaliser<Real> normaliser_;
+  Normalizer<Real> normalizer_;
   std::unique_ptr<const nn::ColumnNetwork<Real>> decoder_;
   std::unique_ptr<const nn::ColumnNetwork<Real>> encoder_;  // null where the file has none
 };

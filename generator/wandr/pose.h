@@ -25,7 +25,7 @@ using TangentVector = Eigen::Matrix<T, kTangentSize, 1>;
 template <typename T>
 using StateMatrix = Eigen::Matrix<T, kStateSize, Eigen::Dynamic>;
 
-/// The state of one body in matrices: the pose of joints 0..21, world z up, metres. Fingers, jaw
+/// The state of one body in matrices: the pose of joints 0..21, world z up, meters. Fingers, jaw
 /// and eyes are at rest.
 template <typename T>
 struct Pose {
@@ -81,8 +81,8 @@ Pose<T> PoseOf(const Eigen::Ref<const StateVector<T>>& state) {
 
 /// A delta d = (dp 3 | six_0 .. six_21) carries one pose to the next, 1/30 s later:
 ///   p' = p + Z dp,  R^k' = R^k GS(six_k),
-/// so dp is metres per frame in the heading frame of the first, rotations are body-frame changes.
-/// Kept here in its own units; networks see it normalised (statistics.h).
+/// so dp is meters per frame in the heading frame of the first, rotations are body-frame changes.
+/// Kept here in its own units; networks see it normalized (statistics.h).
 
 /// The delta between two poses: dp = Z^T (p' - p), six_k = rows12(R^k^T R^k').
 template <typename T>
@@ -112,7 +112,7 @@ void ApplyDelta(const Pose<T>& pose, const Heading<T>& heading,
   for (int k = 0; k < kNumBodyJoints; ++k) {
     const Matrix3<T> change = RotationFromRows12<T>(delta.template segment<6>(Rows12Of(k)));
     const Matrix3<T> product = pose.rotation[k] * change;
-    next.rotation[k] = Orthonormalised<T>(product);
+    next.rotation[k] = Orthonormalized<T>(product);
   }
 }
 
@@ -140,7 +140,7 @@ void ApplyDeltaVjp(const Heading<T>& heading, const Eigen::Ref<const StateVector
   }
 }
 
-/// Positions of joints 0..21, one per column, metres; as one column of a batch, 66 numbers.
+/// Positions of joints 0..21, one per column, meters; as one column of a batch, 66 numbers.
 template <typename T>
 using BodyJoints = Eigen::Matrix<T, 3, kNumBodyJoints>;
 inline constexpr int kJointNumbers = 3 * kNumBodyJoints;

@@ -19,10 +19,10 @@ namespace holdfast::wandr {
 namespace {
 
 // One body on its way: which goal it has in mind, and when it turns to the next.
-class Errand {
+class GoalSequenceRollout {
  public:
-  Errand(const Network<float>& network, std::span<const Eigen::Vector3d> goals,
-         const ReachGoalsOptions& options)
+  GoalSequenceRollout(const Network<float>& network, std::span<const Eigen::Vector3d> goals,
+                      const ReachGoalsOptions& options)
       : network_(network), goals_(goals), options_(options) {
     sample_.goals.resize(goals.size());
   }
@@ -151,7 +151,7 @@ void RunBatch(const Network<float>& network, const BoneOffsets<float>& bones,
   rollout_options.intention = options.intention;
   rollout_options.intention.hold_last_goal = true;
   Rollout<float> rollout(network, bones, size, 1, rollout_options);
-  std::vector<Errand> errands(size, Errand(network, goals, options));
+  std::vector<GoalSequenceRollout> errands(size, GoalSequenceRollout(network, goals, options));
   std::vector<LatentStream> latent_streams;
   std::vector<RolloutStart<float>> bodies(size, start);
   BodyKinematics<float> kinematics;
@@ -223,7 +223,7 @@ std::vector<ReachSample> ReachGoals(const Network<float>& network, const BoneOff
   }
   for (const Eigen::Vector3d& goal : goals) {
     if (!goal.allFinite()) {
-      throw Error("goal", "it is not finite", "Give three numbers, metres");
+      throw Error("goal", "it is not finite", "Give three numbers, meters");
     }
   }
   if (!StateOf(start.pose).allFinite() || !start.previous_delta.allFinite()) {

@@ -90,7 +90,7 @@ ReachOutcome MeasureReach(const Eigen::Ref<const Eigen::MatrixXf>& joints,
     throw Error("motion", "it has no frame of 22 joints that are numbers", "Check its start pose");
   }
   if (!goal.allFinite()) {
-    throw Error("goal", "it is not finite", "Give three numbers, metres");
+    throw Error("goal", "it is not finite", "Give three numbers, meters");
   }
   ReachOutcome outcome;
   outcome.diverged = frames < joints.cols();
@@ -110,7 +110,7 @@ ReachOutcome MeasureReach(const Eigen::Ref<const Eigen::MatrixXf>& joints,
   return outcome;
 }
 
-ReachSummary Summarise(std::span<const ReachOutcome> outcomes) {
+ReachSummary Summarize(std::span<const ReachOutcome> outcomes) {
   if (outcomes.empty()) {
     throw Error("reach summary", "there are no motions", "Run at least one");
   }
@@ -223,7 +223,7 @@ void LowestPoint::Split(std::vector<int> vertices) {
     }
   }
   Cluster cluster;
-  cluster.centre = 0.5 * (low + high);
+  cluster.center = 0.5 * (low + high);
   cluster.half = 0.5 * (high - low);
   for (const auto& [joint, any] : joints) cluster.joints.push_back(joint);
   for (const auto& [joint, bend] : bends) cluster.bend_bounds.push_back({joint, bend});
@@ -263,14 +263,14 @@ double LowestPoint::Bound(const Placed& placed, const Cluster& cluster) const {
   for (const int j : cluster.joints) {
     const auto up = placed.rotation[j].row(2);
     bound = std::min(
-        bound, up.dot(cluster.centre) - up.cwiseAbs().dot(cluster.half) + placed.offset(2, j));
+        bound, up.dot(cluster.center) - up.cwiseAbs().dot(cluster.half) + placed.offset(2, j));
   }
   for (const Weight& bend : cluster.bend_bounds) bound -= bend.value * placed.bend_norm[bend.joint];
   return bound;
 }
 
 int LowestPoint::Find(const Placed& placed, int guess) const {
-  constexpr double kRounding = 1e-9;  // of weights that do not sum to 1 exactly, metres
+  constexpr double kRounding = 1e-9;  // of weights that do not sum to 1 exactly, meters
   int lowest = guess;
   double height = Vertex(placed, guess).z();
   for (const Cluster& cluster : clusters_) {

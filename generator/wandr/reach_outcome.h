@@ -14,10 +14,10 @@
 
 namespace holdfast::wandr {
 
-inline constexpr double kReachedWithin = 0.10;          ///< metres: a goal counts as reached
-inline constexpr double kRestsWithin = 0.02;            ///< metres: a wrist stays
-inline constexpr double kSkatingPerFrame = 0.02 / 3.0;  ///< metres per frame (2/3 cm)
-inline constexpr double kAirborneAnkleOrBall = 0.12;    ///< metres above the floor
+inline constexpr double kReachedWithin = 0.10;          ///< meters: a goal counts as reached
+inline constexpr double kRestsWithin = 0.02;            ///< meters: a wrist stays
+inline constexpr double kSkatingPerFrame = 0.02 / 3.0;  ///< meters per frame (2/3 cm)
+inline constexpr double kAirborneAnkleOrBall = 0.12;    ///< meters above the floor
 
 /// How one motion did on its way to one goal. Frames count from 0, the start.
 struct ReachOutcome {
@@ -47,7 +47,7 @@ struct ReachOutcome {
 ReachOutcome MeasureReach(const Eigen::Ref<const Eigen::MatrixXf>& joints,
                           const Eigen::Vector3d& goal, Side wrist = Side::kRight);
 
-/// Over many motions. Shares in [0, 1], distances in metres.
+/// Over many motions. Shares in [0, 1], distances in meters.
 struct ReachSummary {
   int count = 0;
   double success = 0.0;          ///< SR: within 10 cm in any frame
@@ -64,7 +64,7 @@ struct ReachSummary {
 };
 
 /// Throws Error for none.
-ReachSummary Summarise(std::span<const ReachOutcome> outcomes);
+ReachSummary Summarize(std::span<const ReachOutcome> outcomes);
 
 /// Finds the lowest vertex of a posed body, skinning only those few that can be: vertices in small
 /// clusters, and for each a bound, since skinning is a convex combination,
@@ -79,14 +79,14 @@ class LowestPoint {
   /// A body in one pose.
   struct Placed {
     std::array<Eigen::Matrix3d, kNumBodyJoints> rotation;          ///< A_j^R, world
-    Eigen::Matrix<double, 3, kNumBodyJoints> offset;               ///< A_j^t + trans, metres
+    Eigen::Matrix<double, 3, kNumBodyJoints> offset;               ///< A_j^t + trans, meters
     std::array<Eigen::Matrix<double, 9, 1>, kNumBodyJoints> bend;  ///< R_j - I, row-major
     std::array<double, kNumBodyJoints> bend_norm;
   };
   void Place(const Pose<double>& pose, Placed& placed) const;
 
   int NumVertices() const { return static_cast<int>(rest_.cols()); }
-  /// Vertex i of the surface, world, metres.
+  /// Vertex i of the surface, world, meters.
   Eigen::Vector3d Vertex(const Placed& placed, int i) const;
   /// The vertex with the least z, the first of equals. `guess` is any vertex: a good one (the last
   /// frame's) saves time and changes nothing.
@@ -104,7 +104,7 @@ class LowestPoint {
   struct Cluster {
     std::vector<int> vertices;
     std::vector<int> joints;          // with any weight
-    Eigen::Vector3d centre, half;     // box of rest vertices
+    Eigen::Vector3d center, half;     // box of rest vertices
     std::vector<Weight> bend_bounds;  // per joint, the largest norm of its correctives
   };
   void GatherWeights(const BodySurface& surface);

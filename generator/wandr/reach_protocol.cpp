@@ -145,7 +145,7 @@ int SpreadIndex(int i, int count, int size) {
 struct ComposedReach {
   const char* name;
   Side side;
-  Eigen::Vector3d wrist;  // metres, for a person at the origin who faces -y
+  Eigen::Vector3d wrist;  // meters, for a person at the origin who faces -y
   double torso_twist_rad;
   double torso_lean_rad;
   double weight_shift;
@@ -224,24 +224,24 @@ std::vector<int> ChooseStartClips(std::span<const StartCandidate> candidates, in
 
 std::vector<ReachStart> StartsOfClips(std::span<const Clip> clips,
                                       std::span<const std::string> names,
-                                      const Normaliser<double>& normaliser, int frame) {
+                                      const Normalizer<double>& normalizer, int frame) {
   if (clips.size() != names.size()) {
     throw Error("start clips", fmt::format("{} clips and {} names", clips.size(), names.size()),
                 "Give one name per clip");
   }
   std::vector<ReachStart> starts;
   for (std::size_t i = 0; i < clips.size(); ++i) {
-    starts.push_back({names[i], StartAtFrame(StatesOfClip(clips[i]), frame, normaliser)});
+    starts.push_back({names[i], StartAtFrame(StatesOfClip(clips[i]), frame, normalizer)});
   }
   return starts;
 }
 
 std::vector<ReachStart> ComposedStarts(const BodyMeasures& body,
-                                       const Normaliser<double>& normaliser) {
-  std::vector<ReachStart> starts = {{"standing", StartAtRest(StandingPose(body), normaliser)}};
+                                       const Normalizer<double>& normalizer) {
+  std::vector<ReachStart> starts = {{"standing", StartAtRest(StandingPose(body), normalizer)}};
   for (const ComposedReach& reach : kComposedReaches) {
     const StateMatrix<double> states = StatesOfClip(MotionOf(body, reach));
-    starts.push_back({reach.name, StartAtFrame(states, kReachStartFrame, normaliser)});
+    starts.push_back({reach.name, StartAtFrame(states, kReachStartFrame, normalizer)});
   }
   return starts;
 }

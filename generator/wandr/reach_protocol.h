@@ -22,7 +22,7 @@ namespace holdfast::wandr {
 /// pose, several samples each; with 6 start poses, 5 x 5 x 5 x 5 x 6 = 3,750 motions of 8 s.
 struct ReachProtocol {
   int num_angles = 5;     ///< equally spaced over the full turn; angle 0 is straight ahead
-  int num_heights = 5;    ///< equally spaced over [0, max_height_m], metres above the floor z = 0
+  int num_heights = 5;    ///< equally spaced over [0, max_height_m], meters above the floor z = 0
   int num_distances = 5;  ///< equally spaced over [min_distance_m, max_distance_m], horizontal
   int num_samples = 5;    ///< latents drawn for each goal
   double max_height_m = 1.8;
@@ -53,7 +53,7 @@ struct ReachCase {
   int height = 0;
   int distance = 0;
   int sample = 0;
-  Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< world, metres
+  Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< world, meters
   int deadline = 0;                                ///< frames
 };
 
@@ -108,13 +108,13 @@ std::vector<int> ChooseStartClips(std::span<const StartCandidate> candidates,
 /// Frame `frame` of every clip where it stands, with the step that led to it.
 std::vector<ReachStart> StartsOfClips(std::span<const Clip> clips,
                                       std::span<const std::string> names,
-                                      const Normaliser<double>& normaliser,
+                                      const Normalizer<double>& normalizer,
                                       int frame = kReachStartFrame);
 
 /// Six poses that come from no capture: one stands at ease, the others are moments of reaches
 /// composed by MakeReachMotion, with their velocity.
 std::vector<ReachStart> ComposedStarts(const BodyMeasures& body,
-                                       const Normaliser<double>& normaliser);
+                                       const Normalizer<double>& normalizer);
 
 /// What the protocol takes.
 std::vector<RolloutStart<float>> AsFloat(std::span<const ReachStart> starts);

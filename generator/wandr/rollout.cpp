@@ -72,7 +72,7 @@ void Rollout<Real>::Step(const Eigen::Ref<const Matrix>& latents) {
   previous_delta_ = tape.Output();
   for (int i = 0; i < num_bodies_; ++i) {
     const StateVector<Real> delta =
-        DeltaOfNormalised<Real>(network_.Norms(), previous_delta_.col(i));
+        DeltaOfNormalized<Real>(network_.Norms(), previous_delta_.col(i));
     ApplyDelta<Real>(PosesAt(step_)[i], headings_[i], delta, PosesAt(step_ + 1)[i]);
   }
   ++step_;
@@ -126,7 +126,7 @@ void Rollout<Real>::StepBackward(int t, int rows, const Matrix& delta_bar, Matri
   for (int c = 0; c < num_bodies_ * rows; ++c) {
     const Pose<Real>& pose = Poses(t)[c / rows];
     const StateVector<Real> delta =
-        DeltaOfNormalised<Real>(network_.Norms(), tape.Output().col(c / rows));
+        DeltaOfNormalized<Real>(network_.Norms(), tape.Output().col(c / rows));
     TangentVector<Real> bar = TangentVector<Real>::Zero();
     StateVector<Real> step_bar;
     ApplyDeltaVjp<Real>(HeadingOf<Real>(pose.rotation[0]), delta, pose_bar.col(c),
@@ -233,7 +233,7 @@ void Check(const RolloutRequest& request, const Network<float>& network) {
     for (const Waypoint& waypoint : request.plans[i]) {
       if (!waypoint.position.allFinite()) {
         throw Error(fmt::format("rollout[{}]", i), "the goal is not finite",
-                    "Give three numbers, metres");
+                    "Give three numbers, meters");
       }
     }
   }

@@ -18,7 +18,7 @@ namespace holdfast::wandr {
 template <typename T>
 struct RolloutStart {
   Pose<T> pose;
-  /// d_0, normalised: the step that led to `pose`. Not all zeros for standing still (that is the
+  /// d_0, normalized: the step that led to `pose`. Not all zeros for standing still (that is the
   /// mean delta): see StartAtRest.
   StateVector<T> previous_delta = StateVector<T>::Zero();
 
@@ -40,7 +40,7 @@ struct RolloutOptions {
 template <typename Real>
 struct RolloutSeed {
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-  std::vector<Matrix> joints;  ///< (66 x N m), with respect to joint positions, per metre
+  std::vector<Matrix> joints;  ///< (66 x N m), with respect to joint positions, per meter
   std::vector<Matrix> poses;   ///< (69 x N m), with respect to tangents of poses
 };
 
@@ -50,8 +50,8 @@ struct RolloutGradient {
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
   Matrix latents;         ///< (64 T x N m), step t in rows 64 t ..
   Matrix start_pose;      ///< (69 x N m): dp, then phi_k of R^k Exp(phi_k)
-  Matrix previous_delta;  ///< (135 x N m), normalised
-  Matrix goals;           ///< (3 W x N m), W the most waypoints of any body; per metre
+  Matrix previous_delta;  ///< (135 x N m), normalized
+  Matrix goals;           ///< (3 W x N m), W the most waypoints of any body; per meter
 };
 
 /// N bodies stepped together through the closed loop of WANDR (sec. 3.3):
@@ -81,7 +81,7 @@ class Rollout {
     return {poses_.data() + static_cast<std::size_t>(frame) * max_bodies_,
             static_cast<std::size_t>(num_bodies_)};
   }
-  /// u_t of the last step, normalised (135 x N), or the start's before any.
+  /// u_t of the last step, normalized (135 x N), or the start's before any.
   const Matrix& PreviousDelta() const { return previous_delta_; }
 
   /// The vector-Jacobian product of all steps taken, exact (but at kinks of the rectifiers): about
@@ -128,7 +128,7 @@ extern template class Rollout<double>;
 /// One motion, frames 0..T at 30 fps.
 struct RolloutTrack {
   StateMatrix<float> states;  ///< (135 x T+1)
-  Eigen::MatrixXf joints;     ///< (66 x T+1), world, metres
+  Eigen::MatrixXf joints;     ///< (66 x T+1), world, meters
 };
 
 struct RolloutRequest {

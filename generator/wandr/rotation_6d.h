@@ -45,7 +45,7 @@ Matrix3<T> RotationFromRows12(const Vector6<T>& six) {
 
 /// The rotation nearest in the sense of GS: takes rounding off a product of rotations.
 template <typename T>
-Matrix3<T> Orthonormalised(const Matrix3<T>& R) {
+Matrix3<T> Orthonormalized(const Matrix3<T>& R) {
   return RotationFromRows12<T>(Rows12<T>(R));
 }
 

@@ -124,7 +124,7 @@ void AddTensors(const Statistics& statistics, nn::TensorMap& tensors) {
 }
 
 template <typename T>
-Normaliser<T>::Normaliser(const Statistics& s) {
+Normalizer<T>::Normalizer(const Statistics& s) {
   FeatureMoments<1> height;
   height.mean[0] = s.body_transl.mean.z();
   height.deviation[0] = s.body_transl.deviation.z();
@@ -134,7 +134,7 @@ Normaliser<T>::Normaliser(const Statistics& s) {
   state = Joined<T, kStateSize>(s.body_transl, s.body_orient, s.body_pose);
 }
 
-template struct Normaliser<float>;
-template struct Normaliser<double>;
+template struct Normalizer<float>;
+template struct Normalizer<double>;
 
 }  // namespace holdfast::wandr

@@ -24,8 +24,8 @@ struct FeatureMoments {
   }
 };
 
-/// The statistics that features are normalised with, by the names of the published file; those of
-/// the intention have none. Units: metres, metres per frame, entries of rotation matrices.
+/// The statistics that features are normalized with, by the names of the published file; those of
+/// the intention have none. Units: meters, meters per frame, entries of rotation matrices.
 struct Statistics {
   FeatureMoments<3> body_transl;
   FeatureMoments<6> body_orient;     ///< rows12(R^0): for stored states only
@@ -72,16 +72,16 @@ inline constexpr int kPoseFeatures = 1 + 6 + 126;
 
 /// Statistics as the loops use them, blocks in the order of the vectors they belong to.
 template <typename T>
-struct Normaliser {
-  explicit Normaliser(const Statistics& statistics);
+struct Normalizer {
+  explicit Normalizer(const Statistics& statistics);
 
   Affine<T, kPoseFeatures> pose;  ///< p_z | orient_xy | pose
   Affine<T, kStateSize> delta;    ///< 3 | 6 | 126
   Affine<T, kStateSize> state;    ///< 3 | 6 | 126
 };
 
-extern template struct Normaliser<float>;
-extern template struct Normaliser<double>;
+extern template struct Normalizer<float>;
+extern template struct Normalizer<double>;
 
 /// Where the parts of a condition c begin:
 ///   p_z 1 | orient_xy 6 | pose 126 | previous delta 135 | intention 9 (kPaper), 277 in all.
@@ -92,28 +92,28 @@ inline constexpr int ConditionSize(IntentionLayout layout) {
   return kIntentionOf + IntentionSize(layout);
 }
 
-/// The pose's part of c, normalised: height, root without heading, joints 1..21. `out` has
+/// The pose's part of c, normalized: height, root without heading, joints 1..21. `out` has
 /// kPoseFeatures numbers.
 template <typename T>
 void WritePoseFeatures(const Pose<T>& pose, const Heading<T>& heading,
-                       const Normaliser<T>& normaliser, T* out) {
+                       const Normalizer<T>& normalizer, T* out) {
   Eigen::Map<Eigen::Matrix<T, kPoseFeatures, 1>> features(out);
   features[0] = pose.translation.z();
   features.template segment<6>(1) = Rows12<T>(WithoutHeading<T>(heading, pose.rotation[0]));
   for (int k = 1; k < kNumBodyJoints; ++k) {
     features.template segment<6>(1 + 6 * k) = Rows12<T>(pose.rotation[k]);
   }
-  features = (features - normaliser.pose.mean).cwiseProduct(normaliser.pose.scale);
+  features = (features - normalizer.pose.mean).cwiseProduct(normalizer.pose.scale);
 }
 
 /// Adds to `pose_bar` the gradient that `features_bar` (kPoseFeatures numbers) stands for.
 template <typename T>
 void WritePoseFeaturesVjp(const Pose<T>& pose, const Heading<T>& heading,
-                          const Normaliser<T>& normaliser, const T* features_bar,
+                          const Normalizer<T>& normalizer, const T* features_bar,
                           Eigen::Ref<TangentVector<T>> pose_bar) {
   const Eigen::Matrix<T, kPoseFeatures, 1> bar =
       Eigen::Map<const Eigen::Matrix<T, kPoseFeatures, 1>>(features_bar)
-          .cwiseProduct(normaliser.pose.scale);
+          .cwiseProduct(normalizer.pose.scale);
   pose_bar[2] += bar[0];
   pose_bar.template segment<3>(TangentOf(0)) += WithoutHeadingVjp<T>(
       heading, WithoutHeading<T>(heading, pose.rotation[0]), bar.template segment<6>(1));
@@ -125,22 +125,22 @@ void WritePoseFeaturesVjp(const Pose<T>& pose, const Heading<T>& heading,
 
 /// d_norm of a delta, and back.
 template <typename T>
-StateVector<T> NormalisedDelta(const Normaliser<T>& n, const Eigen::Ref<const StateVector<T>>& d) {
+StateVector<T> NormalizedDelta(const Normalizer<T>& n, const Eigen::Ref<const StateVector<T>>& d) {
   return (d - n.delta.mean).cwiseProduct(n.delta.scale);
 }
 template <typename T>
-StateVector<T> DeltaOfNormalised(const Normaliser<T>& n,
+StateVector<T> DeltaOfNormalized(const Normalizer<T>& n,
                                  const Eigen::Ref<const StateVector<T>>& d) {
   return d.cwiseProduct(n.delta.deviation) + n.delta.mean;
 }
 
 /// s_norm of a state, as sequences are stored for training, and back.
 template <typename T>
-StateVector<T> NormalisedState(const Normaliser<T>& n, const Eigen::Ref<const StateVector<T>>& s) {
+StateVector<T> NormalizedState(const Normalizer<T>& n, const Eigen::Ref<const StateVector<T>>& s) {
   return (s - n.state.mean).cwiseProduct(n.state.scale);
 }
 template <typename T>
-StateVector<T> StateOfNormalised(const Normaliser<T>& n,
+StateVector<T> StateOfNormalized(const Normalizer<T>& n,
                                  const Eigen::Ref<const StateVector<T>>& s) {
   return s.cwiseProduct(n.state.deviation) + n.state.mean;
 }

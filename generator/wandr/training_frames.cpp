@@ -32,8 +32,8 @@ std::vector<int> HindsightGoals(const MotionFrames& motion, const HindsightOptio
     // One draw per frame whatever comes of it: frames do not shift each other's numbers.
     const double draw = random.Uniform();
     goals[i] = i;
-    if (options.labelled_goal) {
-      goals[i] = std::max(i, *options.labelled_goal);
+    if (options.labeled_goal) {
+      goals[i] = std::max(i, *options.labeled_goal);
       continue;
     }
     if (options.mode == HindsightMode::kFixedOffset) {
@@ -64,7 +64,7 @@ FrameGoal<double> HindsightGoal(const MotionFrames& motion, int frame, int goal_
 }
 
 TrainingFrames MakeTrainingFrames(const MotionFrames& motion, const std::vector<int>& goal_frames,
-                                  IntentionLayout layout, const Normaliser<double>& normaliser,
+                                  IntentionLayout layout, const Normalizer<double>& normalizer,
                                   Side wrist) {
   const int count = static_cast<int>(motion.poses.size());
   if (count < 2) {
@@ -74,17 +74,17 @@ TrainingFrames MakeTrainingFrames(const MotionFrames& motion, const std::vector<
   assert(goal_frames.size() == motion.poses.size());
   TrainingFrames frames{Eigen::MatrixXf(ConditionSize(layout), count - 1),
                         StateMatrix<float>(kStateSize, count - 1)};
-  StateVector<double> delta = NormalisedDelta<double>(normaliser, RestDelta<double>());
+  StateVector<double> delta = NormalizedDelta<double>(normalizer, RestDelta<double>());
   Eigen::VectorXd condition(ConditionSize(layout));
   for (int i = 0; i + 1 < count; ++i) {
     const Pose<double>& pose = motion.poses[i];
     const Heading<double> heading = HeadingOf<double>(pose.rotation[0]);
-    WritePoseFeatures(pose, heading, normaliser, condition.data());
+    WritePoseFeatures(pose, heading, normalizer, condition.data());
     condition.segment<kStateSize>(kPreviousDeltaOf) = delta;
     WriteIntention<double>(
         layout, {heading, motion.joints[i].col(0), motion.joints[i].col(WristJoint(wrist))},
         HindsightGoal(motion, i, goal_frames[i], wrist), condition.data() + kIntentionOf);
-    delta = NormalisedDelta<double>(normaliser, DeltaBetween(pose, motion.poses[i + 1]));
+    delta = NormalizedDelta<double>(normalizer, DeltaBetween(pose, motion.poses[i + 1]));
     frames.conditions.col(i) = condition.cast<float>();
     frames.targets.col(i) = delta.cast<float>();
   }

@@ -35,7 +35,7 @@ struct HindsightOptions {
   int offset = 30;              ///< frames
   /// A frame in which the wrist is where it wanted to be: the goal of all frames before it, and
   /// later frames have none. Whatever the mode.
-  std::optional<int> labelled_goal;
+  std::optional<int> labeled_goal;
 };
 
 /// The goal frame j >= i of every frame i, drawn anew at each call, uniformly among the candidates;
@@ -43,7 +43,7 @@ struct HindsightOptions {
 std::vector<int> HindsightGoals(const MotionFrames& motion, const HindsightOptions& options,
                                 nn::RandomStream& random);
 
-/// What a network is trained on, one frame per column, normalised, as at run time:
+/// What a network is trained on, one frame per column, normalized, as at run time:
 /// condition c_i and the delta from frame i to i + 1, for i = 0 .. F-2.
 struct TrainingFrames {
   Eigen::MatrixXf conditions;  ///< (277 x F-1)
@@ -53,7 +53,7 @@ struct TrainingFrames {
 /// Goals by HindsightGoals: G is the wrist at j, eta = j - i, g_hat the heading at j; without a
 /// goal (j = i) the intention is zero. Throws Error for fewer than two frames.
 TrainingFrames MakeTrainingFrames(const MotionFrames& motion, const std::vector<int>& goal_frames,
-                                  IntentionLayout layout, const Normaliser<double>& normaliser,
+                                  IntentionLayout layout, const Normalizer<double>& normalizer,
                                   Side wrist = Side::kRight);
 
 /// The goal of frame i in the training form, for rollouts during training.

@@ -13,10 +13,10 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kTick = 1.0 / kFramesPerSecond;
-constexpr int kMostFrames = 3000;
-constexpr double kThere = 0.03;        // metres
-constexpr double kStance = 0.45;       // metres from the pelvis to a goal that is reached standing
-constexpr double kClose = 0.3;         // metres to there: no turn is needed any more to walk on
+constexpr int kMaxFrames = 3000;
+constexpr double kThere = 0.03;        // meters
+constexpr double kStance = 0.45;       // meters from the pelvis to a goal that is reached standing
+constexpr double kClose = 0.3;         // meters to there: no turn is needed any more to walk on
 constexpr double kCruise = 1.55;       // m/s
 constexpr double kGain = 3.0;          // m/s^2, setting off
 constexpr double kBrake = 2.7;         // m/s^2
@@ -41,7 +41,7 @@ WalkPace::WalkPace(const Vector2d& from, const Vector2d& facing, const Vector2d&
   double yaw = std::atan2(facing.y(), facing.x()), rate = 0.0;
   const auto facing_of = [](double a) { return Vector2d(std::cos(a), std::sin(a)); };
   stands_.push_back({p, facing_of(yaw), v.norm()});
-  for (int t = 0; t < kMostFrames; ++t) {
+  for (int t = 0; t < kMaxFrames; ++t) {
     const Vector2d way = goal - p, face = facing_of(yaw);
     const double left = way.norm() - kStance;
     const double angle = way.norm() > 1e-6 ? AngleFrom(face, way) : 0.0;
@@ -94,7 +94,7 @@ WalkPace::Stand WalkPace::At(double frame) const {
 }
 
 Eigen::Vector2d StartVelocity(const Network<float>& network, const RolloutStart<float>& start) {
-  const StateVector<float> delta = DeltaOfNormalised<float>(network.Norms(), start.previous_delta);
+  const StateVector<float> delta = DeltaOfNormalized<float>(network.Norms(), start.previous_delta);
   const Vector3<float> step = HeadingOf<float>(start.pose.rotation[0]).ToWorld(delta.head<3>());
   return kFramesPerSecond * step.head<2>().cast<double>();
 }

@@ -11,7 +11,7 @@ namespace holdfast::wandr {
 
 /// The pace of somebody who goes somewhere to reach for a goal: turns towards it while setting off,
 /// walks until it is within reach, and raises the arm. Frames at 30 Hz from the start, lengths in
-/// metres.
+/// meters.
 class WalkPace {
  public:
   struct Stand {

@@ -7,8 +7,8 @@
 ///   const Network<float> network(weights);
 ///   const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
 ///   const auto bones = BoneOffsetsOf(body.rest_joints).Cast<float>();
-///   const Normaliser<double> normaliser(weights.statistics);
-///   const auto start = StartAtRest(StandingPose(body), normaliser).Cast<float>();
+///   const Normalizer<double> normalizer(weights.statistics);
+///   const auto start = StartAtRest(StandingPose(body), normalizer).Cast<float>();
 ///   const GoalPlan plan{{{1.5, 1.0, 1.1}, 240}};
 ///   const RolloutRequest request{.starts = {&start, 1}, .plans = {&plan, 1}};
 ///   const auto tracks = RunRollouts(network, bones, request, 2);

@@ -23,8 +23,8 @@ constexpr int SharedFramesTogether(int frames) {
 /// Forward for T frames of one person, several times as fast: the pose blend shapes, more than a
 /// hundred megabytes where they are dense, are read once for all frames, and the loops are built
 /// for each instruction set. Each state is what Forward gives, but that dense blend shapes are
-/// summed in single precision: their millimetres are off by about 1e-9 m. Local ones, as the
-/// embedded body's, give the same bits. `trans` (3 x T), metres.
+/// summed in single precision: their millimeters are off by about 1e-9 m. Local ones, as the
+/// embedded body's, give the same bits. `trans` (3 x T), meters.
 void ForwardFrames(const BodySurface& surface, std::span<const JointPose> poses,
                    const Eigen::Ref<const Eigen::Matrix3Xd>& trans, std::span<BodyState> states,
                    Isa isa = BestIsa());

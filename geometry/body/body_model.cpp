@@ -52,8 +52,8 @@ std::shared_ptr<const BodyModel> BodyModel::WithTemplate(std::shared_ptr<const B
   }
   const std::span<const double> values(v_template.data(),
                                        static_cast<std::size_t>(v_template.size()));
-  if (FirstBeyond(values, kMostMetres)) {
-    throw Error("v_template", "holds values that are not numbers of metres",
+  if (FirstBeyond(values, kMaxMeters)) {
+    throw Error("v_template", "holds values that are not numbers of meters",
                 "Get the surface again");
   }
   return std::shared_ptr<const BodyModel>(new BodyModel(model->parts_, std::move(v_template)));

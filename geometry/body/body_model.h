@@ -24,7 +24,7 @@ namespace holdfast {
 /// (joint or vertex, weight) pairs.
 using SparseRow = std::vector<std::pair<int, double>>;
 
-/// What a body model is made of, in SMPL-X's 55 joints (see BodyLayout). Metres.
+/// What a body model is made of, in SMPL-X's 55 joints (see BodyLayout). Meters.
 struct BodyModelParts {
   std::string name;  ///< file name, for reports
   ModelKind kind = ModelKind::kSmplx;
@@ -189,11 +189,11 @@ class BodySurface {
 struct BodyState {
   std::array<Eigen::Matrix3d, kNumJoints> local_rotation;  ///< R_j
   std::array<Eigen::Matrix3d, kNumJoints> world_rotation;  ///< G_j^R
-  Eigen::Matrix<double, 3, kNumJoints> joints;             ///< G_j^t + trans, world, metres
+  Eigen::Matrix<double, 3, kNumJoints> joints;             ///< G_j^t + trans, world, meters
   Eigen::Matrix<double, 3, kNumJoints> skin_offset;        ///< A_j^t + trans
   JointPose pose;                                          ///< the pose evaluated
   Eigen::Matrix3Xd posed_rest;                             ///< v_p, (3 x n)
-  Eigen::Matrix3Xd vertices;                               ///< v, world, metres (3 x n)
+  Eigen::Matrix3Xd vertices;                               ///< v, world, meters (3 x n)
 
   Eigen::Isometry3d WorldFromJoint(int joint) const {
     return RigidTransform(world_rotation[joint], joints.col(joint));

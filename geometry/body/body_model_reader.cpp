@@ -332,7 +332,7 @@ std::vector<double> BodyModelFields::ReadFinite(std::string_view key,
   const NpyMember member = Read(key);
   member.RequireShape(shape);
   std::vector<double> values = member.AsDoubles();
-  if (const auto bad = FirstBeyond(std::span<const double>(values), kMostMetres)) {
+  if (const auto bad = FirstBeyond(std::span<const double>(values), kMaxMeters)) {
     throw Error(member.where, fmt::format("holds {} at element {}", values[*bad], *bad),
                 "The model file is damaged: get it again");
   }

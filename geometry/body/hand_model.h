@@ -20,7 +20,7 @@ FingerPose FingersOf(const JointPose& pose, Side side);
 void SetFingers(JointPose& pose, Side side, const FingerPose& fingers);
 
 /// One hand of one person: N vertices as a function of 45 finger numbers, the rest of the body
-/// held. The same model as BodySurface over BodyModel::HandVertexIds, reorganised for a solver's
+/// held. The same model as BodySurface over BodyModel::HandVertexIds, reorganized for a solver's
 /// loop: what the fingers cannot change is computed once per frame, and vertices are grouped by the
 /// finger joints that can move them, so that Jacobians hold no columns of zeros. Const and
 /// shareable.
@@ -82,7 +82,7 @@ class HandState {
   FingerPose Fingers() const {
     return FingersOf(body_.pose, hand_->HandSide());
   }                                                               ///< last evaluated
-  const Eigen::Matrix3Xd& Vertices() const { return vertices_; }  ///< world, metres (3 x N)
+  const Eigen::Matrix3Xd& Vertices() const { return vertices_; }  ///< world, meters (3 x N)
   /// d vertices of group g / d its joints: (3 |vertices| x 3 |joints|), row-major.
   const JacobianMatrix& GroupJacobian(int group) const { return jacobians_[group]; }
   /// row += direction^T d vertex / d fingers (`row` has 45 entries).
@@ -91,7 +91,7 @@ class HandState {
   const Eigen::Matrix3d& WristRotation() const { return body_.world_rotation[wrist_]; }
   Eigen::Vector3d WristPosition() const { return body_.joints.col(wrist_); }
   Eigen::Isometry3d WorldFromWrist() const { return body_.WorldFromJoint(wrist_); }
-  /// Finger joint positions (3 x 15), world, metres, and world rotations.
+  /// Finger joint positions (3 x 15), world, meters, and world rotations.
   Eigen::Matrix<double, 3, kJointsPerHand> JointPositions() const {
     return body_.joints.middleCols<kJointsPerHand>(first_);
   }

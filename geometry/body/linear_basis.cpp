@@ -21,9 +21,9 @@ std::span<const T> As(const std::vector<std::byte>& data) {
   return {reinterpret_cast<const T*>(data.data()), data.size() / sizeof(T)};
 }
 
-// Halves end at 65,504: those beyond kMostMetres are infinite or no numbers.
+// Halves end at 65,504: those beyond kMaxMeters are infinite or no numbers.
 std::optional<std::size_t> FirstNotFinite(std::span<const std::uint16_t> halves) {
-  static_assert(kMostMetres > 65504.0);
+  static_assert(kMaxMeters > 65504.0);
   const auto bits = [](std::uint16_t half) { return half & 0x7fff; };
   int most = 0;
   for (const std::uint16_t half : halves) most = std::max(most, bits(half));
@@ -54,8 +54,8 @@ LinearBasis::LinearBasis(NpyMember member, std::ptrdiff_t vertices, std::ptrdiff
   } else {
     copy(member.AsFloats());
   }
-  const auto bad = item_size_ == 8   ? FirstBeyond(As<double>(data), kMostMetres)
-                   : item_size_ == 4 ? FirstBeyond(As<float>(data), kMostMetres)
+  const auto bad = item_size_ == 8   ? FirstBeyond(As<double>(data), kMaxMeters)
+                   : item_size_ == 4 ? FirstBeyond(As<float>(data), kMaxMeters)
                                      : FirstNotFinite(As<std::uint16_t>(data));
   if (bad) {
     const double value = item_size_ == 8   ? As<double>(data)[*bad]

@@ -149,7 +149,7 @@ std::vector<int> OwnBody::ForearmAndHand(const BodySurface& body, Side side, dou
 struct OwnBody::Posed::Impl {
   std::shared_ptr<const Tree> tree;
   const Eigen::Matrix3Xd& vertices;
-  double farthest2 = 0.0;                  // squared, metres
+  double farthest2 = 0.0;                  // squared, meters
   std::vector<Eigen::AlignedBox3d> boxes;  // of the nodes; empty: too far to matter
 
   struct Nearest {

@@ -23,7 +23,7 @@ class OwnBody {
   OwnBody(const BodySurface& body, std::uint8_t left_out);
 
   struct Touch {
-    double depth = 0.0;       ///< metres, positive inside
+    double depth = 0.0;       ///< meters, positive inside
     Eigen::Vector3d surface;  ///< the nearest point of the skin
     Eigen::Vector3d normal;   ///< unit, out of the body, from the skin's nearest feature
   };
@@ -31,7 +31,7 @@ class OwnBody {
   /// The skin in one pose, near a box.
   class Posed {
    public:
-    /// `vertices` (3 x N, must outlive this): all of the body's, in the pose, metres, world. Faces
+    /// `vertices` (3 x N, must outlive this): all of the body's, in the pose, meters, world. Faces
     /// farther than `margin_m` from the box [low, high] are left out: points asked for lie within
     /// it.
     Posed(const OwnBody& body, const Eigen::Matrix3Xd& vertices, const Eigen::Vector3d& low,

@@ -11,7 +11,7 @@ namespace holdfast {
 
 /// The SMPL-X skeleton: 55 joints, in the order of every SMPL-X file (Pavlakos et al., CVPR 2019).
 /// Axis-angle poses are 3 x 55, column j the rotation of joint j relative to its parent.
-/// Rest pose: T-pose, y up, facing +z, +x to the body's left; metres.
+/// Rest pose: T-pose, y up, facing +z, +x to the body's left; meters.
 enum Joint : int {
   kPelvis,
   kLeftHip,
@@ -76,10 +76,10 @@ using JointPose = Eigen::Matrix<double, 3, kNumJoints>;
 /// The pose seen in a mirror at x = 0: sides swapped, y and z of every axis-angle negated.
 JointPose MirrorPose(const JointPose& pose);
 
-/// Rest pelvises J_0 of the neutral models' mean shapes, metres (J_regressor v_template), as they
+/// Rest pelvises J_0 of the neutral models' mean shapes, meters (J_regressor v_template), as they
 /// stand in public code: SMPL-X in the retargeting tables of kimodo (SMPLX_REST_WORLD), SMPL, whose
 /// body SMPL-H shares, in the smpl_humanoid.xml of its simulations. Those of men and women are
-/// within a few centimetres.
+/// within a few centimeters.
 inline const Eigen::Vector3d kSmplxRestPelvis(0.0031, -0.3514, 0.0120);
 inline const Eigen::Vector3d kSmplhRestPelvis(-0.0018, -0.2233, 0.0282);
 

@@ -213,8 +213,7 @@ Eigen::Vector3d PelvisOffset(const NpzReader& archive) {
     const NpyMember member = archive.Read("rest_pelvis");
     member.RequireShape({3});
     pelvis = Eigen::Vector3d(member.AsDoubles().data());
-    RequireWithin(pelvis, kMostMetres, archive.Path().string(), "rest_pelvis", "row",
-                  kMetresRemedy);
+    RequireWithin(pelvis, kMaxMeters, archive.Path().string(), "rest_pelvis", "row", kMetersRemedy);
   }
   return pelvis == kEmbeddedRestPelvis ? none : Eigen::Vector3d(pelvis - kEmbeddedRestPelvis);
 }
@@ -413,26 +412,26 @@ Clip Slice(const Clip& clip, int begin, int end) {
 
 void RequireInRange(const Clip& clip, std::string_view where) {
   RequireFrameRate(clip.frame_rate, where);
-  RequireWithin(clip.trans, kMostMetres, where, "trans", "frame", kMetresRemedy);
+  RequireWithin(clip.trans, kMaxMeters, where, "trans", "frame", kMetersRemedy);
   for (std::size_t t = 0; t < clip.pose.size(); ++t) {
     for (Eigen::Index j = 0; j < clip.pose[t].cols(); ++j) {
       for (Eigen::Index k = 0; k < 3; ++k) {
         const double angle = clip.pose[t](k, j);
-        if (IsWithin(angle, kMostRadians)) continue;
+        if (IsWithin(angle, kMaxRadians)) continue;
         throw Error(where,
                     fmt::format("turns its {} by {:g} in frame {}", kJointNames[j], angle, t),
                     kRadiansRemedy);
       }
     }
   }
-  RequireWithin(clip.betas.transpose(), kMostBeta, where, "betas", "coefficient",
+  RequireWithin(clip.betas.transpose(), kMaxBeta, where, "betas", "coefficient",
                 "Shape coefficients are standard deviations, within 1,000");
-  RequireWithin(clip.v_template, kMostMetres, where, "v_template", "vertex", kMetresRemedy);
+  RequireWithin(clip.v_template, kMaxMeters, where, "v_template", "vertex", kMetersRemedy);
   const auto require_track = [&](const std::optional<ObjectTrack>& track, std::string_view name) {
     if (!track) return;
-    RequireWithin(track->trans, kMostMetres, where, fmt::format("{}_trans", name), "frame",
-                  kMetresRemedy);
-    RequireWithin(track->orient, kMostRadians, where, fmt::format("{}_orient", name), "frame",
+    RequireWithin(track->trans, kMaxMeters, where, fmt::format("{}_trans", name), "frame",
+                  kMetersRemedy);
+    RequireWithin(track->orient, kMaxRadians, where, fmt::format("{}_orient", name), "frame",
                   kRadiansRemedy);
   };
   require_track(clip.object, "object");

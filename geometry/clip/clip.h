@@ -27,11 +27,11 @@ struct TriangleMesh;
 
 /// The object's way through a clip: x_world = R x_object + T, column vectors.
 struct ObjectTrack {
-  Eigen::Matrix3Xd trans;   ///< (3 x T) metres
+  Eigen::Matrix3Xd trans;   ///< (3 x T) meters
   Eigen::Matrix3Xd orient;  ///< (3 x T) axis-angle, radians
   std::string name;
   std::string mesh;  ///< file name of the mesh, relative to the clip
-  /// The mesh itself, metres, where whoever made the track keeps it; no file of a clip has it.
+  /// The mesh itself, meters, where whoever made the track keeps it; no file of a clip has it.
   std::shared_ptr<const TriangleMesh> surface = nullptr;
 
   /// world_from_object in a frame.
@@ -40,7 +40,7 @@ struct ObjectTrack {
   void SetPose(Eigen::Index frame, const Eigen::Isometry3d& world_from_object);
 };
 
-/// Who touches whom, as a capture labelled it: one column per frame. 0 is no contact; on the object
+/// Who touches whom, as a capture labeled it: one column per frame. 0 is no contact; on the object
 /// the SMPL-X joint of the touching part + 1 (GRAB: 21 left hand, 22 right hand, 26-40 left and
 /// 41-55 right fingers), on the body any number but 0.
 struct ContactLabels {
@@ -50,7 +50,7 @@ struct ContactLabels {
 };
 
 /// A human motion in SMPL-X parameters, optionally with an object. World: z up, ground z = 0,
-/// metres. The file is AMASS's SMPL-X layout (`.npz`); what Holdfast adds are extra arrays.
+/// meters. The file is AMASS's SMPL-X layout (`.npz`); what Holdfast adds are extra arrays.
 struct Clip {
   double frame_rate = 30.0;     ///< `mocap_frame_rate`, Hz
   Eigen::Matrix3Xd trans;       ///< (3 x T) root translation: joint positions are G_j + trans
@@ -64,7 +64,7 @@ struct Clip {
   std::optional<ObjectTrack> object;
   /// What the object rests on, moving as the object does; no mesh of it is needed.
   std::optional<ObjectTrack> table;
-  /// The subject's own rest surface (3 x V) in the body model's numbering, metres; empty: the shape
+  /// The subject's own rest surface (3 x V) in the body model's numbering, meters; empty: the shape
   /// that `betas` give. Where it is there it is the shape, and betas only describe it.
   Eigen::Matrix3Xd v_template;
   std::optional<ContactLabels> contact;

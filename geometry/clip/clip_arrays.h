@@ -45,7 +45,7 @@ void RequireMeshOf(const std::filesystem::path& clip, const TriangleMesh& mesh,
 /// The clip's betas, or as many zeros as AMASS's files have: loaders take a shape of some length.
 Eigen::VectorXd WrittenBetas(const Clip& clip);
 
-/// What ReadClip adds to `trans` of an archive, metres. A clip of the embedded body says by its
+/// What ReadClip adds to `trans` of an archive, meters. A clip of the embedded body says by its
 /// array `rest_pelvis` which J_0 its trans goes with. One without it is from before that body had
 /// SMPL-X's, when its J_0 was the origin. Zero for clips of other models, and for those with a rest
 /// surface of their own, whose J_0 is of that.
@@ -68,12 +68,12 @@ bool HasOnlyClipArrays(std::span<const std::string> names);
 std::string WrapJointAngles(Clip& clip);
 
 /// Rounds body and object to values that a float can hold: half the bytes once packed, a tenth of a
-/// micrometre.
+/// micrometer.
 void RoundToFloat(Clip& clip);
 
 /// A clip in a mirror at x = 0, its object and table too, each mirrored at x = 0 of its own frame:
 /// of a body that is symmetric, with the object's mesh mirrored, the very same scene. `root` is the
-/// pelvis J_0 of the body at rest (metres), about which poses turn.
+/// pelvis J_0 of the body at rest (meters), about which poses turn.
 Clip MirrorClip(const Clip& clip, const Eigen::Vector3d& root);
 
 /// A mesh mirrored at x = 0, its faces outwards still.

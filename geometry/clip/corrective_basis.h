@@ -15,16 +15,16 @@ namespace holdfast {
 ///
 /// v(t) follows from v_p(t) by the model's ordinary skinning.
 struct CorrectiveBasis {
-  Eigen::Matrix3Xd rest;       ///< v_s (3 x V), rest pose, metres
-  Eigen::MatrixXf directions;  ///< (3V x K) metres, one direction per column: x y z of each vertex
+  Eigen::Matrix3Xd rest;       ///< v_s (3 x V), rest pose, meters
+  Eigen::MatrixXf directions;  ///< (3V x K) meters, one direction per column: x y z of each vertex
   Eigen::MatrixXf coefficients;  ///< (K x T), each row's largest magnitude is 1
-  double max_error_m = 0.0;      ///< largest distance over all vertices and frames, metres
+  double max_error_m = 0.0;      ///< largest distance over all vertices and frames, meters
 
   Eigen::Index Size() const { return directions.cols(); }
 };
 
 /// The fewest principal directions of v_p - v_s, in order of what they explain, that keep every
-/// vertex of every frame within `tolerance_m` (metres, positive), or `max_directions` if more would
+/// vertex of every frame within `tolerance_m` (meters, positive), or `max_directions` if more would
 /// be needed: `max_error_m` says how far off that is. Long clips are sampled evenly to find the
 /// directions; all frames are projected onto them and counted in the error. K = 0 for a clip
 /// without correctives. The result does not depend on `threads`.

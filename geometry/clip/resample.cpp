@@ -20,7 +20,7 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kMostFrames = 2e6;  // 2.6 GB of a clip; 18 hours at 30 Hz
+constexpr double kMaxFrames = 2e6;  // 2.6 GB of a clip; 18 hours at 30 Hz
 
 // Where a frame of the result lies among the given ones.
 struct Between {
@@ -79,10 +79,10 @@ Clip ResampleWith(const Clip& clip, double frame_rate) {
   if (frames == 0 || std::abs(frame_rate - clip.frame_rate) < 1e-9) return clip;
   const double step = clip.frame_rate / frame_rate;
   const double frames_after = std::floor((frames - 1) / step + 1e-6) + 1;
-  if (!(frames_after <= kMostFrames)) {
+  if (!(frames_after <= kMaxFrames)) {
     throw Error("resampling",
                 fmt::format("{} frames at {:g} Hz would be {:g} at {:g} Hz, more than {:g}", frames,
-                            clip.frame_rate, frames_after, frame_rate, kMostFrames),
+                            clip.frame_rate, frames_after, frame_rate, kMaxFrames),
                 "Cut the clip into parts, or check the frame rates");
   }
   std::vector<double> at(static_cast<std::size_t>(frames_after));

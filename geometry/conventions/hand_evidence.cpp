@@ -17,7 +17,7 @@ constexpr int kMaxEvidence = 3000;
 // The wrists of some frames and the object against them.
 struct WristTrack {
   std::vector<Eigen::Matrix3d> rotation;
-  std::vector<Eigen::Vector3d> object;  // in the wrist's frame, metres
+  std::vector<Eigen::Vector3d> object;  // in the wrist's frame, meters
 };
 
 struct Tracks {
@@ -27,7 +27,7 @@ struct Tracks {
   int lag = 1;  // samples in a fifth of a second
 };
 
-Tracks Follow(const LooseMotion& motion, const BodyModel& body, double metres_per_unit) {
+Tracks Follow(const LooseMotion& motion, const BodyModel& body, double meters_per_unit) {
   const Eigen::Matrix3Xd rest = body.RestJoints(body.Template());
   const int step = std::max(1, motion.frames / kMaxEvidence);
   const double rate = (motion.frame_rate > 0 ? motion.frame_rate : 30.0) / step;
@@ -35,8 +35,8 @@ Tracks Follow(const LooseMotion& motion, const BodyModel& body, double metres_pe
   tracks.lag = std::max(1, static_cast<int>(std::lround(0.2 * rate)));
   BodyState state;
   for (int t = 0; t < motion.frames; t += step) {
-    ForwardJoints(rest, motion.pose[t], metres_per_unit * motion.trans.col(t), state);
-    const Eigen::Vector3d position = metres_per_unit * motion.object_trans.col(t);
+    ForwardJoints(rest, motion.pose[t], meters_per_unit * motion.trans.col(t), state);
+    const Eigen::Vector3d position = meters_per_unit * motion.object_trans.col(t);
     tracks.position.push_back(position);
     tracks.rotation.push_back(motion.object_rotation[t]);
     for (const Side side : {Side::kRight, Side::kLeft}) {
@@ -96,10 +96,10 @@ HandMeanEvidence JudgeHandMean(const LooseMotion& motion, const BodyModel& body)
 }
 
 ObjectEvidence JudgeObject(const LooseMotion& motion, const BodyModel& body,
-                           double metres_per_unit) {
+                           double meters_per_unit) {
   ObjectEvidence evidence;
   if (!motion.has_object || motion.frames < 2) return evidence;
-  const Tracks tracks = Follow(motion, body, metres_per_unit);
+  const Tracks tracks = Follow(motion, body, meters_per_unit);
   const auto lag = static_cast<std::size_t>(tracks.lag);
   constexpr double kMoved_m = 0.02, kTurned_rad = 0.1;  // in a step: it moves
   constexpr double kStays_m = 0.02;                     // in the wrist's frame: it is carried

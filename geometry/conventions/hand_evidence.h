@@ -44,6 +44,6 @@ struct ObjectEvidence {
 };
 
 ObjectEvidence JudgeObject(const LooseMotion& motion, const BodyModel& body,
-                           double metres_per_unit);
+                           double meters_per_unit);
 
 }  // namespace holdfast

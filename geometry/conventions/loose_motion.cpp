@@ -111,7 +111,7 @@ class Reader {
         rows.array.frames = static_cast<int>(std::min(frames, kMaxLooseFrames));
         rows.width = rows.values.size() / frames;
         for (std::size_t i = 0; i < rows.values.size(); ++i) {
-          if (std::abs(rows.values[i]) <= kMostMetres) continue;
+          if (std::abs(rows.values[i]) <= kMaxMeters) continue;
           if (rows.array.out_of_range++ == 0) {
             rows.array.first_out_of_range = static_cast<int>(i / rows.width);
           }

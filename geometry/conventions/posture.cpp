@@ -157,7 +157,7 @@ Posture MeasurePosture(const LooseMotion& motion, const BodyModel& body) {
       turn.setIdentity();
     }
   }
-  // A body on the ground tells the unit: only the right one puts it there. Half a metre is left for
+  // A body on the ground tells the unit: only the right one puts it there. Half a meter is left for
   // floors that are not at zero.
   constexpr double kUnits[] = {1.0, 0.01, 0.001};
   constexpr double kNear_m = 0.5;
@@ -168,13 +168,13 @@ Posture MeasurePosture(const LooseMotion& motion, const BodyModel& body) {
     if (std::fabs(ground) < kNear_m) ++matching;
     if (std::fabs(ground) < best) {
       best = std::fabs(ground);
-      posture.metres_per_unit = unit;
+      posture.meters_per_unit = unit;
     }
   }
   posture.unit_is_certain = posture.up_is_certain && motion.has_trans && matching == 1;
   // A floor far from zero is likelier than a strange unit, unless the strange unit explains it.
-  if (!posture.unit_is_certain) posture.metres_per_unit = 1.0;
-  const double unit = posture.metres_per_unit;
+  if (!posture.unit_is_certain) posture.meters_per_unit = 1.0;
+  const double unit = posture.meters_per_unit;
   posture.ground_m = GroundHeight(motion, sampled, probe, turn, unit, &posture.grounded_share);
   std::vector<double> heights;
   for (std::size_t i = 0; i < sampled.states.size(); ++i) {
@@ -191,16 +191,16 @@ Posture MeasurePosture(const LooseMotion& motion, const BodyModel& body) {
   return posture;
 }
 
-void RequireMetres(const std::string& source, const Clip& clip, const BodyModel& body) {
+void RequireMeters(const std::string& source, const Clip& clip, const BodyModel& body) {
   const Posture posture = MeasurePosture(LooseMotionOf(clip), body);
-  if (!posture.unit_is_certain || posture.metres_per_unit == 1.0) return;
+  if (!posture.unit_is_certain || posture.meters_per_unit == 1.0) return;
   throw Error(source,
-              fmt::format("its positions are in {}, not in metres: only so does the body stand on "
+              fmt::format("its positions are in {}, not in meters: only so does the body stand on "
                           "the ground",
-                          posture.metres_per_unit == 0.01 ? "centimetres" : "millimetres"),
-              fmt::format("Make a clip in metres of it: holdfast import {} --metres-per-unit {:g} "
+                          posture.meters_per_unit == 0.01 ? "centimeters" : "millimeters"),
+              fmt::format("Make a clip in meters of it: holdfast import {} --meters-per-unit {:g} "
                           "-o CLIP",
-                          source, posture.metres_per_unit));
+                          source, posture.meters_per_unit));
 }
 
 double LegLength(const SourceMotion& motion, const SkeletonMap& map) {
@@ -261,9 +261,9 @@ MotionUp FindMotionUp(const SourceMotion& motion, const SkeletonMap& map) {
   return up;
 }
 
-std::vector<Leap> FindLeaps(const LooseMotion& motion, double metres_per_unit) {
-  constexpr double kLeastTurn_rad = 0.6, kLeastMove_m = 0.15;
-  std::vector<Leap> leaps;
+std::vector<Discontinuity> FindDiscontinuities(const LooseMotion& motion, double meters_per_unit) {
+  constexpr double kMinTurn_rad = 0.6, kMinMove_m = 0.15;
+  std::vector<Discontinuity> leaps;
   if (motion.frames < 3) return leaps;
   const auto count = static_cast<std::size_t>(motion.frames - 1);
   std::vector<double> steps(count);
@@ -278,18 +278,18 @@ std::vector<Leap> FindLeaps(const LooseMotion& motion, double metres_per_unit) {
     for (std::size_t k = 0; k < count; ++k) {
       const Eigen::Vector3d a = motion.pose[k].col(joint), b = motion.pose[k + 1].col(joint);
       // The angle between is at most the distance of the vectors.
-      steps[k] = (a - b).norm() < kLeastTurn_rad / 6.0 ? (a - b).norm()
-                                                       : AngleBetween(ExpSO3(a), ExpSO3(b));
+      steps[k] =
+          (a - b).norm() < kMinTurn_rad / 6.0 ? (a - b).norm() : AngleBetween(ExpSO3(a), ExpSO3(b));
     }
-    look(std::string(kJointNames[joint]), kLeastTurn_rad, true);
+    look(std::string(kJointNames[joint]), kMinTurn_rad, true);
   }
   const auto moves = [&](const Eigen::Matrix3Xd& points, const char* what) {
     for (std::size_t k = 0; k < count; ++k) {
-      steps[k] = metres_per_unit * (points.col(static_cast<Eigen::Index>(k) + 1) -
+      steps[k] = meters_per_unit * (points.col(static_cast<Eigen::Index>(k) + 1) -
                                     points.col(static_cast<Eigen::Index>(k)))
                                        .norm();
     }
-    look(what, kLeastMove_m, false);
+    look(what, kMinMove_m, false);
   };
   if (motion.has_trans) moves(motion.trans, "the root's position");
   if (motion.has_object) {
@@ -297,18 +297,20 @@ std::vector<Leap> FindLeaps(const LooseMotion& motion, double metres_per_unit) {
     for (std::size_t k = 0; k < count; ++k) {
       steps[k] = AngleBetween(motion.object_rotation[k], motion.object_rotation[k + 1]);
     }
-    look("the object", kLeastTurn_rad, true);
+    look("the object", kMinTurn_rad, true);
   }
-  std::ranges::stable_sort(leaps, {}, &Leap::frame);
-  const auto same_frame = [](const Leap& a, const Leap& b) { return a.frame == b.frame; };
+  std::ranges::stable_sort(leaps, {}, &Discontinuity::frame);
+  const auto same_frame = [](const Discontinuity& a, const Discontinuity& b) {
+    return a.frame == b.frame;
+  };
   leaps.erase(std::unique(leaps.begin(), leaps.end(), same_frame), leaps.end());
   return leaps;
 }
 
-std::vector<Overbend> FindOverbends(const LooseMotion& motion) {
-  std::vector<Overbend> bends;
+std::vector<JointLimitViolation> FindOverbends(const LooseMotion& motion) {
+  std::vector<JointLimitViolation> bends;
   for (int joint = 1; joint < kNumJoints; ++joint) {
-    Overbend bend{joint, 0, 0, 0.0, LimitDegrees(joint) * kDegree};
+    JointLimitViolation bend{joint, 0, 0, 0.0, LimitDegrees(joint) * kDegree};
     for (int t = 0; t < motion.frames; ++t) {
       const double angle = Angle(motion.pose[t].col(joint));
       if (angle <= bend.limit_rad) continue;
@@ -317,7 +319,7 @@ std::vector<Overbend> FindOverbends(const LooseMotion& motion) {
     }
     if (bend.frames > 0) bends.push_back(bend);
   }
-  std::ranges::stable_sort(bends, std::greater(), &Overbend::frames);
+  std::ranges::stable_sort(bends, std::greater(), &JointLimitViolation::frames);
   return bends;
 }
 

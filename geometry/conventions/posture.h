@@ -20,12 +20,12 @@ struct Posture {
   // Up.
   int axis = 2;               ///< 0 x, 1 y, 2 z
   int sign = 1;               ///< -1: downwards
-  double head_over_feet = 0;  ///< median along that axis, metres
+  double head_over_feet = 0;  ///< median along that axis, meters
   double share = 0;           ///< of the frames in which that axis is the nearest to head - feet
   bool up_is_certain = false;
 
   // Unit of `trans`.
-  double metres_per_unit = 1.0;  ///< the one of m, cm, mm that puts the body onto the ground
+  double meters_per_unit = 1.0;  ///< the one of m, cm, mm that puts the body onto the ground
   bool unit_is_certain = false;  ///< that one does, and no other
 
   // With that axis up and that unit.
@@ -37,8 +37,8 @@ struct Posture {
 
 Posture MeasurePosture(const LooseMotion& motion, const BodyModel& body);
 
-/// Throws Error, named `source`, for a clip whose positions are surely not metres.
-void RequireMetres(const std::string& source, const Clip& clip, const BodyModel& body);
+/// Throws Error, named `source`, for a clip whose positions are surely not meters.
+void RequireMeters(const std::string& source, const Clip& clip, const BodyModel& body);
 
 /// "z" or "-y".
 std::string AxisName(const Posture& posture);
@@ -52,22 +52,22 @@ struct MotionUp {
 
 MotionUp FindMotionUp(const SourceMotion& motion, const SkeletonMap& map);
 
-/// Hip to knee to ankle, mean of both legs, metres.
+/// Hip to knee to ankle, mean of both legs, meters.
 double LegLength(const SourceMotion& motion, const SkeletonMap& map);
 
 /// A frame in which something leaps: it turns or moves far more than in the steps around.
-struct Leap {
+struct Discontinuity {
   int frame = 0;  ///< between frame - 1 and this one
   std::string what;
-  double size = 0;  ///< radians or metres
+  double size = 0;  ///< radians or meters
   bool turns = false;
 };
 
 /// Leaps of the root, the joints and the object, the first of each frame, in order of frames.
-std::vector<Leap> FindLeaps(const LooseMotion& motion, double metres_per_unit);
+std::vector<Discontinuity> FindDiscontinuities(const LooseMotion& motion, double meters_per_unit);
 
 /// A joint bent as no healthy joint bends.
-struct Overbend {
+struct JointLimitViolation {
   int joint = 0;
   int frames = 0;  ///< how many
   int first_frame = 0;
@@ -76,7 +76,7 @@ struct Overbend {
 };
 
 /// Joints beyond a generous limit of their angle, the worst first.
-std::vector<Overbend> FindOverbends(const LooseMotion& motion);
+std::vector<JointLimitViolation> FindOverbends(const LooseMotion& motion);
 
 /// Knees and elbows are hinges: in SMPL's order they turn about x and y. Their share of the turning
 /// about those, 0 ... 1, over frames in which they are bent; negative when they never are.

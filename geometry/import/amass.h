@@ -17,7 +17,7 @@ bool LooksLikeAmass(const Fields& fields);
 /// frame rate.
 bool NeedsImport(const NpzReader& archive);
 
-/// A motion of AMASS (Mahmood et al., ICCV 2019), z-up, metres.
+/// A motion of AMASS (Mahmood et al., ICCV 2019), z-up, meters.
 ///   SMPL-X: poses (T,165) or root_orient, pose_body, pose_jaw, pose_eye, pose_hand;
 ///   SMPL-H: poses (T,156): 22 body joints and 15 a hand; jaw and eyes become zero;
 ///   SMPL:   poses (T,72): 24 joints, of which the last two (hands) are dropped.

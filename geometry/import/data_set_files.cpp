@@ -167,7 +167,7 @@ void ReadSubject(const fs::path& from, const std::string& name, const ParameterO
   if (mesh.empty()) {
     imported.notes.push_back(fmt::format(
         "the subject's surface {} was not found beside the file or in the folders above it: the "
-        "mean shape of {} stands in, which is off by centimetres (--data-root FOLDER says where "
+        "mean shape of {} stands in, which is off by centimeters (--data-root FOLDER says where "
         "the data set is)",
         name.empty() ? "(which the file does not name)" : name, options.body->Name()));
     return;

@@ -79,7 +79,7 @@ struct ParameterOptions {
   std::optional<bool> flat_hand_mean;
   std::optional<WorldUp> up;        ///< empty: what the format is known for, else by the posture
   double source_frame_rate = 0;     ///< Hz, for files that do not tell; 0: the format's
-  double metres_per_unit = 1;       ///< of positions, where a file is not in metres
+  double meters_per_unit = 1;       ///< of positions, where a file is not in meters
   std::filesystem::path data_root;  ///< folder of the data set (GRAB's: with `tools` in it)
   ImportedHands hands = ImportedHands::kOfBody;
   bool find_ground = true;  ///< where a format has its floor anywhere: move it to z = 0
@@ -110,7 +110,7 @@ struct ImportedClip {
   std::filesystem::path object_mesh, table_mesh;
   std::optional<TriangleMesh> object_surface;  ///< the object's, where the file itself holds it
   std::optional<TexturedMesh> object_look;     ///< of that surface, where the file gives one
-  double object_mesh_scale = 1;                ///< metres per unit of that mesh
+  double object_mesh_scale = 1;                ///< meters per unit of that mesh
   RotationDefects object_defects, body_defects;
 };
 

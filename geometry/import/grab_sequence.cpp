@@ -255,7 +255,7 @@ namespace fs = std::filesystem;
 using Eigen::Index;
 
 constexpr double kArcticFrameRate = 30;
-constexpr double kMillimetre = 1e-3;
+constexpr double kMillimeter = 1e-3;
 constexpr int kObjectNumbers = 7;  // articulation, rotation, translation
 
 bool HasBody(const Fields& fields) {
@@ -299,12 +299,12 @@ void ReadObject(const fs::path& path, ImportedClip& imported) {
   RequireFrames(object.string(), "array", rows.cols(), clip.trans.cols());
   ObjectTrack track;
   track.orient = rows.middleRows(1, 3);
-  track.trans = kMillimetre * rows.bottomRows(3);
+  track.trans = kMillimeter * rows.bottomRows(3);
   const std::string sequence = SequenceOf(path);
   track.name = sequence.substr(0, sequence.find('_'));
   clip.object = std::move(track);
   imported.conventions.push_back(
-      "the object's rotation is for columns, its translation was in millimetres");
+      "the object's rotation is for columns, its translation was in millimeters");
   const double opened = rows.row(0).maxCoeff() - rows.row(0).minCoeff();
   imported.dropped.push_back(
       fmt::format("the object's articulation (it opens by {:.2f} rad): a clip's object is rigid, "
@@ -320,7 +320,7 @@ void ReadMeta(const fs::path& path, const ParameterOptions& options, ImportedCli
   };
   if (clip.object) {
     imported.object_mesh = find(fmt::format("object_vtemplates/{}/mesh.obj", clip.object->name));
-    imported.object_mesh_scale = kMillimetre;
+    imported.object_mesh_scale = kMillimeter;
     if (imported.object_mesh.empty()) {
       imported.notes.push_back(
           fmt::format("meta/object_vtemplates/{}/mesh.obj was not found (--data-root says where "

@@ -14,7 +14,7 @@ bool LooksLikeGrab(const Fields& fields);
 
 /// A sequence of GRAB (Taheri et al., ECCV 2020) as it is downloaded: `grab/<subject>/*.npz`.
 ///
-/// The world is z-up, metres, 120 Hz. The body is SMPL-X; its final pose is `fullpose`, complete
+/// The world is z-up, meters, 120 Hz. The body is SMPL-X; its final pose is `fullpose`, complete
 /// (without it, the 24 hand coefficients need a hand model). Objects and tables act on row vectors,
 ///   v_world = v R + t,
 /// so their rotation is transposed: the axis-angle negated. The subject's surface comes from the
@@ -32,11 +32,11 @@ std::uint8_t HandsTouching(std::span<const std::uint8_t> labels);
 /// `.mano.npy` (dicts `left` and `right` with rot, pose and trans).
 bool LooksLikeArctic(const DataFile& file, const Fields& fields);
 
-/// A raw sequence of ARCTIC (Fan et al., CVPR 2023), metres, 30 Hz. Finger angles of the body are
+/// A raw sequence of ARCTIC (Fan et al., CVPR 2023), meters, 30 Hz. Finger angles of the body are
 /// complete; those of `.mano.npy`, for a hand alone, are differences from MANO's mean hand.
 /// `<sequence>.object.npy` beside it is the object: a row is its articulation (radians), axis-angle
-/// (column vectors) and translation in MILLIMETRES. It has two parts; the clip's object is the
-/// base, and the articulation is dropped. The object's mesh, also in millimetres, and the subject's
+/// (column vectors) and translation in MILLIMETERS. It has two parts; the clip's object is the
+/// base, and the articulation is dropped. The object's mesh, also in millimeters, and the subject's
 /// surface and gender are looked for in the data set's `meta`. Throws Error naming the field.
 ImportedClip ImportArctic(const Fields& fields, const std::filesystem::path& path,
                           const ParameterOptions& options);

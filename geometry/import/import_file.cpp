@@ -104,7 +104,7 @@ ImportedClip ImportPerson(const OpenFile& open, const ParameterOptions& options)
 // and one file beside this.
 struct Importer {
   std::string_view reads;
-  bool (*recognises)(const OpenFile&);
+  bool (*recognizes)(const OpenFile&);
   ImportedClip (*import)(const OpenFile&, const ParameterOptions&);
 };
 
@@ -157,7 +157,7 @@ ImportedClip ImportDataFile(const fs::path& path, const ParameterOptions& option
   const DataFile file(path);
   const OpenFile open{path, file, Fields(file)};
   for (const Importer& importer : kImporters) {
-    if (importer.recognises(open)) return importer.import(open, options);
+    if (importer.recognizes(open)) return importer.import(open, options);
   }
   std::vector<std::string> names = open.fields.Names();
   const auto has = [&](std::string_view name) { return open.fields.Has(name); };
@@ -173,16 +173,16 @@ ImportedClip ImportDataFile(const fs::path& path, const ParameterOptions& option
                 "Save the parameters after it: they have a body_pose");
   }
   if (names.empty() && file.Format() != DataFormat::kNpz) names = NamesOfItems(file.Root());
-  constexpr std::size_t kMostNamed = 12;
+  constexpr std::size_t kMaxNamed = 12;
   const std::vector<std::string> some(
       names.begin(), names.begin() + std::min<std::ptrdiff_t>(
-                                         kMostNamed, static_cast<std::ptrdiff_t>(names.size())));
+                                         kMaxNamed, static_cast<std::ptrdiff_t>(names.size())));
   throw Error(
       path.string(),
       fmt::format("is {}, with no motion that is known in it ({})", DataFormatName(file.Format()),
                   names.empty() ? std::string("no names")
                                 : fmt::format("it has: {}{}", fmt::join(some, ", "),
-                                              names.size() > kMostNamed ? ", ..." : "")),
+                                              names.size() > kMaxNamed ? ", ..." : "")),
       fmt::format("Known: {}", fmt::join(ImportableFormats(), "; ")));
 }
 

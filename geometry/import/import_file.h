@@ -37,7 +37,7 @@ ImportedFile ImportFile(const std::filesystem::path& path, const ImportFileOptio
 std::filesystem::path MeshBeside(const std::filesystem::path& clip,
                                  const std::optional<ObjectTrack>& track);
 
-/// The mesh of an imported clip's object, metres; nothing where none was found or it cannot be
+/// The mesh of an imported clip's object, meters; nothing where none was found or it cannot be
 /// read.
 std::optional<TriangleMesh> ObjectMeshOf(const ImportedClip& imported);
 

@@ -73,7 +73,7 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
   switch (format) {
     case MotionFormat::kBvh: {
       SourceMotion motion =
-          ParseBvh(text, where, options.metres_per_unit > 0 ? options.metres_per_unit : 0.01);
+          ParseBvh(text, where, options.meters_per_unit > 0 ? options.meters_per_unit : 0.01);
       if (options.source_frame_rate > 0) motion.frame_rate = options.source_frame_rate;
       motion.notes.insert(motion.notes.begin(), notes.begin(), notes.end());
       return motion;
@@ -81,7 +81,7 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
     case MotionFormat::kAmc: {
       AmcOptions amc;
       amc.skeleton = options.skeleton.empty() ? FindAsfBeside(path) : options.skeleton;
-      amc.metres_per_unit = options.metres_per_unit;
+      amc.meters_per_unit = options.meters_per_unit;
       if (options.source_frame_rate > 0) amc.frame_rate = options.source_frame_rate;
       SourceMotion motion = ParseAmc(PlainText(ReadGzipText(amc.skeleton), notes),
                                      amc.skeleton.string(), text, where, amc);
@@ -97,7 +97,7 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
     case MotionFormat::kGltf: {
       GltfMotionOptions gltf;
       gltf.frame_rate = options.source_frame_rate;
-      if (options.metres_per_unit > 0) gltf.metres_per_unit = options.metres_per_unit;
+      if (options.meters_per_unit > 0) gltf.meters_per_unit = options.meters_per_unit;
       gltf.animation = options.animation;
       gltf.character = options.character;
       gltf.prop = options.prop;

@@ -16,9 +16,9 @@ namespace holdfast {
 struct ImportOptions {
   double frame_rate = 30;        ///< of the clip, Hz; 0 keeps the file's
   double source_frame_rate = 0;  ///< Hz, for files that do not tell (AMC: 120); 0: as the file says
-  double metres_per_unit = 0;  ///< 0: 0.01 for BVH, 1 for glTF, the skeleton's own unit for ASF/AMC
+  double meters_per_unit = 0;  ///< 0: 0.01 for BVH, 1 for glTF, the skeleton's own unit for ASF/AMC
   std::optional<UpAxis> up;    ///< of the file's world; empty: judged from the posture
-  std::filesystem::path map;   ///< JSON map of joint names; empty: recognised
+  std::filesystem::path map;   ///< JSON map of joint names; empty: recognized
   std::filesystem::path skeleton;          ///< `.asf` of an `.amc`; empty: looked for beside it
   bool find_ground = true;                 ///< see RetargetOptions
   Eigen::VectorXd betas;                   ///< of the body given, noted in the clip
@@ -27,7 +27,7 @@ struct ImportOptions {
 
 struct ImportReport {
   std::string format;    ///< "BVH", "ASF/AMC", "glTF" or "SkillMimic"
-  std::string skeleton;  ///< naming recognised, or the map's file name
+  std::string skeleton;  ///< naming recognized, or the map's file name
   int source_joints = 0;
   int mapped_joints = 0;
   std::vector<std::string> unused_source_joints;
@@ -48,7 +48,7 @@ inline constexpr const char* kFbxProblem =
 /// to be told why not), whatever its name.
 bool LooksLikeMotionFile(const std::filesystem::path& path);
 
-/// Reads a BVH, an ASF/AMC or a glTF motion, recognised by content, plain or gzip'd. Throws Error
+/// Reads a BVH, an ASF/AMC or a glTF motion, recognized by content, plain or gzip'd. Throws Error
 /// for files that are none of them (markers are told why) or malformed.
 SourceMotion ReadMotion(const std::filesystem::path& path, const ImportOptions& options = {});
 

@@ -32,9 +32,9 @@ LoadedClip LoadClip(const std::string& path_or_name, ImportFileOptions options =
 /// The mesh of a clip's object: the one that the clip carries or its file holds, else the file that
 /// it names and no other, else the embedded object that it names, else that of the object's name.
 struct ClipObject {
-  std::optional<TriangleMesh> mesh;  ///< full resolution, metres, times `scale`
+  std::optional<TriangleMesh> mesh;  ///< full resolution, meters, times `scale`
   std::string source;                ///< where it is from, for LoadObject with `scale`
-  double scale = 1.0;                ///< the caller's, and of a file that is not in metres
+  double scale = 1.0;                ///< the caller's, and of a file that is not in meters
   bool in_clip = false;              ///< the clip's own, at no other place
   bool by_name = false;              ///< known by the object's name alone
   std::string warning;               ///< where that stands in for a mesh of another program's
@@ -55,7 +55,7 @@ struct HeldDistance {
 std::optional<HeldDistance> MeasureHeldDistance(const Clip& clip, const ClipBody& body,
                                                 const TriangleMesh& object);
 
-/// Of hands that are said to hold and are more than a centimetre away: another body than the clip's
+/// Of hands that are said to hold and are more than a centimeter away: another body than the clip's
 /// has other limbs.
 struct HeldWarning {
   std::string seen, advice;

@@ -100,12 +100,12 @@ std::optional<WorldUp> UprightAxis(const Clip& clip, const BodyModel& body) {
 void SettleWorld(ImportedClip& imported, const ParameterOptions& options,
                  std::optional<WorldUp> known, bool find_ground) {
   Clip& clip = imported.clip;
-  if (options.metres_per_unit != 1) {
-    clip.trans *= options.metres_per_unit;
-    if (clip.object) clip.object->trans *= options.metres_per_unit;
-    if (clip.table) clip.table->trans *= options.metres_per_unit;
+  if (options.meters_per_unit != 1) {
+    clip.trans *= options.meters_per_unit;
+    if (clip.object) clip.object->trans *= options.meters_per_unit;
+    if (clip.table) clip.table->trans *= options.meters_per_unit;
     imported.conventions.push_back(
-        fmt::format("positions multiplied by {:g}", options.metres_per_unit));
+        fmt::format("positions multiplied by {:g}", options.meters_per_unit));
   }
   std::optional<WorldUp> up = options.up ? options.up : known;
   if (!up) {
@@ -130,10 +130,10 @@ void SettleWorld(ImportedClip& imported, const ParameterOptions& options,
   }
   if (!find_ground || !options.find_ground) return;
   const Posture posture = MeasurePosture(MotionOf(clip), *options.body);
-  if (posture.unit_is_certain && posture.metres_per_unit != 1) {
+  if (posture.unit_is_certain && posture.meters_per_unit != 1) {
     imported.notes.push_back(fmt::format(
-        "positions look like {}: --metres-per-unit {:g} if so",
-        posture.metres_per_unit == 0.01 ? "centimetres" : "millimetres", posture.metres_per_unit));
+        "positions look like {}: --meters-per-unit {:g} if so",
+        posture.meters_per_unit == 0.01 ? "centimeters" : "millimeters", posture.meters_per_unit));
     return;
   }
   const double ground = posture.ground_m;

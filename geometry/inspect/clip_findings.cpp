@@ -43,21 +43,21 @@ void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspecti
     }
   }
   if (!motion.has_trans) return;
-  inspection.AddFact("metres_per_unit", posture.metres_per_unit, "");
+  inspection.AddFact("meters_per_unit", posture.meters_per_unit, "");
   inspection.AddFact("ground_height_m", posture.ground_m, "");
   inspection.AddFact("root_height_m", posture.root_height_m, "");
   inspection.AddFact("fastest_root_m_per_s", posture.fastest_root_m_per_s, "");
-  const std::string unit = posture.metres_per_unit == 1.0    ? "metres"
-                           : posture.metres_per_unit == 0.01 ? "centimetres"
-                                                             : "millimetres";
-  if (posture.metres_per_unit != 1.0) {
+  const std::string unit = posture.meters_per_unit == 1.0    ? "meters"
+                           : posture.meters_per_unit == 0.01 ? "centimeters"
+                                                             : "millimeters";
+  if (posture.meters_per_unit != 1.0) {
     inspection.Fault(fmt::format("trans is in {}: only then the feet are on the ground", unit),
-                     fmt::format("multiply trans by {:g}", posture.metres_per_unit));
+                     fmt::format("multiply trans by {:g}", posture.meters_per_unit));
     if (file_is_clip) {
-      inspection.next.push_back(ScaleCommand(inspection.path, posture.metres_per_unit));
+      inspection.next.push_back(ScaleCommand(inspection.path, posture.meters_per_unit));
     }
   } else if (posture.unit_is_certain) {
-    inspection.Ok("trans is in metres");
+    inspection.Ok("trans is in meters");
   }
   const std::string ground = fmt::format(
       "ground at {:+.3f} m, a foot on it in {:.0f} % of frames, pelvis {:.2f} m over it",
@@ -123,10 +123,10 @@ void DescribeHands(const LooseMotion& motion, const BodyModel& body, Inspection&
   }
 }
 
-void DescribeObject(const LooseMotion& motion, const BodyModel& body, double metres_per_unit,
+void DescribeObject(const LooseMotion& motion, const BodyModel& body, double meters_per_unit,
                     Inspection& inspection) {
   if (!motion.has_object || !motion.has_body) return;
-  const ObjectEvidence evidence = JudgeObject(motion, body, metres_per_unit);
+  const ObjectEvidence evidence = JudgeObject(motion, body, meters_per_unit);
   using Convention = ObjectEvidence::Convention;
   const std::string seen =
       fmt::format("it turns {:.1f} degrees against the wrist in 0.2 s if columns, {:.1f} if rows",
@@ -191,13 +191,13 @@ void DescribeObject(const LooseMotion& motion, const BodyModel& body, double met
   }
 }
 
-void DescribeMotion(const LooseMotion& motion, double metres_per_unit, Inspection& inspection) {
-  const std::vector<Leap> leaps = FindLeaps(motion, metres_per_unit);
+void DescribeMotion(const LooseMotion& motion, double meters_per_unit, Inspection& inspection) {
+  const std::vector<Discontinuity> leaps = FindDiscontinuities(motion, meters_per_unit);
   inspection.AddFact("leaps", static_cast<double>(leaps.size()), "");
   if (!leaps.empty()) {
     std::vector<std::string> shown;
     for (std::size_t k = 0; k < std::min(leaps.size(), kShownLeaps); ++k) {
-      const Leap& leap = leaps[k];
+      const Discontinuity& leap = leaps[k];
       shown.push_back(
           leap.turns ? fmt::format("frame {}: {} by {:.0f} degrees", leap.frame, leap.what,
                                    kDegrees * leap.size)
@@ -207,10 +207,10 @@ void DescribeMotion(const LooseMotion& motion, double metres_per_unit, Inspectio
                                 fmt::join(shown, "; "), leaps.size() > kShownLeaps ? "; ..." : ""),
                     "cut the clip there, or smooth it");
   }
-  const std::vector<Overbend> bends = FindOverbends(motion);
+  const std::vector<JointLimitViolation> bends = FindOverbends(motion);
   inspection.AddFact("overbent_joints", static_cast<double>(bends.size()), "");
   if (!bends.empty()) {
-    const Overbend& worst = bends.front();
+    const JointLimitViolation& worst = bends.front();
     inspection.Warn(
         fmt::format(
             "{} joint{} bent beyond anatomical limits: {} in {} frames, from frame {}, up to "
@@ -240,8 +240,8 @@ double DescribeBodyMotion(const LooseMotion& motion, const BodyModel& body,
   if (motion.IsHandAlone()) return 1.0;
   const Posture posture = MeasurePosture(motion, body);
   DescribePosture(motion, posture, inspection);
-  DescribeMotion(motion, posture.metres_per_unit, inspection);
-  return posture.metres_per_unit;
+  DescribeMotion(motion, posture.meters_per_unit, inspection);
+  return posture.meters_per_unit;
 }
 
 void ProposeForHandAlone(const Clip& clip, const std::string& word, const std::string& stem,
@@ -304,7 +304,7 @@ std::string TurnUpCommand(const std::filesystem::path& path, int axis, int sign)
 }
 
 std::string ScaleCommand(const std::filesystem::path& path, double factor) {
-  return fmt::format("holdfast import {} --metres-per-unit {:g} -o {}", ShellWord(path), factor,
+  return fmt::format("holdfast import {} --meters-per-unit {:g} -o {}", ShellWord(path), factor,
                      ShellWord(Stem(path) + "_m.npz"));
 }
 

@@ -24,14 +24,14 @@ void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspecti
 void DescribeHands(const LooseMotion& motion, const BodyModel& body, Inspection& inspection);
 
 /// Row or column rotation of the object, and the hand that carries it.
-void DescribeObject(const LooseMotion& motion, const BodyModel& body, double metres_per_unit,
+void DescribeObject(const LooseMotion& motion, const BodyModel& body, double meters_per_unit,
                     Inspection& inspection);
 
 /// Leaps, joints bent too far, order of the joints.
-void DescribeMotion(const LooseMotion& motion, double metres_per_unit, Inspection& inspection);
+void DescribeMotion(const LooseMotion& motion, double meters_per_unit, Inspection& inspection);
 
 /// DescribePosture and DescribeMotion, neither of which says anything of a hand alone. Returns the
-/// metres per unit of `trans`.
+/// meters per unit of `trans`.
 double DescribeBodyMotion(const LooseMotion& motion, const BodyModel& body, Inspection& inspection);
 
 /// A hand alone goes onto no body: says that its own model is needed, and proposes commands with it

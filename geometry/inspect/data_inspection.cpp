@@ -267,7 +267,7 @@ void InspectModel(Inspection& inspection) {
     inspection.AddFact("length_m", size.maxCoeff(),
                        fmt::format("{:.0f} mm long", 1e3 * size.maxCoeff()));
     if (size.maxCoeff() < 0.1 || size.maxCoeff() > 0.3) {
-      inspection.Warn(fmt::format("{:.3g} is not the length of a hand in metres", size.maxCoeff()),
+      inspection.Warn(fmt::format("{:.3g} is not the length of a hand in meters", size.maxCoeff()),
                       "check the model's unit");
     }
     DescribeHands(*model, has_ids, inspection);
@@ -280,7 +280,7 @@ void InspectModel(Inspection& inspection) {
       fmt::format("rests {:.3f} m tall (y), arms {:.3f} m across (x)", size.y(), size.x()));
   if (size.y() < 1.2 || size.y() > 2.3) {
     inspection.Warn(
-        fmt::format("{:.3g} is not the height of a person in metres with y up", size.y()),
+        fmt::format("{:.3g} is not the height of a person in meters with y up", size.y()),
         "check the model's unit and axes");
   }
   DescribeHands(*model, has_ids, inspection);

@@ -36,37 +36,37 @@ void JudgeUnit(const SourceMotion& motion, const SkeletonMap& map, Inspection& i
   const bool bvh = motion.format == "BVH";
   struct Unit {
     const char* name;
-    double metres;
+    double meters;
   };
-  static constexpr Unit kUnits[] = {{"centimetres", 0.01},
-                                    {"metres", 1.0},
-                                    {"millimetres", 0.001},
+  static constexpr Unit kUnits[] = {{"centimeters", 0.01},
+                                    {"meters", 1.0},
+                                    {"millimeters", 0.001},
                                     {"inches", 0.0254},
                                     {"CMU's units (inches / 0.45)", 0.0254 / 0.45}};
   const double raw = bvh ? leg / kBvhUnit_m : leg;
   const Unit* best = &kUnits[0];
   for (const Unit& unit : kUnits) {
-    if (std::fabs(std::log(raw * unit.metres / kLeg_m)) <
-        std::fabs(std::log(raw * best->metres / kLeg_m))) {
+    if (std::fabs(std::log(raw * unit.meters / kLeg_m)) <
+        std::fabs(std::log(raw * best->meters / kLeg_m))) {
       best = &unit;
     }
   }
-  const double length_m = raw * (bvh ? best->metres : 1.0);
+  const double length_m = raw * (bvh ? best->meters : 1.0);
   inspection.AddFact("leg_length_m", length_m, "");
   if (!bvh) {
     if (length_m > 0.55 && length_m < 1.15) {
       inspection.Ok(fmt::format("a person's size: legs of {:.2f} m", length_m));
     } else {
       inspection.Warn(fmt::format("legs of {:.2f} m in the unit that the skeleton names", length_m),
-                      "give --metres-per-unit to import");
+                      "give --meters-per-unit to import");
     }
     return;
   }
   inspection.AddFact("unit", best->name, "");
-  inspection.AddFact("metres_per_unit", best->metres, "");
+  inspection.AddFact("meters_per_unit", best->meters, "");
   if (length_m < 0.55 || length_m > 1.15) {
     inspection.Warn(fmt::format("legs are {:.3g} units long: in no common unit an adult's", raw),
-                    "import scales the motion to the body; give --metres-per-unit if it matters");
+                    "import scales the motion to the body; give --meters-per-unit if it matters");
   } else {
     inspection.Ok(fmt::format("legs of {:.4g} units: {} would make them {:.2f} m", raw, best->name,
                               length_m));
@@ -358,9 +358,9 @@ void InspectClip(Inspection& inspection) {
   }
   if (motion.frames > 0 && !too_long) {
     const auto body = BodyModel::Default();
-    const double metres_per_unit = DescribeBodyMotion(motion, *body, inspection);
+    const double meters_per_unit = DescribeBodyMotion(motion, *body, inspection);
     DescribeHands(motion, *body, inspection);
-    DescribeObject(motion, *body, metres_per_unit, inspection);
+    DescribeObject(motion, *body, meters_per_unit, inspection);
     if (inspection.Worst() != Verdict::kFault) {
       LoadedClip clip;
       clip.file = inspection.path;

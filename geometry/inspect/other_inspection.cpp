@@ -218,7 +218,7 @@ void InspectMesh(Inspection& inspection) {
                                 report.extent_m.y(), report.extent_m.z()),
                     UnitRemedy(report.extent_m, path));
   } else {
-    inspection.Ok("a size for a hand, in metres");
+    inspection.Ok("a size for a hand, in meters");
   }
   if (too_complex) inspection.Fault(too_complex->Problem(), too_complex->Remedy());
   if (misnamed || too_complex) return;

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostBytes = std::size_t{16} << 20;  // of a list: 100,000 jobs and more
+constexpr std::size_t kMaxBytes = std::size_t{16} << 20;  // of a list: 100,000 jobs and more
 
 // Words of a line: separated by blanks, or in double quotes. Nothing after '#'.
 std::vector<std::string> Words(const std::string& line, const std::string& where) {
@@ -120,7 +120,7 @@ JobLine ReadLine(const std::vector<std::string>& words, const fs::path& folder, 
 }  // namespace
 
 std::vector<JobLine> ReadJobList(const fs::path& path) {
-  std::string text = ReadFile(path, kMostBytes);
+  std::string text = ReadFile(path, kMaxBytes);
   if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
   std::istringstream file(std::move(text));
   std::vector<JobLine> jobs;
@@ -158,7 +158,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMostSeen = 4096;
+constexpr std::size_t kMaxSeen = 4096;
 
 // Of a folder: names and contents, in the order of the names. Hidden files are somebody's work in
 // progress.
@@ -205,7 +205,7 @@ std::string JobHasher::Meaning(const std::string& word) {
   const std::optional<std::string> content = ContentOf(word);
   if (!content) return word;
   const std::lock_guard guard(lock_);
-  if (seen_.size() >= kMostSeen) seen_.clear();
+  if (seen_.size() >= kMaxSeen) seen_.clear();
   return seen_[word] = *content;
 }
 

@@ -24,7 +24,7 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kManifest = "manifest.json";
-constexpr std::uintmax_t kLeastBytes = 1 << 20;
+constexpr std::uintmax_t kMinBytes = 1 << 20;
 constexpr const char* kSchema = "holdfast/jobs/1";
 
 // Makes the folder, or sees that it is one of such jobs.
@@ -170,7 +170,7 @@ class JobRunner {
     if (outcome.done) return;
     std::error_code unknown;
     const fs::space_info space = fs::space(options_.folder, unknown);
-    if (unknown || space.available >= kLeastBytes) return;
+    if (unknown || space.available >= kMinBytes) return;
     throw Error(options_.folder.string(),
                 fmt::format("could not be written (the disk is full; {})", outcome.fault),
                 "Free some space and start again: what is done stays done");

@@ -7,7 +7,7 @@
 
 namespace holdfast {
 
-/// The convex hull of points (3 x n, metres): a closed mesh, faces outwards, with those of the
+/// The convex hull of points (3 x n, meters): a closed mesh, faces outwards, with those of the
 /// points that are its corners (where three planes or more meet), in the order of their
 /// coordinates. Flat polygons have the diagonals that they have when corners are moved by 1e-10 of
 /// the size (Jittered). No faces where the points span no volume.

@@ -20,7 +20,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kLeastPiece_m3 = 1e-10;
+constexpr double kMinPiece_m3 = 1e-10;
 constexpr double kSampleSpacing_m = 0.004;
 constexpr double kCell_m = 0.0025;
 constexpr double kJitter_m = 4e-6;
@@ -154,7 +154,7 @@ ConvexPieces SplitIntoConvexPieces(const TriangleMesh& mesh, const ConvexPieceOp
   grid.threads = options.threads;
   const DistanceGrid distance(SignedDistance(solid), grid);
   std::vector<Part> parts = {PartOf(solid.vertices(Eigen::all, solid.faces.reshaped()), distance)};
-  if (SignedVolume(parts[0].hull) < kLeastPiece_m3) {
+  if (SignedVolume(parts[0].hull) < kMinPiece_m3) {
     throw Error("mesh", "spans no volume", "Give a solid");
   }
   while (static_cast<int>(parts.size()) < options.max_pieces) {
@@ -166,7 +166,7 @@ ConvexPieces SplitIntoConvexPieces(const TriangleMesh& mesh, const ConvexPieceOp
   }
   ConvexPieces out;
   for (Part& part : parts) {
-    if (SignedVolume(part.hull) < kLeastPiece_m3) continue;
+    if (SignedVolume(part.hull) < kMinPiece_m3) continue;
     out.excess_m = std::max(out.excess_m, part.excess_m);
     out.pieces.push_back(std::move(part.hull));
   }

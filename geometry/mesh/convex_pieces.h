@@ -15,7 +15,7 @@ struct ConvexPieceOptions {
 };
 
 struct ConvexPieces {
-  std::vector<TriangleMesh> pieces;  ///< closed, convex, in the mesh's frame, metres
+  std::vector<TriangleMesh> pieces;  ///< closed, convex, in the mesh's frame, meters
   double excess_m = 0.0;             ///< farthest that a piece reaches out of the decimated solid
 };
 

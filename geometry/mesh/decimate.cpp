@@ -51,7 +51,7 @@ constexpr int kThinAbove = 200'000;
 // Every collapse beside a vertex takes the square of its faces' number: 2,000 triangles around one
 // take a minute. Above so many the ring around it is thinned first, where its vertices lie so dense
 // that it does not show.
-constexpr unsigned kMostAround = 256;
+constexpr unsigned kMaxAround = 256;
 
 /// Every collapse takes one vertex: counting vertices rather than edges hits the number exactly,
 /// with boundaries and handles too.
@@ -86,7 +86,7 @@ struct ShapeFilter {
 void ThinHubs(SurfaceMesh& mesh, int vertices) {
   std::vector<SurfaceMesh::Vertex_index> hubs;
   for (const auto v : mesh.vertices()) {
-    if (mesh.degree(v) > kMostAround) hubs.push_back(v);
+    if (mesh.degree(v) > kMaxAround) hubs.push_back(v);
   }
   const auto thin_once = [&](SurfaceMesh::Vertex_index hub) {
     std::vector<SurfaceMesh::Halfedge_index> ring;
@@ -101,7 +101,7 @@ void ThinHubs(SurfaceMesh& mesh, int vertices) {
     }
   };
   for (const auto hub : hubs) {
-    for (unsigned before = 0; !mesh.is_removed(hub) && mesh.degree(hub) > kMostAround;) {
+    for (unsigned before = 0; !mesh.is_removed(hub) && mesh.degree(hub) > kMaxAround;) {
       if (before == mesh.degree(hub)) break;  // none could be collapsed
       before = mesh.degree(hub);
       thin_once(hub);

@@ -133,7 +133,7 @@ DistanceGrid::DistanceGrid(const SignedDistance& surface, const DistanceGridOpti
 }
 
 // Every second node first. Those between that are near the surface are sampled as well, the others
-// interpolated, along x, then y, then z: along each, both neighbours are known by then.
+// interpolated, along x, then y, then z: along each, both neighbors are known by then.
 void DistanceGrid::Sample(const SignedDistance& surface, const DistanceGridOptions& options) {
   const Eigen::Vector3i nodes = cells_.array() + 3;
   const double near = std::max(options.exact_within_m, 5.0 * cell_);
@@ -174,7 +174,7 @@ void DistanceGrid::Sample(const SignedDistance& surface, const DistanceGridOptio
   }
 }
 
-// From its neighbours along one axis, where they are all farther than `near`; false where not. The
+// From its neighbors along one axis, where they are all farther than `near`; false where not. The
 // last node has but one.
 bool DistanceGrid::InterpolateNode(std::ptrdiff_t at, std::ptrdiff_t stride, int index, int nodes,
                                    double near) {

@@ -39,14 +39,14 @@ class DistanceGrid {
   /// Samples `surface`. Throws Error for a cell or padding that is not positive.
   explicit DistanceGrid(const SignedDistance& surface, const DistanceGridOptions& options = {});
 
-  /// Signed distance in metres, negative inside; its gradient too when `gradient` is not null.
+  /// Signed distance in meters, negative inside; its gradient too when `gradient` is not null.
   double Distance(const Eigen::Vector3d& point, Eigen::Vector3d* gradient = nullptr) const;
 
   /// The same interpolated linearly within cells, in a third of the time: for searches. Off by up
   /// to cell^2 / 8R where the surface's radius is R; its gradient jumps between cells.
   double Linear(const Eigen::Vector3d& point, Eigen::Vector3d* gradient = nullptr) const;
 
-  double CellSize() const { return cell_; }            ///< metres
+  double CellSize() const { return cell_; }            ///< meters
   const Eigen::Vector3d& Min() const { return min_; }  ///< corners of the box that is interpolated
   const Eigen::Vector3d& Max() const { return max_; }
   std::size_t NumNodes() const { return values_.size(); }

@@ -10,7 +10,7 @@
 
 namespace holdfast {
 
-/// A triangle mesh as plain data: positions (3 x V, metres) and triangles (3 x F, vertex ids,
+/// A triangle mesh as plain data: positions (3 x V, meters) and triangles (3 x F, vertex ids,
 /// counter-clockwise seen from outside). Loaders guarantee ids in range and finite positions.
 struct TriangleMesh {
   Eigen::Matrix3Xd vertices;
@@ -20,7 +20,7 @@ struct TriangleMesh {
   Eigen::Index NumFaces() const { return faces.cols(); }
 };
 
-/// Signed volume by the divergence theorem, cubic metres: positive when faces point outwards.
+/// Signed volume by the divergence theorem, cubic meters: positive when faces point outwards.
 /// Meaningful for closed meshes only.
 double SignedVolume(const TriangleMesh& mesh);
 
@@ -34,7 +34,7 @@ double SurfaceArea(const TriangleMesh& mesh);
 /// area.
 Eigen::Matrix3Xd VertexNormals(const TriangleMesh& mesh);
 
-/// Lengths of the axis-aligned bounding box, metres (zero for an empty mesh).
+/// Lengths of the axis-aligned bounding box, meters (zero for an empty mesh).
 Eigen::Vector3d Extent(const TriangleMesh& mesh);
 
 /// Throws Error (`where`, with the vertex) for the first coordinate that is outside the range of

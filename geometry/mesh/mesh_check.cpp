@@ -73,9 +73,9 @@ bool IsPlausible(double longest) {
 constexpr double kScales[] = {0.001, 0.01, 1000.0, 0.0254};
 
 std::string_view UnitOfScale(double scale) {
-  if (scale == 0.001) return "millimetres";
-  if (scale == 0.01) return "centimetres";
-  return scale == 0.0254 ? "inches" : "kilometres";
+  if (scale == 0.001) return "millimeters";
+  if (scale == 0.01) return "centimeters";
+  return scale == 0.0254 ? "inches" : "kilometers";
 }
 
 bool IsTypical(const Eigen::Vector3d& extent_m, double scale) {
@@ -151,9 +151,9 @@ std::vector<double> PossibleScales(const Eigen::Vector3d& extent_m, std::string_
 
 std::string UnitRemedy(const Eigen::Vector3d& extent_m, std::string_view path) {
   const std::vector<double> scales = PossibleScales(extent_m, path);
-  if (scales.empty()) return "Meshes are in metres: give its unit with --object-scale";
+  if (scales.empty()) return "Meshes are in meters: give its unit with --object-scale";
   const bool is_stl = path.ends_with(".stl") || path.ends_with(".STL");
-  std::string text = "Meshes are in metres, this one is likely in ";
+  std::string text = "Meshes are in meters, this one is likely in ";
   for (std::size_t i = 0; i < scales.size(); ++i) {
     const Eigen::Vector3d in_cm = 100.0 * scales[i] * extent_m;
     text += fmt::format("{}{}{}: --object-scale {:g} makes it {:.3g} x {:.3g} x {:.3g} cm",
@@ -313,11 +313,11 @@ Eigen::Index RemoveFlatFaces(TriangleMesh& mesh) {
 
 /// Distances and collapses beside a vertex take the square of its faces' number.
 void RequireNoHub(const TriangleMesh& mesh) {
-  constexpr int kMostFaces = 20'000;
+  constexpr int kMaxFaces = 20'000;
   std::vector<int> around(mesh.NumVertices(), 0);
   for (const int v : mesh.faces.reshaped()) {
-    if (++around[v] <= kMostFaces) continue;
-    throw Error("mesh", fmt::format("has more than {} faces around one vertex", kMostFaces),
+    if (++around[v] <= kMaxFaces) continue;
+    throw Error("mesh", fmt::format("has more than {} faces around one vertex", kMaxFaces),
                 "Split its largest polygon evenly, or remesh it (Blender: Remesh)");
   }
 }
@@ -374,8 +374,8 @@ RepairedMesh RepairMesh(const TriangleMesh& mesh) {
     throw Error("mesh", "no face with an area is left after repair",
                 "Give a surface, not points or lines.");
   }
-  note(OrientConsistently(out), "Turned", "face to agree with its neighbours",
-       "faces to agree with their neighbours");
+  note(OrientConsistently(out), "Turned", "face to agree with its neighbors",
+       "faces to agree with their neighbors");
   note(TurnOutwards(out), "Turned", "closed part outwards", "closed parts outwards");
   result.source_vertex = DropUnreferenced(out);
   note(mesh.NumVertices() - welded - out.NumVertices(), "Dropped", "vertex of no face",

@@ -43,10 +43,10 @@ struct MeshReport {
   double area_m2 = 0.0;
   double volume_m3 = 0.0;  ///< signed; meaningful when closed
 
-  /// The largest extent is more than 2 m or less than 5 mm: not a handheld object in metres.
+  /// The largest extent is more than 2 m or less than 5 mm: not a handheld object in meters.
   bool implausible_size = false;
-  /// Then the factor that gives metres if a common unit explains it: 0.001 (millimetres), 0.01
-  /// (centimetres), 1000 (metres taken for millimetres) or 0.0254 (inches), the first that makes it
+  /// Then the factor that gives meters if a common unit explains it: 0.001 (millimeters), 0.01
+  /// (centimeters), 1000 (meters taken for millimeters) or 0.0254 (inches), the first that makes it
   /// hand-sized: the geometric mean of its extents is then 2.2 cm ... 22 cm. Else 1.
   double suggested_scale = 1.0;
 };
@@ -55,9 +55,9 @@ struct MeshReport {
 /// Throws Error for ids out of range and coordinates that are not finite.
 MeshReport CheckMesh(const TriangleMesh& mesh);
 
-/// The factors that give metres if a common unit explains a size that is not handheld, the
+/// The factors that give meters if a common unit explains a size that is not handheld, the
 /// likeliest first: what they make of it is 1 cm ... 30 cm in the geometric mean. `path` is the
-/// mesh's file: .stl has no unit, and is in millimetres by custom.
+/// mesh's file: .stl has no unit, and is in millimeters by custom.
 std::vector<double> PossibleScales(const Eigen::Vector3d& extent_m, std::string_view path);
 
 /// What to do about such a size: the options --object-scale, each with the size that it gives.
@@ -74,7 +74,7 @@ struct RepairedMesh {
 
 /// The repairs that cannot change the shape: welds vertices at exactly the same place, drops faces
 /// with a repeated corner, doubled faces and vertices of no face, divides faces along corners that
-/// lie on their sides in place of faces without area, turns faces to agree with their neighbours,
+/// lie on their sides in place of faces without area, turns faces to agree with their neighbors,
 /// and closed parts outwards (with what lies inside them). Does not close holes, part what is not
 /// manifold, or move a vertex: check the result. Throws Error as CheckMesh, and when no face is
 /// left.

@@ -12,7 +12,7 @@
 namespace holdfast {
 namespace {
 
-using Neighbour = NearestPoints::Neighbour;
+using Neighbor = NearestPoints::Neighbor;
 using Index = flann::KDTreeSingleIndex<flann::L2_3D<double>>;
 
 constexpr int kLeafSize = 10;
@@ -30,7 +30,7 @@ class First final : public flann::ResultSet<double> {
   bool full() const override { return best.id >= 0; }
 
   void addPoint(double squared_distance, std::size_t index) override {
-    const Neighbour candidate{static_cast<int>(index), std::sqrt(squared_distance)};
+    const Neighbor candidate{static_cast<int>(index), std::sqrt(squared_distance)};
     if (best.id < 0 || candidate.distance < best.distance ||
         (candidate.distance == best.distance && candidate.id < best.id)) {
       best = candidate;
@@ -39,7 +39,7 @@ class First final : public flann::ResultSet<double> {
 
   double worstDist() const override { return SearchLimit(best.distance); }
 
-  Neighbour best{-1, std::numeric_limits<double>::infinity()};
+  Neighbor best{-1, std::numeric_limits<double>::infinity()};
 };
 
 }  // namespace
@@ -74,7 +74,7 @@ NearestPoints::~NearestPoints() = default;
 NearestPoints::NearestPoints(NearestPoints&&) noexcept = default;
 NearestPoints& NearestPoints::operator=(NearestPoints&&) noexcept = default;
 
-Neighbour NearestPoints::Nearest(const Eigen::Vector3d& query) const {
+Neighbor NearestPoints::Nearest(const Eigen::Vector3d& query) const {
   First result;
   if (query.allFinite()) impl_->index.findNeighbors(result, query.data(), flann::SearchParams());
   return result.best;

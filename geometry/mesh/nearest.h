@@ -7,17 +7,17 @@
 
 namespace holdfast {
 
-/// Exact nearest neighbours among fixed points, by FLANN's single k-d tree in double precision.
+/// Exact nearest neighbors among fixed points, by FLANN's single k-d tree in double precision.
 /// Const after construction; queries may run on any number of threads.
 ///
-/// Ties go to the lowest id, so the answer does not depend on the tree. Distances are metres, not
+/// Ties go to the lowest id, so the answer does not depend on the tree. Distances are meters, not
 /// squared.
 class NearestPoints {
  public:
-  struct Neighbour {
+  struct Neighbor {
     int id = -1;
     double distance = 0.0;
-    bool operator==(const Neighbour&) const = default;
+    bool operator==(const Neighbor&) const = default;
   };
 
   /// Copies the points (3 x n). Throws Error for no points or coordinates that are not finite.
@@ -27,7 +27,7 @@ class NearestPoints {
   NearestPoints& operator=(NearestPoints&&) noexcept;
 
   /// The nearest point; id -1 at infinity for a query that is not finite.
-  Neighbour Nearest(const Eigen::Vector3d& query) const;
+  Neighbor Nearest(const Eigen::Vector3d& query) const;
 
  private:
   struct Impl;

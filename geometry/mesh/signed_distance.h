@@ -13,7 +13,7 @@ namespace holdfast {
 /// Exact signed distance to a triangle mesh: negative inside. Closest points come from a tree of
 /// bounding boxes. The sign of a watertight mesh comes from the angle-weighted pseudonormal of the
 /// face, edge or vertex the closest point lies on (Baerentzen & Aanaes 2005); that of any other
-/// mesh from the generalised winding number (Jacobson et al. 2013), which is > 1/2 inside and
+/// mesh from the generalized winding number (Jacobson et al. 2013), which is > 1/2 inside and
 /// degrades gracefully across holes: a ray's crossings less the part of what would close the holes.
 ///
 /// Queries are const and may run on any number of threads.
@@ -25,7 +25,7 @@ class SignedDistance {
   };
 
   struct Result {
-    double distance = 0.0;     ///< metres, negative inside
+    double distance = 0.0;     ///< meters, negative inside
     Eigen::Vector3d closest;   ///< on the surface
     Eigen::Vector3d gradient;  ///< of the distance, unit; the pseudonormal on the surface itself
     int face = -1;             ///< a face that holds `closest`

@@ -7,7 +7,7 @@
 
 namespace holdfast {
 
-/// How far apart two surfaces a and b are, metres. Each one-sided distance is from points on the
+/// How far apart two surfaces a and b are, meters. Each one-sided distance is from points on the
 /// one surface to the nearest point of the other, which is exact; the points are every vertex of a
 /// face, and points spread evenly by area. The maxima are therefore lower bounds of the Hausdorff
 /// distances, short of them by less than the points' spacing; the means are over the evenly spread
@@ -35,7 +35,7 @@ SurfaceDistance MeasureSurfaceDistance(const TriangleMesh& a, const TriangleMesh
 /// Throws Error for a mesh without area.
 bool SameSurface(const TriangleMesh& a, const TriangleMesh& b);
 
-/// Points of a surface that something soft would meet first (3 x n, metres): spread over the faces
+/// Points of a surface that something soft would meet first (3 x n, meters): spread over the faces
 /// about `spacing_m` apart, and along sharp edges and at vertices, which points spread by area miss
 /// and which cut deepest. No two are nearer than half the spacing where one of them would do; not
 /// many more than `most` in all. The same mesh gives the same points. Throws Error for a mesh

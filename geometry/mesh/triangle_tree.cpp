@@ -84,7 +84,7 @@ TrianglePoint ClosestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d&
 
 struct TriangleTree::Impl {
   // The boxes of up to eight children, in single precision, rounded outwards, about the tree's
-  // centre. An empty place has a box that nothing is near.
+  // center. An empty place has a box that nothing is near.
   struct Node {
     Lanes low[3][kWide / kLanes], high[3][kWide / kLanes];
     std::array<int, kWide> child;  // a later node, or ~ a triangle

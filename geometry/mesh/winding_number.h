@@ -18,7 +18,7 @@ double SolidAngle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eige
 /// without area are passed over. Empty where nothing is open.
 TriangleMesh ClosingTriangles(const TriangleMesh& mesh);
 
-/// Generalised winding number of a triangle soup (Jacobson et al. 2013): 1 inside and 0 outside of
+/// Generalized winding number of a triangle soup (Jacobson et al. 2013): 1 inside and 0 outside of
 /// a closed surface, in between around holes. Groups of faces that are far away are summed by the
 /// first two terms of their expansion (Barill et al. 2018), so that a point costs O(log F); the
 /// error is about 0.01, far from the threshold 1/2 it is compared with.

@@ -46,9 +46,9 @@ Camera OrbitCamera(const Eigen::Vector3d& target, double azimuth_rad, double ele
 
 Camera FitCamera(const Eigen::AlignedBox3d& box, double azimuth_rad, double elevation_rad,
                  double aspect, double margin) {
-  const Eigen::Vector3d centre =
+  const Eigen::Vector3d center =
       box.isEmpty() ? Eigen::Vector3d(Eigen::Vector3d::Zero()) : Eigen::Vector3d(box.center());
-  Camera camera = OrbitCamera(centre, azimuth_rad, elevation_rad, 1.0);
+  Camera camera = OrbitCamera(center, azimuth_rad, elevation_rad, 1.0);
   const Eigen::Matrix3d camera_from_world = CameraFromWorldRotation(camera);
   const double tan_y = std::tan(0.5 * camera.vertical_fov_rad) / (1.0 + margin);
   const double tan_x = tan_y * aspect;
@@ -57,12 +57,12 @@ Camera FitCamera(const Eigen::AlignedBox3d& box, double azimuth_rad, double elev
     for (int k = 0; k < 8; ++k) {
       const Eigen::Vector3d corner =
           camera_from_world *
-          (box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k)) - centre);
+          (box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(k)) - center);
       distance = std::max({distance, std::abs(corner.x()) / tan_x - corner.z(),
                            std::abs(corner.y()) / tan_y - corner.z()});
     }
   }
-  return OrbitCamera(centre, azimuth_rad, elevation_rad, distance);
+  return OrbitCamera(center, azimuth_rad, elevation_rad, distance);
 }
 
 Camera CloseUpCamera(const Eigen::Vector3d& point, double radius_m, double azimuth_rad,
@@ -86,7 +86,7 @@ View::View(const Camera& camera, int width, int height)
   }
   camera_from_world_ = CameraFromWorldRotation(camera);
   focal_ = 0.5 * height / std::tan(0.5 * camera.vertical_fov_rad);
-  centre_ = {0.5 * width, 0.5 * height};
+  center_ = {0.5 * width, 0.5 * height};
 }
 
 }  // namespace holdfast

@@ -6,7 +6,7 @@
 
 namespace holdfast {
 
-/// A pinhole camera in the world (z up, metres). Defaults look at a standing person's face side:
+/// A pinhole camera in the world (z up, meters). Defaults look at a standing person's face side:
 /// people in clips face -y.
 struct Camera {
   Eigen::Vector3d eye{0.0, -3.5, 1.2};
@@ -44,25 +44,25 @@ class View {
   }
   /// Pixel position of a point in front of the camera.
   Eigen::Vector2d Project(const Eigen::Vector3d& x_camera) const {
-    return {focal_ * x_camera.x() / x_camera.z() + centre_.x(),
-            focal_ * x_camera.y() / x_camera.z() + centre_.y()};
+    return {focal_ * x_camera.x() / x_camera.z() + center_.x(),
+            focal_ * x_camera.y() / x_camera.z() + center_.y()};
   }
   /// Direction through a pixel position in the camera frame, z = 1 (not unit length).
   Eigen::Vector3d RayInCamera(double x, double y) const {
-    return {(x - centre_.x()) / focal_, (y - centre_.y()) / focal_, 1.0};
+    return {(x - center_.x()) / focal_, (y - center_.y()) / focal_, 1.0};
   }
 
   const Eigen::Matrix3d& CameraFromWorld() const { return camera_from_world_; }
   const Eigen::Vector3d& Eye() const { return eye_; }
   double Focal() const { return focal_; }  ///< pixels
-  double Near() const { return near_; }    ///< metres
+  double Near() const { return near_; }    ///< meters
   int Width() const { return width_; }
   int Height() const { return height_; }
 
  private:
   Eigen::Matrix3d camera_from_world_;
   Eigen::Vector3d eye_;
-  Eigen::Vector2d centre_;
+  Eigen::Vector2d center_;
   double focal_;
   double near_;
   int width_;

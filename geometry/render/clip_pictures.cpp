@@ -109,7 +109,7 @@ ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
   } else {
     out.frames = EvenFrames(frames, options.columns * options.rows);
   }
-  if (file.video == VideoFormat::kMp4) {  // its colours are stored for two by two pixels
+  if (file.video == VideoFormat::kMp4) {  // its colors are stored for two by two pixels
     out.how.picture.width += out.how.picture.width % 2;
     out.how.picture.height += out.how.picture.height % 2;
   }
@@ -145,13 +145,13 @@ const Eigen::Vector3d kTable(0.62, 0.56, 0.48);
 const Eigen::Vector3d kTouching(0.98, 0.70, 0.15);
 const Eigen::Vector3d kInside(0.86, 0.08, 0.10);
 const Eigen::Vector3d kMarker(0.10, 0.55, 0.30);
-constexpr double kContactDistance = 0.003;  // metres
+constexpr double kContactDistance = 0.003;  // meters
 constexpr double kFullDepth = 0.002;        // inside by this much is wholly red
 
-constexpr double kWalk = 1.0;  // metres
+constexpr double kWalk = 1.0;  // meters
 constexpr double kMarkerRadius = 0.008;
 
-constexpr double kHandRadius = 0.17;  // what the hand view shows around the fingers, metres
+constexpr double kHandRadius = 0.17;  // what the hand view shows around the fingers, meters
 
 // A mesh where its track puts it in a frame.
 TriangleMesh Placed(const TriangleMesh& mesh, const ObjectTrack& track, int frame) {
@@ -267,8 +267,8 @@ ClipRenderer::ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body,
       room_.extend(p + Eigen::Vector3d(0.08, 0.08, j == 23 || j == 24 ? 0.16 : 0.03));
     }
     if (!object_) continue;
-    const Eigen::Vector3d centre = object_->vertices.rowwise().mean();
-    room_.extend(ExpSO3(clip_.object->orient.col(t)) * centre + clip_.object->trans.col(t));
+    const Eigen::Vector3d center = object_->vertices.rowwise().mean();
+    room_.extend(ExpSO3(clip_.object->orient.col(t)) * center + clip_.object->trans.col(t));
   }
 }
 
@@ -307,10 +307,10 @@ Camera ClipRenderer::CameraFor(const BodyState& state, int frame,
                        elevation(0.35));
 }
 
-Eigen::Matrix3Xd ClipRenderer::BodyColours(const BodyState& state, int frame,
-                                           bool show_contact) const {
-  Eigen::Matrix3Xd colours = kSkin.replicate(1, surface_.NumVertices());
-  if (!object_ || !show_contact) return colours;
+Eigen::Matrix3Xd ClipRenderer::BodyColors(const BodyState& state, int frame,
+                                          bool show_contact) const {
+  Eigen::Matrix3Xd colors = kSkin.replicate(1, surface_.NumVertices());
+  if (!object_ || !show_contact) return colors;
   const Eigen::Matrix3d world_from_object = ExpSO3(clip_.object->orient.col(frame));
   for (const Side side : {Side::kRight, Side::kLeft}) {
     for (const int v : surface_.Model().HandVertexIds(side)) {
@@ -320,14 +320,14 @@ Eigen::Matrix3Xd ClipRenderer::BodyColours(const BodyState& state, int frame,
       if (distance >= kContactDistance) continue;
       if (distance >= 0.0) {
         const double share = 1.0 - 0.6 * distance / kContactDistance;
-        colours.col(v) = kSkin + share * (kTouching - kSkin);
+        colors.col(v) = kSkin + share * (kTouching - kSkin);
       } else {
         const double share = 0.4 + 0.6 * std::min(1.0, -distance / kFullDepth);
-        colours.col(v) = kTouching + share * (kInside - kTouching);
+        colors.col(v) = kTouching + share * (kInside - kTouching);
       }
     }
   }
-  return colours;
+  return colors;
 }
 
 Image ClipRenderer::Draw(int frame, const ClipRenderOptions& options) const {
@@ -343,8 +343,8 @@ Image ClipRenderer::Draw(int frame, const ClipRenderOptions& options) const {
   BodyState state;
   Forward(surface_, clip_.pose[frame], clip_.trans.col(frame), state);
   const TriangleMesh body{state.vertices, surface_.Faces()};
-  const Eigen::Matrix3Xd colours = BodyColours(state, frame, options.show_contact);
-  std::vector<RenderItem> items = {{&body, kSkin, &colours}};
+  const Eigen::Matrix3Xd colors = BodyColors(state, frame, options.show_contact);
+  std::vector<RenderItem> items = {{&body, kSkin, &colors}};
   TriangleMesh object, table, markers;
   if (options.markers.size() > 0) {
     markers = Spheres(options.markers.col(frame));

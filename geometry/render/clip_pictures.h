@@ -32,7 +32,7 @@ enum class ClipView {
 std::optional<ClipView> ParseClipView(std::string_view name);
 
 /// What a sheet of pictures shows a clip from: kFollow where the person walks (the root leaves its
-/// first place by more than a metre), else kFront.
+/// first place by more than a meter), else kFront.
 ClipView SheetView(const Clip& clip);
 
 struct ClipRenderOptions {
@@ -40,7 +40,7 @@ struct ClipRenderOptions {
   ClipView view = ClipView::kFront;
   std::optional<double> azimuth_rad, elevation_rad;  ///< in place of the view's own
   bool show_contact = true;
-  /// (3 M x T) measured markers, drawn as small spheres: world, metres; NaN where one is not seen.
+  /// (3 M x T) measured markers, drawn as small spheres: world, meters; NaN where one is not seen.
   Eigen::MatrixXd markers;
 };
 
@@ -63,7 +63,7 @@ class ClipRenderer {
 
  private:
   Camera CameraFor(const BodyState& state, int frame, const ClipRenderOptions& options) const;
-  Eigen::Matrix3Xd BodyColours(const BodyState& state, int frame, bool show_contact) const;
+  Eigen::Matrix3Xd BodyColors(const BodyState& state, int frame, bool show_contact) const;
   bool Holds(int frame, Side side) const;
 
   Clip clip_;

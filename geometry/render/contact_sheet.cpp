@@ -124,7 +124,7 @@ int LabelWidth(std::string_view text, int scale) {
 
 int LabelHeight(int scale) { return scale * kRows; }
 
-void DrawLabel(Image& image, int x, int y, std::string_view text, int scale, std::uint8_t grey) {
+void DrawLabel(Image& image, int x, int y, std::string_view text, int scale, std::uint8_t gray) {
   for (const char character : text) {
     const std::string_view rows = Rows(character);
     for (int py = 0; py < kRows * scale; ++py) {
@@ -132,7 +132,7 @@ void DrawLabel(Image& image, int x, int y, std::string_view text, int scale, std
         if (rows[static_cast<std::size_t>(py / scale * kAdvance + px / scale)] != '#') continue;
         if (x + px < 0 || x + px >= image.width || y + py < 0 || y + py >= image.height) continue;
         std::uint8_t* const pixel = image.Pixel(x + px, y + py);
-        pixel[0] = pixel[1] = pixel[2] = grey;
+        pixel[0] = pixel[1] = pixel[2] = gray;
       }
     }
     x += kAdvance * scale;

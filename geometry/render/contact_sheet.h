@@ -18,7 +18,7 @@ Image ContactSheet(std::span<const Image> tiles, std::span<const std::string> la
 /// whose dots are `scale` pixels wide. Letters, digits, space and .,:;-+/_=%()#<>*' are known,
 /// anything else shows as a box. What falls outside the picture is cut off.
 void DrawLabel(Image& image, int x, int y, std::string_view text, int scale = 1,
-               std::uint8_t grey = 40);
+               std::uint8_t gray = 40);
 
 /// Width and height of a label in pixels.
 int LabelWidth(std::string_view text, int scale = 1);

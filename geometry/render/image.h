@@ -36,7 +36,7 @@ struct Image {
 /// Throws Error for an empty picture.
 std::string EncodePng(const Image& image);
 
-/// The inverse; grey, palette and alpha pictures come out as RGB over black.
+/// The inverse; gray, palette and alpha pictures come out as RGB over black.
 /// `where` names the source in messages. Throws Error for anything that is not a whole PNG.
 Image DecodePng(std::string_view bytes, std::string_view where = "png");
 

@@ -79,7 +79,7 @@ Eigen::Vector3f Lighting::Shade(const Eigen::Vector3f& albedo, const Eigen::Vect
 
 namespace {
 
-constexpr double kMostCells = 1024.0;
+constexpr double kMaxCells = 1024.0;
 constexpr float kStrength = 0.7f;  // the light is wide: some of it reaches everywhere
 
 }  // namespace
@@ -100,7 +100,7 @@ ShadowMap::ShadowMap(std::span<const TriangleMesh* const> meshes, const Eigen::V
   }
   if (box.isEmpty()) return;
   const double side = std::max(1.02 * box.sizes().maxCoeff(), 1e-9);
-  cell_m_ = std::max(side / kMostCells, std::min(finest_m, side));
+  cell_m_ = std::max(side / kMaxCells, std::min(finest_m, side));
   size_ = static_cast<int>(std::ceil(side / cell_m_));
   corner_ = box.center() - Eigen::Vector2d::Constant(0.5 * cell_m_ * size_);
   nearest_.assign(static_cast<std::size_t>(size_) * size_, -std::numeric_limits<float>::infinity());
@@ -235,7 +235,7 @@ GroundShadow::GroundShadow(std::span<const TriangleMesh* const> meshes, double g
   const double side = covered.sizes().maxCoeff() + 2.0 * margin;
   left_ = covered.center().x() - 0.5 * side;
   bottom_ = covered.center().y() - 0.5 * side;
-  cells_per_metre_ = kSize / side;
+  cells_per_meter_ = kSize / side;
 
   std::vector<float> cast_shadow(kSize * kSize, 0.0f);
   std::vector<float> contact(kSize * kSize, 0.0f);
@@ -248,8 +248,8 @@ GroundShadow::GroundShadow(std::span<const TriangleMesh* const> meshes, double g
       for (int k = 0; k < 3; ++k) {
         const Eigen::Vector3d p = mesh->vertices.col(mesh->faces(k, f));
         usable = usable && p.allFinite() && p.z() >= ground_height_m;
-        along_light[k] = (cast(p) - origin) * cells_per_metre_;
-        below[k] = (p.head<2>() - origin) * cells_per_metre_;
+        along_light[k] = (cast(p) - origin) * cells_per_meter_;
+        below[k] = (p.head<2>() - origin) * cells_per_meter_;
         lowest = std::min(lowest, p.z() - ground_height_m);
       }
       if (!usable) continue;
@@ -262,7 +262,7 @@ GroundShadow::GroundShadow(std::span<const TriangleMesh* const> meshes, double g
       });
     }
   }
-  const int radius = std::max(1, static_cast<int>(std::lround(softness * cells_per_metre_)));
+  const int radius = std::max(1, static_cast<int>(std::lround(softness * cells_per_meter_)));
   Blur(cast_shadow, kSize, radius);
   Blur(contact, kSize, std::max(1, radius / 2));
   light_.resize(kSize * kSize);
@@ -273,8 +273,8 @@ GroundShadow::GroundShadow(std::span<const TriangleMesh* const> meshes, double g
 
 float GroundShadow::Light(double x, double y) const {
   if (light_.empty()) return 1.0f;
-  const double column = (x - left_) * cells_per_metre_ - 0.5;
-  const double row = (y - bottom_) * cells_per_metre_ - 0.5;
+  const double column = (x - left_) * cells_per_meter_ - 0.5;
+  const double row = (y - bottom_) * cells_per_meter_ - 0.5;
   if (!(column >= 0.0 && row >= 0.0 && column < kSize - 1 && row < kSize - 1)) return 1.0f;
   const int i = static_cast<int>(column);
   const int j = static_cast<int>(row);

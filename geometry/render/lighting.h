@@ -69,7 +69,7 @@ class GroundShadow {
   static constexpr int kSize = 256;
 
   double left_ = 0.0, bottom_ = 0.0;
-  double cells_per_metre_ = 0.0;
+  double cells_per_meter_ = 0.0;
   std::vector<float> light_;  // kSize x kSize, row-major from (left, bottom); empty when no shadow
 };
 

@@ -18,7 +18,7 @@
 namespace holdfast {
 namespace {
 
-using Colour = Eigen::Vector3f;  // linear light
+using Color = Eigen::Vector3f;  // linear light
 
 constexpr double kShadowCell = 0.75;  // of a pixel, at what is nearest
 constexpr double kGridLine = 0.012;   // width of a line, fraction of the spacing
@@ -37,11 +37,11 @@ void Check(std::span<const RenderItem> items, const RenderOptions& options) {
         (mesh.faces.minCoeff() < 0 || mesh.faces.maxCoeff() >= mesh.NumVertices())) {
       throw Error(where, "a face names a vertex that does not exist", "");
     }
-    if (item.vertex_colours && item.vertex_colours->cols() != mesh.NumVertices()) {
+    if (item.vertex_colors && item.vertex_colors->cols() != mesh.NumVertices()) {
       throw Error(where,
-                  fmt::format("{} vertex colours for {} vertices", item.vertex_colours->cols(),
+                  fmt::format("{} vertex colors for {} vertices", item.vertex_colors->cols(),
                               mesh.NumVertices()),
-                  "Give one colour per vertex.");
+                  "Give one color per vertex.");
     }
   }
 }
@@ -60,12 +60,11 @@ class Scene {
       const TriangleMesh& mesh = *item.mesh;
       const auto first_vertex = static_cast<int>(position_.size());
       const Eigen::Matrix3Xd normals = VertexNormals(mesh);
-      const Colour colour = LinearFromSrgb(item.colour);
+      const Color color = LinearFromSrgb(item.color);
       for (Eigen::Index v = 0; v < mesh.NumVertices(); ++v) {
         position_.push_back(view.ToCamera(mesh.vertices.col(v)));
         normal_.push_back(normals.col(v).cast<float>());
-        colour_.push_back(item.vertex_colours ? LinearFromSrgb(item.vertex_colours->col(v))
-                                              : colour);
+        color_.push_back(item.vertex_colors ? LinearFromSrgb(item.vertex_colors->col(v)) : color);
       }
       for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
         triangle_.push_back(mesh.faces.col(f).array() + first_vertex);
@@ -81,7 +80,7 @@ class Scene {
     }
   }
 
-  // Depth of the nearest vertex before the camera, metres.
+  // Depth of the nearest vertex before the camera, meters.
   double Nearest(double near) const {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Eigen::Vector3d& p : position_) {
@@ -90,10 +89,10 @@ class Scene {
     return nearest;
   }
 
-  // Colour of triangle `id` where the ray (camera frame) meets it.
-  Colour Shade(std::uint32_t id, const Eigen::Vector3d& ray, const View& view,
-               const Lighting& lighting, const ShadowMap& shadows,
-               const std::optional<Eigen::Vector3d>& back_face) const {
+  // Color of triangle `id` where the ray (camera frame) meets it.
+  Color Shade(std::uint32_t id, const Eigen::Vector3d& ray, const View& view,
+              const Lighting& lighting, const ShadowMap& shadows,
+              const std::optional<Eigen::Vector3d>& back_face) const {
     const Eigen::Vector3i& corner = triangle_[id - 1];
     const Eigen::Vector3d& a = position_[corner[0]];
     const Eigen::Vector3d& b = position_[corner[1]];
@@ -108,8 +107,8 @@ class Scene {
     w /= w.sum();
     const Eigen::Vector3f weight = w.cast<float>();
 
-    Colour albedo = colour_[corner[0]] * weight[0] + colour_[corner[1]] * weight[1] +
-                    colour_[corner[2]] * weight[2];
+    Color albedo = color_[corner[0]] * weight[0] + color_[corner[1]] * weight[1] +
+                   color_[corner[2]] * weight[2];
     Eigen::Vector3f normal = normal_[corner[0]] * weight[0] + normal_[corner[1]] * weight[1] +
                              normal_[corner[2]] * weight[2];
     const Eigen::Matrix3f world_from_camera = view.CameraFromWorld().transpose().cast<float>();
@@ -129,7 +128,7 @@ class Scene {
  private:
   std::vector<Eigen::Vector3d> position_;  // camera frame
   std::vector<Eigen::Vector3f> normal_;    // world
-  std::vector<Colour> colour_;
+  std::vector<Color> color_;
   std::vector<Eigen::Vector3i> triangle_;
 };
 
@@ -150,7 +149,7 @@ class Ground {
       : view_(view),
         shadow_(options.ground ? Meshes(items) : std::vector<const TriangleMesh*>(),
                 options.ground_height_m, lighting.to_key.cast<double>()),
-        colour_(LinearFromSrgb(options.ground_colour)),
+        color_(LinearFromSrgb(options.ground_color)),
         background_(LinearFromSrgb(options.background)),
         grid_spacing_(options.grid_spacing_m),
         eye_height_(view.Eye().z() - options.ground_height_m),
@@ -164,7 +163,7 @@ class Ground {
       }
     }
     if (!box.isEmpty()) {
-      centre_ = box.center().head<2>();
+      center_ = box.center().head<2>();
       fade_ = 2.5 * std::max(0.5 * box.diagonal().norm(), 0.05);
     }
   }
@@ -176,15 +175,15 @@ class Ground {
   }
 
   bool Visible() const { return visible_; }
-  Colour Background() const { return background_; }
+  Color Background() const { return background_; }
 
-  Colour Shade(const Eigen::Vector3d& ray, double inverse_depth) const {
+  Color Shade(const Eigen::Vector3d& ray, double inverse_depth) const {
     const Eigen::Vector3d direction = world_from_camera_ * ray;
     const Eigen::Vector3d p = view_.Eye() + direction / inverse_depth;
-    const double away = (p.head<2>() - centre_).norm() / fade_;
+    const double away = (p.head<2>() - center_).norm() / fade_;
     const auto presence = static_cast<float>(std::exp(-away * away));
     if (presence < 0.002f) return background_;
-    Colour colour = colour_ * shadow_.Light(p.x(), p.y());
+    Color color = color_ * shadow_.Light(p.x(), p.y());
     if (grid_spacing_ > 0.0) {
       // A pixel on the plane: as wide as its distance allows, longer where seen at a low angle.
       const double width = direction.norm() / (inverse_depth * view_.Focal());
@@ -195,18 +194,18 @@ class Ground {
       };
       const float line = std::max(GridLine(p.x(), footprint(0), grid_spacing_),
                                   GridLine(p.y(), footprint(1), grid_spacing_));
-      colour *= 1.0f - kGridStrength * line;
+      color *= 1.0f - kGridStrength * line;
     }
-    return background_ + presence * (colour - background_);
+    return background_ + presence * (color - background_);
   }
 
  private:
   const View& view_;
   GroundShadow shadow_;
-  Colour colour_, background_;
+  Color color_, background_;
   double grid_spacing_;
   Eigen::Matrix3d world_from_camera_;
-  Eigen::Vector2d centre_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d center_ = Eigen::Vector2d::Zero();
   double fade_ = 2.0;
   double eye_height_;
   bool visible_;
@@ -261,18 +260,18 @@ Image Render(std::span<const RenderItem> items, const Camera& camera,
         std::ranges::copy(background, image.Pixel(x, y));
         continue;
       }
-      Colour sum = Colour::Zero();
+      Color sum = Color::Zero();
       for (int s = 0; s < shares; ++s) {
         const double weight = 1.0 / share[s].count;
         const Eigen::Vector3d ray =
             sample_view.RayInCamera(weight * share[s].x, weight * share[s].y);
-        Colour colour = ground.Background();
+        Color color = ground.Background();
         if (share[s].id == kGround) {
-          colour = ground.Shade(ray, ground.InverseDepth(ray));
+          color = ground.Shade(ray, ground.InverseDepth(ray));
         } else if (share[s].id != VisibilityBuffer::kNothing) {
-          colour = scene.Shade(share[s].id, ray, view, lighting, shadows, options.back_face_colour);
+          color = scene.Shade(share[s].id, ray, view, lighting, shadows, options.back_face_color);
         }
-        sum += static_cast<float>(share[s].count) * colour;
+        sum += static_cast<float>(share[s].count) * color;
       }
       sum /= static_cast<float>(n * n);
       std::uint8_t* const pixel = image.Pixel(x, y);

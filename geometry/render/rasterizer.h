@@ -12,12 +12,12 @@
 
 namespace holdfast {
 
-/// One mesh of a picture, in the world. Colours are sRGB in [0, 1].
+/// One mesh of a picture, in the world. Colors are sRGB in [0, 1].
 struct RenderItem {
   const TriangleMesh* mesh = nullptr;
-  Eigen::Vector3d colour{0.72, 0.70, 0.68};
-  /// (3 x V) colours per vertex in place of `colour`, or nothing.
-  const Eigen::Matrix3Xd* vertex_colours = nullptr;
+  Eigen::Vector3d color{0.72, 0.70, 0.68};
+  /// (3 x V) colors per vertex in place of `color`, or nothing.
+  const Eigen::Matrix3Xd* vertex_colors = nullptr;
 };
 
 struct RenderOptions {
@@ -27,15 +27,15 @@ struct RenderOptions {
   bool ground = true;     ///< a plane with grid and shadow, seen from above only
   double ground_height_m = 0.0;
   double grid_spacing_m = 0.5;  ///< 0: no grid
-  Eigen::Vector3d ground_colour{0.84, 0.85, 0.86};
+  Eigen::Vector3d ground_color{0.84, 0.85, 0.86};
   Eigen::Vector3d background{0.93, 0.94, 0.95};
-  /// Shows surfaces seen from inside in this colour: finds holes and turned faces.
-  std::optional<Eigen::Vector3d> back_face_colour;
+  /// Shows surfaces seen from inside in this color: finds holes and turned faces.
+  std::optional<Eigen::Vector3d> back_face_color;
 };
 
 /// Draws the meshes, smoothly shaded, lit from the viewer's left. A pure function of its arguments,
 /// on one thread: the same scene gives the same bytes. Triangles that are degenerate, behind the
-/// camera or not finite are left out. Throws Error for vertex ids out of range, colours that do not
+/// camera or not finite are left out. Throws Error for vertex ids out of range, colors that do not
 /// match the vertices, and options out of range.
 Image Render(std::span<const RenderItem> items, const Camera& camera, const RenderOptions& options);
 

@@ -14,7 +14,7 @@
 namespace holdfast {
 
 /// Which triangle is nearest at every sample of a view: a z-buffer that stores ids instead of
-/// colours, so that only what is seen is ever shaded. Depth is kept as 1/z, linear on the screen.
+/// colors, so that only what is seen is ever shaded. Depth is kept as 1/z, linear on the screen.
 class VisibilityBuffer {
  public:
   static constexpr std::uint32_t kNothing = 0;
@@ -28,7 +28,7 @@ class VisibilityBuffer {
             std::uint32_t id);
 
   std::uint32_t Id(int x, int y) const { return id_[Index(x, y)]; }
-  /// 1 / z in 1/metres; 0 where nothing was drawn.
+  /// 1 / z in 1/meters; 0 where nothing was drawn.
   float InverseDepth(int x, int y) const { return inverse_depth_[Index(x, y)]; }
 
  private:
@@ -64,7 +64,7 @@ void ScanTriangle(std::array<Eigen::Vector2d, 3> corner, int width, int height, 
     std::swap(x[1], x[2]);
     std::swap(y[1], y[2]);
   }
-  // First and last sample centre inside the bounding box.
+  // First and last sample center inside the bounding box.
   const auto first = [](std::int64_t v) { return (v + kOne / 2 - 1) >> 8; };
   const auto last = [](std::int64_t v) { return (v - kOne / 2) >> 8; };
   const auto [min_x, max_x] = std::minmax({x[0], x[1], x[2]});

@@ -21,9 +21,9 @@
 namespace holdfast {
 namespace {
 
-constexpr double kCorrectiveTolerance = 0.1e-3;  // metres: a tenth of a pixel in a close-up
+constexpr double kCorrectiveTolerance = 0.1e-3;  // meters: a tenth of a pixel in a close-up
 constexpr int kMaxDirections = 64;
-constexpr double kDistanceStep = 0.1e-3;  // metres per unit of `distance`
+constexpr double kDistanceStep = 0.1e-3;  // meters per unit of `distance`
 constexpr int kDistanceLimit = 127;
 constexpr int kShownVertices = 40'000;  // of an object; scans have more than a page can use
 constexpr int kCheckedVertices = 24;
@@ -66,7 +66,7 @@ void AddWeights(ReportPayload& payload, const BodySurface& surface) {
   payload.Add("weight_value", values, 1);
 }
 
-// Directions in 16 bits each: off by less than a micrometre.
+// Directions in 16 bits each: off by less than a micrometer.
 void AddCorrectives(ReportPayload& payload, const CorrectiveBasis& basis) {
   std::vector<std::int16_t> directions;
   std::vector<float> scales;
@@ -86,7 +86,7 @@ void AddCorrectives(ReportPayload& payload, const CorrectiveBasis& basis) {
               static_cast<int>(basis.Size()));
 }
 
-// Signed distances (metres, clamped to +-limit) of points from frame to frame: of those farther
+// Signed distances (meters, clamped to +-limit) of points from frame to frame: of those farther
 // than `limit` from the object's box, or as far from where they were last measured, they are known.
 class DistancesWithin {
  public:
@@ -129,7 +129,7 @@ class DistancesWithin {
 struct Motion {
   std::vector<float> rotation, offset;    ///< (T,55,4), (T,55,3)
   std::vector<Eigen::Matrix3Xd> joints;   ///< per frame (3 x 55)
-  std::vector<Eigen::VectorXd> distance;  ///< per frame: hand vertices to object, metres
+  std::vector<Eigen::VectorXd> distance;  ///< per frame: hand vertices to object, meters
   nlohmann::json check = nlohmann::json::array();
 };
 
@@ -194,7 +194,7 @@ Motion Evaluate(const ReportInput& input, const BodySurface& surface,
   return motion;
 }
 
-// Quantised and as differences from frame to frame, which are mostly zero where a grasp is firm.
+// Quantized and as differences from frame to frame, which are mostly zero where a grasp is firm.
 void AddDistances(ReportPayload& payload, const std::vector<Eigen::VectorXd>& distance) {
   std::vector<std::int8_t> values;
   std::vector<std::uint8_t> previous(static_cast<std::size_t>(distance.front().size()), 0);

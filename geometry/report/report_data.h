@@ -20,7 +20,7 @@ struct ReportClip {
 ///
 ///   rest f32 (V,3)               shaped rest vertices
 ///   faces u16|u32 (F,3)
-///   directions i16 (K,3V)        pose correctives; times direction_scale f32 (K) metres
+///   directions i16 (K,3V)        pose correctives; times direction_scale f32 (K) meters
 ///   coefficients f32 (T,K)
 ///   weight_count u8 (V), weight_joint u8, weight_value f32: skinning weights, ragged by vertex
 ///   joint_rotation f32 (T,55,4)  world rotation, quaternion x y z w

@@ -61,7 +61,7 @@ std::vector<std::string> NotesOf(const ReportInput& input) {
   if (input.foreign_body && matters) {
     notes.push_back(fmt::format(
         "The clip was made with another body model ({}) than the one shown ({}): its shape is not "
-        "shown, and contact can be off by centimetres.",
+        "shown, and contact can be off by centimeters.",
         input.made_with == "SMPL-X" ? "SMPL-X, " + input.clip.gender : input.made_with,
         input.body->Name()));
   }

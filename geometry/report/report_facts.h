@@ -19,7 +19,7 @@ struct ReportInput : ClipScene {
   std::filesystem::path file;
   /// What the object rests on, in its own frame, where the clip has a track and a file of it.
   std::optional<TriangleMesh> table;
-  /// World, metres: shown in reports where it is, and nothing else.
+  /// World, meters: shown in reports where it is, and nothing else.
   std::optional<TriangleMesh> marker;
   nlohmann::json metrics;  ///< of the metrics.json beside the clip; null without one
 };
@@ -30,7 +30,7 @@ nlohmann::json MetricsBeside(const std::filesystem::path& clip);
 
 /// Curves by name (units in the names), one value per frame: all of metrics.json, and, where that
 /// has none, contact (closer than `contact_threshold_mm`) and penetration from `distance` (per
-/// frame, metres: the vertices of the right hand, then of the left; empty without an object).
+/// frame, meters: the vertices of the right hand, then of the left; empty without an object).
 /// Always: speed and height of wrists, hips and object.
 nlohmann::json SeriesOf(const ReportInput& input, const std::vector<Eigen::Matrix3Xd>& joints,
                         const std::vector<Eigen::VectorXd>& distance, int right_hand_vertices,

@@ -16,7 +16,7 @@ namespace holdfast {
 struct ConvertOptions {
   /// Coefficients of the target's shape that are solved for; 0 leaves its mean shape.
   int num_betas = 10;
-  /// Metres that a coefficient of one may cost in the joints' places: keeps coefficients that the
+  /// Meters that a coefficient of one may cost in the joints' places: keeps coefficients that the
   /// joints do not show at zero.
   double beta_ridge_m = 1e-5;
 };

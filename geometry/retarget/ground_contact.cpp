@@ -117,7 +117,7 @@ GroundProbe::GroundProbe(const Eigen::Matrix3Xd& rest_joints, double floor_y) {
          0.0});
     points_.push_back({foot, Eigen::Vector3d(0, floor_y - rest_joints(1, foot), 0), 0.0});
   }
-  // Thickness of flesh under a joint, metres: hints from an adult's cross-sections.
+  // Thickness of flesh under a joint, meters: hints from an adult's cross-sections.
   for (const auto& [joint, radius] : {std::pair{0, 0.10},
                                       {4, 0.055},
                                       {5, 0.055},

@@ -14,7 +14,7 @@ namespace holdfast {
 /// each foot on its sole, and the undersides of knees, pelvis, elbows, wrists and head as spheres.
 class GroundProbe {
  public:
-  /// `floor_y`: ground under the rest pose (y up), metres.
+  /// `floor_y`: ground under the rest pose (y up), meters.
   GroundProbe(const Eigen::Matrix3Xd& rest_joints, double floor_y);
 
   static constexpr int kNumSoles = 4;  ///< left heel, left ball, right heel, right ball come first
@@ -34,8 +34,8 @@ class GroundProbe {
 
 /// The ground under a motion: z = height + slope . (x, y).
 struct GroundPlane {
-  double height = 0;                                ///< metres
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< rise per metre along x and y
+  double height = 0;                                ///< meters
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< rise per meter along x and y
 };
 
 /// The ground, from all points that stand still (slower than 0.3 m/s): the lowest level where many

@@ -374,7 +374,7 @@ class ErrorMeter {
   }
 
   Tally all, wrists, ankles;
-  std::array<Tally, kNumBodyJoints> places;  // millimetres
+  std::array<Tally, kNumBodyJoints> places;  // millimeters
   std::array<Tally, 3> trunk;                // radians
   std::array<Tally, 2> hands;                // radians, left and right
 

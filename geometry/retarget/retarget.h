@@ -18,8 +18,8 @@ namespace holdfast {
 
 /// The body that a motion is brought onto.
 struct RetargetBody {
-  Eigen::Matrix3Xd rest_joints;  ///< (3 x 55) metres, rest pose (y up), as BodyModel::RestJoints
-  double floor_y = 0;            ///< ground under the rest pose: lowest vertex, metres
+  Eigen::Matrix3Xd rest_joints;  ///< (3 x 55) meters, rest pose (y up), as BodyModel::RestJoints
+  double floor_y = 0;            ///< ground under the rest pose: lowest vertex, meters
   Eigen::Matrix<double, kHandDofs, 1> left_hand =
       Eigen::Matrix<double, kHandDofs, 1>::Zero();  ///< fingers where the source has none, radians
   Eigen::Matrix<double, kHandDofs, 1> right_hand = Eigen::Matrix<double, kHandDofs, 1>::Zero();
@@ -46,7 +46,7 @@ struct RetargetOptions {
 struct RetargetReport {
   double scale = 1;              ///< lengths of the clip per length of the source (leg to leg)
   double ground_offset_m = 0;    ///< added to all heights so that feet stand on z = 0
-  double ground_slope = 0;       ///< rise per metre that was taken out
+  double ground_slope = 0;       ///< rise per meter that was taken out
   bool same_skeleton = false;    ///< the source rests like SMPL-X: its rotations are copied
   int repaired_hand_frames = 0;  ///< frames in which a source wrist was bent as no wrist bends
   /// Knees, ankles, elbows and wrists from their hip or shoulder, against the source's with each
@@ -72,7 +72,7 @@ struct RetargetReport {
   std::array<double, 2> hand_error_rad{0, 0};
   /// Mean horizontal speed of the lowest point of the soles while within 3 cm of the ground, m/s.
   double foot_skate = 0;
-  /// Height of that point, metres: mean while within 3 cm, and lowest of all frames.
+  /// Height of that point, meters: mean while within 3 cm, and lowest of all frames.
   double mean_sole_height_m = 0;
   double min_sole_height_m = 0;
 };

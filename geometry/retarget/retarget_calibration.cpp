@@ -21,7 +21,7 @@ constexpr double kShapeTolerance = 5 * kDegree;   // and of what hangs on one jo
 constexpr double kRestTrust = 60 * kDegree;       // between axes at rest and the mean over a clip
 constexpr double kOppositeTrust = 100 * kDegree;  // likewise, of a head that rests upright
 constexpr double kWristTrust = 45 * kDegree;      // between a hand and its forearm, likewise
-constexpr double kLeastTip = 0.1;  // of the bone before: a shorter end site tells no direction
+constexpr double kMinTip = 0.1;  // of the bone before: a shorter end site tells no direction
 
 enum Joint {
   kPelvis = 0,
@@ -105,7 +105,7 @@ class Calibrator {
     return motion_.Rest(to) - motion_.Rest(from);
   }
 
-  double Metres(const Eigen::Vector3d& length) const { return unit_ * length.norm(); }
+  double Meters(const Eigen::Vector3d& length) const { return unit_ * length.norm(); }
 
   void Scale() {
     double source = 0, target = 0;
@@ -193,7 +193,7 @@ class Calibrator {
   void FollowTip(Eigen::Matrix3d& head) const {
     const Eigen::Vector3d tip = motion_.Tip(kHead), neck = RestBone(kNeck, kHead);
     const bool face = motion_.Has(22) || motion_.Has(23) || motion_.Has(24);
-    if (face || tip.norm() < kLeastTip * motion_.LocalBone(kNeck, kHead).norm()) return;
+    if (face || tip.norm() < kMinTip * motion_.LocalBone(kNeck, kHead).norm()) return;
     const Eigen::Vector3d straight = Eigen::Vector3d::UnitY();
     const Eigen::Vector3d rest =
         head * (Angle(head * neck, tip) <= Angle(head * straight, tip) ? neck : straight);
@@ -267,11 +267,11 @@ class Calibrator {
     }
     if (motion_.Has(kSpine3) && top >= 0) {
       const bool collars =
-          motion_.Has(13) && motion_.Has(14) && Metres(motion_.Rest(13) - motion_.Rest(14)) > 0.005;
+          motion_.Has(13) && motion_.Has(14) && Meters(motion_.Rest(13) - motion_.Rest(14)) > 0.005;
       const Eigen::Vector3d lateral =
           collars ? Eigen::Vector3d(motion_.Rest(13) - motion_.Rest(14)) : shoulders;
       const Eigen::Vector3d up = motion_.Rest(top) - motion_.Rest(kSpine3);
-      if (Metres(up) > 0.005 && Angle(lateral, up) > 30 * kDegree) {
+      if (Meters(up) > 0.005 && Angle(lateral, up) > 30 * kDegree) {
         const Eigen::Matrix3d chest =
             Frame(lateral, up) *
             Frame(Eigen::Vector3d::UnitX(), RestBone(kSpine3, top)).transpose();
@@ -289,7 +289,7 @@ class Calibrator {
     for (const int collar : {13, 14}) {
       if (!motion_.Has(collar)) continue;
       const Eigen::Vector3d bone = axes.transpose() * SourceRestBone(collar, collar + 3);
-      if (Metres(bone) > 0.005 && Angle(bone, RestBone(collar, collar + 3)) > 60 * kDegree) {
+      if (Meters(bone) > 0.005 && Angle(bone, RestBone(collar, collar + 3)) > 60 * kDegree) {
         return false;
       }
     }
@@ -420,7 +420,7 @@ class Calibrator {
       const int joint = begin + finger;
       if (!motion_.Has(joint)) continue;
       const Eigen::Vector3d source = SourceRestBone(wrist, joint);
-      if (Metres(source) < 0.01) continue;
+      if (Meters(source) < 0.01) continue;
       covariance += source.normalized() * RestBone(wrist, joint).normalized().transpose();
       ++knuckles;
     }
@@ -440,12 +440,12 @@ class Calibrator {
                                   RestBone(shoulder, elbow)) < 45 * kDegree;
     if (rests_in_t) {
       const Eigen::Vector3d rest = RestBone(wrist, middle).normalized();
-      correction = Metres(tip) > 0.005 ? LeastRotation(axes_ * rest, tip) * axes_ : axes_;
+      correction = Meters(tip) > 0.005 ? LeastRotation(axes_ * rest, tip) * axes_ : axes_;
       return;
     }
     // Without a tip the hand goes on as its forearm does where its joint does not turn.
     const MeanHand mean = MeanHandOf(wrist);
-    const bool has_tip = tip.norm() > kLeastTip * forearm.norm();
+    const bool has_tip = tip.norm() > kMinTip * forearm.norm();
     const Eigen::Vector3d rest = has_tip ? RestBone(wrist, middle) : RestBone(elbow, wrist);
     Eigen::Vector3d along = has_tip ? tip : forearm;
     if (!has_tip && Angle(along, mean.forearm) > kWristTrust) along = mean.forearm;
@@ -528,7 +528,7 @@ class Calibrator {
     const Eigen::Matrix3d flat = FrameFromUp(Eigen::Vector3d::UnitY(), sole);
     const auto take = [&](const Eigen::Vector3d& up, const Eigen::Vector3d& ahead,
                           Eigen::Matrix3d& correction) {
-      if (Metres(ahead) < 0.005 || Angle(up, ahead) < 20 * kDegree) return;
+      if (Meters(ahead) < 0.005 || Angle(up, ahead) < 20 * kDegree) return;
       const Eigen::Matrix3d standing = FrameFromUp(up, ahead) * flat.transpose();
       if (rest_tells && AngleBetween(standing, rest) > kFootTrust) return;
       correction = standing;
@@ -557,7 +557,7 @@ class Calibrator {
       const int before = std::max(t - 1, 0), after = std::min(t + 1, frames - 1);
       const double span = std::max(after - before, 1) / motion_.FrameRate();
       const double speed =
-          Metres(motion_.Position(after, ankle) - motion_.Position(before, ankle)) / span;
+          Meters(motion_.Position(after, ankle) - motion_.Position(before, ankle)) / span;
       if (height[t] < low + 0.04 && speed < 0.25) weight[t] = 1;
     }
     return weight;
@@ -566,7 +566,7 @@ class Calibrator {
   const MappedMotion& motion_;
   const Eigen::Matrix3Xd& joints_;
   Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();  // source axes at rest from SMPL-X's
-  double unit_ = 1;  // metres of a body's size per metre of the source, where its unit is mistaken
+  double unit_ = 1;  // meters of a body's size per meter of the source, where its unit is mistaken
   RetargetCalibration result_;
 };
 
@@ -614,9 +614,9 @@ MappedMotion::MappedMotion(const SourceMotion& motion, const SkeletonMap& map, U
 }
 
 Eigen::Vector3d MappedMotion::LocalBone(int from, int to) const {
-  constexpr int kMostFrames = 1000;
+  constexpr int kMaxFrames = 1000;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  const int step = NumFrames() / kMostFrames + 1;
+  const int step = NumFrames() / kMaxFrames + 1;
   int count = 0;
   for (int t = 0; t < NumFrames(); t += step, ++count) {
     sum += Rotation(t, from).transpose() * (Position(t, to) - Position(t, from));

@@ -60,7 +60,7 @@ struct RetargetCalibration {
   bool torso_rests_upright = false;  ///< spine, neck, head and collars are neutral in the rest pose
   bool neck_rests_with_head = true;  ///< the neck's rotation means something; else it is between
   double scale = 1;
-  /// Left and right shoulder from spine3 in a neutral pose, SMPL-X axes, metres of the source; only
+  /// Left and right shoulder from spine3 in a neutral pose, SMPL-X axes, meters of the source; only
   /// where the torso rests upright.
   std::array<Eigen::Vector3d, 2> shoulder_at_rest{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
   /// C_j: x_source = C_j x_smplx for the segment of joint j; its world rotation is Rotation(t, j)

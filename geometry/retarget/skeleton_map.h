@@ -14,7 +14,7 @@ namespace holdfast {
 
 /// Which joint of a source skeleton stands for which joint of SMPL-X.
 struct SkeletonMap {
-  std::string name;                    ///< of the naming recognised, or of the map file
+  std::string name;                    ///< of the naming recognized, or of the map file
   std::array<int, kNumJoints> source;  ///< source joint per SMPL-X joint, -1 for none
   /// How far behind straight up the lowest spine joint lies from the middle of the hips in a level
   /// pelvis, radians; for files whose rest pose is no pose and whose motion never stands. SMPL-X's
@@ -26,7 +26,7 @@ struct SkeletonMap {
   std::vector<std::string> UnusedSourceJoints(const SourceMotion& motion) const;
 };
 
-/// The bones that VRM's extension names, where the file has it. Else recognises the naming of a
+/// The bones that VRM's extension names, where the file has it. Else recognizes the naming of a
 /// skeleton (SmartBody, CMU as BVH and as ASF, ACCAD, Mixamo, SMPL, ...) by which table finds most
 /// of its joints. A prefix up to a last ':' ("mixamorig:"), '|' or '/', one that nearly all names
 /// share up to a separator ("Character1_"), letter case, spaces, '_', '-', '.' and numbers at the

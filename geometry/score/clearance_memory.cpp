@@ -61,7 +61,7 @@ SignedDistance::Result ClearanceMemory::Query(std::size_t i, const Eigen::Vector
     result.distance = distance;
     result.gradient = -result.gradient;
   }
-  k = {point, distance, travelled_, outside, result.face};
+  k = {point, distance, traveled_, outside, result.face};
   return result;
 }
 

@@ -28,10 +28,10 @@ class ClearanceMemory {
   /// Keeps a reference to `solid`. For points 0 to `points` - 1.
   ClearanceMemory(const Solid& solid, std::size_t points) : solid_(solid), known_(points) {}
 
-  /// The solid's surface has moved: none of its points farther than this, metres.
-  void SurfaceMoved(double farthest_m) { travelled_ += farthest_m; }
+  /// The solid's surface has moved: none of its points farther than this, meters.
+  void SurfaceMoved(double farthest_m) { traveled_ += farthest_m; }
 
-  /// How far point i, now at `point`, is outside the solid at least, metres; zero or less where
+  /// How far point i, now at `point`, is outside the solid at least, meters; zero or less where
   /// that is not known, as of one that is not closed.
   double OutsideBy(std::size_t i, const Eigen::Vector3d& point) const {
     return Clear(known_[i]) - (point - known_[i].place).norm();
@@ -40,7 +40,7 @@ class ClearanceMemory {
   /// How far it is from the surface at most, inside or outside; infinity where that is not known.
   double AtMost(std::size_t i, const Eigen::Vector3d& point) const {
     const Known& k = known_[i];
-    return k.distance + (travelled_ - k.travelled) + (point - k.place).norm();
+    return k.distance + (traveled_ - k.traveled) + (point - k.place).norm();
   }
 
   /// What the solid says, which is remembered; outside where its surface does not go around the
@@ -51,18 +51,18 @@ class ClearanceMemory {
   struct Known {
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
     double distance = std::numeric_limits<double>::infinity();
-    double travelled = 0.0;  // of the surface, by then
+    double traveled = 0.0;  // of the surface, by then
     bool outside = false;
     int face = -1;
   };
 
   double Clear(const Known& k) const {
-    return k.outside ? k.distance - (travelled_ - k.travelled) : 0.0;
+    return k.outside ? k.distance - (traveled_ - k.traveled) : 0.0;
   }
 
   const Solid& solid_;
   std::vector<Known> known_;
-  double travelled_ = 0.0;
+  double traveled_ = 0.0;
 };
 
 /// Points (3 x n, copied) in a tree of balls around halves of them: what is far from a surface is

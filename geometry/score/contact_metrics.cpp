@@ -22,8 +22,8 @@ namespace {
 
 using Cubes = Eigen::Matrix<long long, 3, 1>;  ///< a place on the grid
 
-/// Counts cubes whose centres are inside two solids. Blocks of cubes are halved until a block's
-/// centre is farther from a surface than from its own corners' cubes: the whole block is then on
+/// Counts cubes whose centers are inside two solids. Blocks of cubes are halved until a block's
+/// center is farther from a surface than from its own corners' cubes: the whole block is then on
 /// one side, as distances change no faster than their point. The count is that of testing every
 /// cube.
 class SharedCubes {

@@ -34,12 +34,12 @@ struct ContactMetrics {
   bool operator==(const ContactMetrics&) const = default;
 };
 
-/// Metrics of a hand's vertices by their signed distances (metres) from the object, without the
+/// Metrics of a hand's vertices by their signed distances (meters) from the object, without the
 /// volume. Throws Error for no vertices.
 ContactMetrics ContactFromDistances(const Eigen::VectorXd& distances_m,
                                     const ContactProtocol& protocol = {});
 
-/// Metrics of hand vertices (3 x n, metres, in the object's coordinate frame), without the volume.
+/// Metrics of hand vertices (3 x n, meters, in the object's coordinate frame), without the volume.
 /// Throws Error for no vertices.
 ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,
                               const SignedDistance& object, const ContactProtocol& protocol = {});
@@ -73,7 +73,7 @@ class HoleFill {
 };
 
 /// Volume (m^3) of what two solids share: cubes of edge `voxel_m`, on a grid fixed to the origin of
-/// the coordinate frame, whose centres are inside both. Without bias; off by about the area of the
+/// the coordinate frame, whose centers are inside both. Without bias; off by about the area of the
 /// shared boundary times half a voxel divided by the root of the number of cubes there.
 double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
                           int threads = 1);

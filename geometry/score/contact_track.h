@@ -15,8 +15,8 @@ namespace holdfast {
 /// Where a hand touches an object in one frame, all in the object's coordinate frame.
 struct Touch {
   std::vector<int> vertices;  ///< touching hand vertices, ascending
-  Eigen::Matrix3Xd at;        ///< where those vertices are, metres (3 x n)
-  Eigen::Matrix3Xd on;        ///< the point of the object nearest to each, metres (3 x n)
+  Eigen::Matrix3Xd at;        ///< where those vertices are, meters (3 x n)
+  Eigen::Matrix3Xd on;        ///< the point of the object nearest to each, meters (3 x n)
 };
 
 /// Vertices touch when their signed distance is below `threshold_m`: those inside touch too.

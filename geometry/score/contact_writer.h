@@ -27,7 +27,7 @@ struct ContactPoint {
   int part = 0;               ///< of kHandParts: the one whose joint the vertex follows most
   int vertex = 0;             ///< in the body model's numbering
   double depth_m = 0;         ///< into the object; negative: the gap that is left
-  Eigen::Vector3d in_object;  ///< the point of the object's surface nearest to the vertex, metres
+  Eigen::Vector3d in_object;  ///< the point of the object's surface nearest to the vertex, meters
   Eigen::Vector3d normal_in_object;  ///< unit, out of the object
 };
 
@@ -50,7 +50,7 @@ struct ClipContactPoints {
 };
 
 /// Finds the vertices of all hands that are inside the object or nearer to it than `threshold_m`
-/// (ContactProtocol's, in metres), in every frame. `object` is the full mesh in its own frame.
+/// (ContactProtocol's, in meters), in every frame. `object` is the full mesh in its own frame.
 /// Frames are shared among `threads`; the result does not depend on it. Throws Error for a clip
 /// without an object.
 ClipContactPoints FindContactPoints(const Clip& clip, std::shared_ptr<const BodyModel> body,

@@ -73,7 +73,7 @@ std::vector<HandObjectScore> MeasureHands(const Clip& clip, std::span<const Hand
 /// Whether this hand holds in each frame, of bits as in Clip::holding_hand; empty of none.
 std::vector<std::uint8_t> HoldFlags(std::span<const std::uint8_t> holding_hand, Side side);
 
-/// Mean over frames of the least distance from the hand's vertices to the object, metres, negative
+/// Mean over frames of the least distance from the hand's vertices to the object, meters, negative
 /// inside: tells which of two hands is nearer. Every `stride`-th frame is looked at.
 double MeanDistance(const Clip& clip, const HandModel& hand, const SignedDistance& object,
                     int stride = 1);

@@ -271,7 +271,7 @@ class SymmetrySearch {
   TriangleTree tree_;
   SurfaceMoments moments_;
   double tolerance_ = 0.0;
-  Eigen::Matrix3Xd samples_;  // about the centre
+  Eigen::Matrix3Xd samples_;  // about the center
 };
 
 }  // namespace

@@ -16,7 +16,7 @@ namespace holdfast {
 /// The rotations about `center` that carry an object's surface onto itself: its poses R and R S
 /// cannot be told apart by shape. Mirror images are not among them: no motion makes one.
 struct ObjectSymmetry {
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< object's frame, metres
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< object's frame, meters
   /// The finite part, the identity first. With an axis: one of each class (identity, and the half
   /// turn that swaps its ends if that is one).
   std::vector<Eigen::Matrix3d> rotations = {Eigen::Matrix3d::Identity()};
@@ -51,7 +51,7 @@ double AngleModulo(const Eigen::Matrix3d& R_a, const Eigen::Matrix3d& R_b,
 
 /// How far one pose of an object is from another.
 struct ObjectPoseError {
-  double translation_mm = 0.0;       ///< distance of the two places of the object's centre
+  double translation_mm = 0.0;       ///< distance of the two places of the object's center
   double rotation_deg = 0.0;         ///< angle between the rotations
   double rotation_modulo_deg = 0.0;  ///< least angle over the object's symmetries
   double add_mm = 0.0;               ///< mean over vertices of |A x - B x| (Hinterstoisser 2012)
@@ -82,14 +82,14 @@ class ObjectPoseComparer {
 /// First and second moments of a surface, by its area: defined for open meshes as well.
 struct SurfaceMoments {
   double area_m2 = 0.0;
-  Eigen::Vector3d center = Eigen::Vector3d::Zero();      ///< mean point, metres
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< about the centre, m^2
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();      ///< mean point, meters
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< about the center, m^2
 };
 
 /// Exact integrals over the triangles. Throws Error for a mesh without area.
 SurfaceMoments MeasureMoments(const TriangleMesh& mesh);
 
-/// Greatest distance between two vertices, metres.
+/// Greatest distance between two vertices, meters.
 double Diameter(const Eigen::Matrix3Xd& vertices);
 
 }  // namespace holdfast

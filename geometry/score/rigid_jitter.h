@@ -33,9 +33,9 @@ Unevenness MeasureUnevenness(std::span<const Eigen::Isometry3d> world_from_body,
 
 /// An object's unevenness against that of the hand which carries it.
 struct CarryJitter {
-  Unevenness object;    ///< at the object's centre
+  Unevenness object;    ///< at the object's center
   Unevenness wrist;     ///< at the wrist
-  Unevenness follower;  ///< of a point fixed to the wrist, where the object's centre is on average
+  Unevenness follower;  ///< of a point fixed to the wrist, where the object's center is on average
   /// object / follower, exactly 1 for an object carried rigidly, however far from the wrist.
   /// Nothing where the follower is still: below 1 mm/s^2 or 1 mrad/s^2 (times the frame rate for
   /// jerk), rounding would be divided by rounding.

@@ -5,7 +5,7 @@
 >>> held = holdfast.fit("demo_drink", "mug")
 >>> held.clip.save("held.npz")
 
-Arrays are numpy's, frames first; metres, radians, z up. docs/python.md has a table of all there is.
+Arrays are numpy's, frames first; meters, radians, z up. docs/python.md has a table of all there is.
 holdfast.torch (imported apart, needs PyTorch) has the body model and the energy terms for learning.
 """
 

@@ -95,7 +95,7 @@ class _Vertices(torch.autograd.Function):
 
 
 class Body:
-    """A body model: body(poses, trans, betas) -> (vertices (T, V, 3), joints (T, 55, 3)), metres.
+    """A body model: body(poses, trans, betas) -> (vertices (T, V, 3), joints (T, 55, 3)), meters.
 
     model: a holdfast.BodyModel. vertex_ids: the vertices to compute, all when None. poses (T, 165)
     or (T, 55, 3), trans (T, 3), betas (B,), zero when None; all three are differentiated.

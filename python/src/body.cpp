@@ -255,9 +255,9 @@ void BindBody(py::module_& module) {
           "files that are not body models.")
       .def("__call__", &PoseBody, "poses"_a, "trans"_a = py::none(), "betas"_a = py::none(),
            "vertex_ids"_a = py::none(), "threads"_a = 0,
-           "Poses the body: (vertices (T, V, 3), joints (T, 55, 3)), metres, in the frame of trans."
+           "Poses the body: (vertices (T, V, 3), joints (T, 55, 3)), meters, in the frame of trans."
            "\n\nposes (T, 165) or (T, 55, 3) axis-angle in radians, of full hands "
-           "(flat_hand_mean=True); trans (T, 3) metres, None for zero: the pelvis is at J_0 + "
+           "(flat_hand_mean=True); trans (T, 3) meters, None for zero: the pelvis is at J_0 + "
            "trans; betas (B,), fewer than num_shape count as zero; vertex_ids (V,) to pose some "
            "vertices only, in that order (an empty array of ints: joints only); threads 0: all. "
            "Raises Error for betas that the model has not and vertex ids out of range.")

@@ -147,13 +147,13 @@ void BindTrack(py::module_& module) {
              return track;
            }),
            "trans"_a, "orient"_a, "name"_a = "", "mesh"_a = "", "surface"_a = py::none(),
-           "trans (T, 3) metres, orient (T, 3) axis-angle in radians; mesh: file of the object's "
+           "trans (T, 3) meters, orient (T, 3) axis-angle in radians; mesh: file of the object's "
            "mesh, relative to the clip's, or an embedded name; surface: the mesh itself, "
-           "(vertices (V, 3) metres, faces (F, 3)) or a mesh file.")
+           "(vertices (V, 3) meters, faces (F, 3)) or a mesh file.")
       .def_property_readonly(
           "trans",
           [](const py::object& self) { return RowsOf(self.cast<ObjectTrack&>().trans, self); },
-          "(T, 3) metres, world; a view")
+          "(T, 3) meters, world; a view")
       .def_property_readonly(
           "orient",
           [](const py::object& self) { return RowsOf(self.cast<ObjectTrack&>().orient, self); },
@@ -166,7 +166,7 @@ void BindTrack(py::module_& module) {
             if (!track.surface) return py::none();
             return MeshTuple(*track.surface);
           },
-          "(vertices (V, 3) metres, faces (F, 3)) of the object, copies: as the file that the clip "
+          "(vertices (V, 3) meters, faces (F, 3)) of the object, copies: as the file that the clip "
           "came from holds or names it, or as it was fitted; None where it is not known")
       .def("__len__", [](const ObjectTrack& track) { return track.trans.cols(); });
 }
@@ -198,7 +198,7 @@ void BindFields(Class& clip) {
           "(T, 90), left 45, right 45, a view into poses");
   clip.def_property_readonly(
       "trans", [](const py::object& self) { return RowsOf(self.cast<Clip&>().trans, self); },
-      "(T, 3) metres: the pelvis is at J_0 + trans; a view");
+      "(T, 3) meters: the pelvis is at J_0 + trans; a view");
   clip.def_property(
       "betas",
       [](const Clip& self) { return py::array_t<double>(self.betas.size(), self.betas.data()); },
@@ -231,12 +231,12 @@ void BindClip(py::module_& module) {
   py::class_<Clip, ClipPtr> clip(
       module, "Clip",
       "A human motion in SMPL-X parameters, optionally with an object. World: z up, ground z = 0, "
-      "metres.\n\nFields are AMASS's SMPL-X arrays; those called views share memory with the "
+      "meters.\n\nFields are AMASS's SMPL-X arrays; those called views share memory with the "
       "clip.");
   clip.def(py::init(&MakeClip), "poses"_a, "trans"_a, py::kw_only(), "betas"_a = py::none(),
            "frame_rate"_a = 30.0, "gender"_a = "neutral", "model_type"_a = "smplx",
            "object"_a = py::none(), "holding_hand"_a = py::none(),
-           "poses (T, 165) or (T, 55, 3) axis-angle in radians, trans (T, 3) in metres, betas (B,) "
+           "poses (T, 165) or (T, 55, 3) axis-angle in radians, trans (T, 3) in meters, betas (B,) "
            "shape coefficients, holding_hand (T,): 0 nobody, 1 right hand, 2 left, 3 both.");
   BindFields(clip);
   clip.def_readwrite("gender", &Clip::gender)

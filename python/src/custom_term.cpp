@@ -164,7 +164,7 @@ void BindCustomTerm(py::module_& module) {
       "(None in frames without it). blocks: names of the parameter blocks that it depends on: " +
       BlocksText() +
       ". Rotations are unit quaternions (x, y, z, w), object to world; translations are in "
-      "metres, fingers axis-angle in radians; wrist blocks are offsets from the clip's wrist and "
+      "meters, fingers axis-angle in radians; wrist blocks are offsets from the clip's wrist and "
       "move where two hands hold. function(frame, *blocks): takes the frame's number and copies of "
       "the blocks, and returns residuals (num_residuals,), or a tuple (residuals, [Jacobian "
       "(num_residuals, size) of each block]); without Jacobians Ceres differentiates numerically. "

@@ -17,7 +17,7 @@ namespace {
 
 using namespace py::literals;
 
-constexpr int kMostNested = 200;
+constexpr int kMaxNested = 200;
 
 // The numbers (or texts) with the type and shape that they have, uncopied.
 py::array ArrayOf(NpyMember member) {
@@ -69,8 +69,8 @@ class Converter {
       default:
         break;
     }
-    if (depth == kMostNested) {
-      throw Error(value.Where(), fmt::format("is nested more than {} deep", kMostNested),
+    if (depth == kMaxNested) {
+      throw Error(value.Where(), fmt::format("is nested more than {} deep", kMaxNested),
                   "Check the file");
     }
     const auto known = made_.find(value.Index());

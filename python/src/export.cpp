@@ -98,9 +98,9 @@ void BindExport(py::module_& module) {
       "force"_a = false, "threads"_a = 0, "progress"_a = py::none(),
       "Writes a clip for other programs, in the format of the file's name.\n\n"
       ".glb: skinned body with pose correctives as morph targets, and the object, animated "
-      "(metres, "
-      "y up); .bvh: the skeleton (centimetres, y up); .usda: the body's points and the object's "
-      "transform in every frame (metres, z up); .xml: MJCF for MuJoCo, the object free, the hand "
+      "(meters, "
+      "y up); .bvh: the skeleton (centimeters, y up); .usda: the body's points and the object's "
+      "transform in every frame (meters, z up); .xml: MJCF for MuJoCo, the object free, the hand "
       "that holds it simulated, a key frame a frame, meshes in a folder beside it; .npz: the "
       "clip; contacts.npz, contacts.csv: where hands touch the object; name_%04d.ply or .obj: a "
       "mesh a frame of the body, and of the object with 'object_' in the name.\n\n"

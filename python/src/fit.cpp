@@ -66,10 +66,10 @@ are solved for every frame. A clip that has the object's trajectory keeps it as 
 hand takes the object in the first frame and holds it.
 
 clip: Clip, path, or name of an embedded clip. object: path, name of an embedded object, or
-(vertices (V, 3), faces (F, 3)) in metres; None: the mesh of the clip's own object
+(vertices (V, 3), faces (F, 3)) in meters; None: the mesh of the clip's own object
 (clip.object.surface, or what its track names).
 
-at: (3,) point of the object to take hold at, its own frame, metres, scaled. region, avoid: parts of
+at: (3,) point of the object to take hold at, its own frame, meters, scaled. region, avoid: parts of
 its surface to touch, or not, as (vertices, faces) or mesh file, scaled as the object is. weights: dict
 by term, such as {'penetration': 3000.0}. custom_terms: list of CustomTerm, terms of your own beside
 those, with solve='sequential'. body: BodyModel.
@@ -205,7 +205,7 @@ void BindFitResult(py::module_& module) {
             return ToPython(
                 DrinkJson(self.run.report.drink, self.run.report.drunk.value_or(DrinkMeasures{})));
           },
-          "How the person drinks (fit(drink=True)): frames, millimetres, degrees; None for nobody.")
+          "How the person drinks (fit(drink=True)): frames, millimeters, degrees; None for nobody.")
       .def_property_readonly(
           "clearance",
           [](const CarriedClip& self) {
@@ -220,7 +220,7 @@ void BindFitResult(py::module_& module) {
           "to grasp, fit and measure, the object prepared")
       .def_property_readonly(
           "object", [](const CarriedClip& self) { return MeshTuple(self.run.object->object.mesh); },
-          "(vertices (V, 3) metres, faces (F, 3)) that was fitted, scaled; copies")
+          "(vertices (V, 3) meters, faces (F, 3)) that was fitted, scaled; copies")
       .def_property_readonly("object_name",
                              [](const CarriedClip& self) { return self.run.object->object.name; })
       .def("save", &SaveFit, "folder"_a, py::kw_only(), "force"_a = false,

@@ -115,10 +115,10 @@ void BindFollow(py::module_& module) {
            "sigma: of the latents.")
       .def("step", &Follower::Step, "goal"_a,
            "(pose (55, 3) axis-angle, trans (3,)) 1/30 s later, `goal` (3,) being where the wrist "
-           "is wanted now: world, metres, z up. Raises Error for a goal below the ground or more "
+           "is wanted now: world, meters, z up. Raises Error for a goal below the ground or more "
            "than 20 m away.")
       .def("push", &Follower::Push, "by"_a,
-           "Something moves the body by (3,) metres, 1 m at most, over the next 0.3 s.")
+           "Something moves the body by (3,) meters, 1 m at most, over the next 0.3 s.")
       .def_property_readonly("clip", &Follower::Motion,
                              "Clip at 30 Hz: where it started, and a frame for each step; a copy")
       .def("__repr__", [](Follower& self) {

@@ -126,8 +126,8 @@ std::uint8_t HandBits(const py::object& hand) {
 
 Eigen::Vector3d PointOf(const py::object& value, const char* name) {
   const Eigen::Vector3d point = Eigen::Map<const Eigen::Vector3d>(Floats(value, name, {3}).data());
-  if (point.cwiseAbs().maxCoeff() > kMostMetres) {
-    throw py::value_error(fmt::format("{}: {}", name, kMetresRemedy));
+  if (point.cwiseAbs().maxCoeff() > kMaxMeters) {
+    throw py::value_error(fmt::format("{}: {}", name, kMetersRemedy));
   }
   return point;
 }
@@ -137,7 +137,7 @@ JointPose PoseOf(const py::object& value) {
   const py::array_t<double> numbers =
       by_joint ? Floats(value, "poses", {kNumJoints, 3}) : Floats(value, "poses", {3 * kNumJoints});
   const JointPose pose = Eigen::Map<const JointPose>(numbers.data());
-  if (pose.cwiseAbs().maxCoeff() > kMostRadians) {
+  if (pose.cwiseAbs().maxCoeff() > kMaxRadians) {
     throw py::value_error(fmt::format("poses: {}", kRadiansRemedy));
   }
   return pose;
@@ -147,7 +147,7 @@ JointPose PoseOf(const py::object& value) {
 Eigen::Quaterniond RotationOf(const py::object& value, const char* name) {
   if (Dimensions(value) == 1) {
     const Eigen::Vector3d turn = Eigen::Map<const Eigen::Vector3d>(Floats(value, name, {3}).data());
-    if (turn.cwiseAbs().maxCoeff() > kMostRadians) {
+    if (turn.cwiseAbs().maxCoeff() > kMaxRadians) {
       throw py::value_error(fmt::format("{}: {}", name, kRadiansRemedy));
     }
     return Eigen::Quaterniond(ExpSO3(turn));
@@ -191,7 +191,7 @@ std::shared_ptr<LiveFitter> MakeFitter(const py::object& object, const py::objec
   options.threads = ThreadsOf(threads);
   ClipBody person{ModelOf(body), {}};
   if (!betas.is_none()) person.betas = Vector(betas, "betas");
-  if (person.betas.size() > 0 && person.betas.cwiseAbs().maxCoeff() > kMostBeta) {
+  if (person.betas.size() > 0 && person.betas.cwiseAbs().maxCoeff() > kMaxBeta) {
     throw py::value_error("betas: shape coefficients are standard deviations, within 1,000");
   }
   RequireHands(*person.model, bits);
@@ -261,15 +261,15 @@ void BindFrameFitter(py::module_& module) {
            "threads"_a = 0)
       .def("start", &StartFitter, "poses"_a, "trans"_a, "object_rotation"_a, "object_translation"_a,
            "The hand takes hold as it is: poses (165,) or (55, 3) axis-angle in radians with the "
-           "grasping fingers, trans (3,) metres; the object is x_world = R x_object + T, "
-           "object_rotation (3, 3) or axis-angle (3,), object_translation (3,) metres. What is too "
+           "grasping fingers, trans (3,) meters; the object is x_world = R x_object + T, "
+           "object_rotation (3, 3) or axis-angle (3,), object_translation (3,) meters. What is too "
            "deep in the other comes out. Returns (R (3, 3), T (3,), fingers (45,); of both hands "
            "(2, "
            "45), right and left). May be called again.")
       .def("step", &StepFitter, "poses"_a, "trans"_a,
            "Solves the next frame, poses (165,) or (55, 3) and trans (3,): the object's R (3, 3) "
            "and T "
-           "(3,) metres, world, and the hand's fingers (45,) axis-angle in radians, of both hands "
+           "(3,) meters, world, and the hand's fingers (45,) axis-angle in radians, of both hands "
            "(2, "
            "45), right and left. RuntimeError before start().")
       .def_property_readonly(
@@ -288,7 +288,7 @@ void BindFrameFitter(py::module_& module) {
       .def_property_readonly("hand", &LiveFitter::Hand, "'right', 'left' or 'both'")
       .def_property_readonly(
           "object", [](const LiveFitter& self) { return MeshTuple(self.Object().object.mesh); },
-          "(vertices (V, 3) metres, faces (F, 3)), scaled; copies");
+          "(vertices (V, 3) meters, faces (F, 3)), scaled; copies");
 }
 
 }  // namespace holdfast::python

@@ -171,7 +171,7 @@ void BindGrasp(py::module_& module) {
           "and 'left'")
       .def_property_readonly(
           "object", [](const HeldObject& self) { return MeshTuple(self.object.mesh); },
-          "(vertices (V, 3) metres, faces (F, 3)), scaled; copies")
+          "(vertices (V, 3) meters, faces (F, 3)), scaled; copies")
       .def("__repr__", [](const HeldObject& self) {
         return fmt::format("<holdfast.GraspResult: {} in hand '{}'>", self.object.name, self.hand);
       });
@@ -195,7 +195,7 @@ void BindGrasp(py::module_& module) {
       "object, at, region and avoid as for fit(). Of a use that is asked for all are of that use, "
       "with 'auto' they come first. Returns a dict of arrays, best score first, those of "
       "grasps.npz: "
-      "'wrist_from_object' and 'object_from_wrist' (N, 4, 4) metres, 'finger_pose' (N, 45) "
+      "'wrist_from_object' and 'object_from_wrist' (N, 4, 4) meters, 'finger_pose' (N, 45) "
       "axis-angle in SMPL-X's order, 'style' (N,), 'least_friction' (N,), 'ball_lower' (N,), "
       "'contact_grasp' (C,), 'contact_point_object' and 'contact_normal_object' (C, 3) and more; "
       "and 'clip', a frame for each of the first 100. There may be fewer than `count`. Raises "

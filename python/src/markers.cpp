@@ -50,7 +50,7 @@ Eigen::MatrixXd MarkerPositions(const py::handle& value, std::size_t markers,
   if (array.ndim() != 3 || array.shape(1) != static_cast<py::ssize_t>(markers) ||
       array.shape(2) != 3 || array.shape(0) == 0) {
     throw py::value_error(fmt::format(
-        "{}: expected an array (T, {}, 3), metres, one marker a name, NaN where it is not seen",
+        "{}: expected an array (T, {}, 3), meters, one marker a name, NaN where it is not seen",
         name, markers));
   }
   Eigen::MatrixXd positions =
@@ -92,7 +92,7 @@ MarkerRecording RecordingOf(const py::object& given, const char* name) {
   recording.positions =
       MarkerPositions(dict["positions"], names.size(), fmt::format("{}['positions']", name));
   recording.unit = "m";
-  recording.metres_per_unit = 1.0;
+  recording.meters_per_unit = 1.0;
   return recording;
 }
 
@@ -104,14 +104,14 @@ ObjectMarkers PlacesOf(const py::dict& given) {
         py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
     if (!py::isinstance<py::str>(name) || !place || place.ndim() != 1 || place.shape(0) != 3) {
       PyErr_Clear();
-      throw py::value_error("object_markers: expected names with three numbers each, metres");
+      throw py::value_error("object_markers: expected names with three numbers each, meters");
     }
     const auto column = static_cast<Eigen::Index>(markers.names.size());
     markers.names.push_back(name.cast<std::string>());
     markers.places.col(column) = Eigen::Map<const Eigen::Vector3d>(place.data());
   }
   if (!markers.places.allFinite()) {
-    throw py::value_error("object_markers: expected finite places, metres");
+    throw py::value_error("object_markers: expected finite places, meters");
   }
   return markers;
 }
@@ -199,15 +199,15 @@ void Write(const std::filesystem::path& path, const py::object& recording, bool 
 void BindMarkers(py::module_& module) {
   module.def(
       "read_markers", &Read, "path"_a,
-      "Labelled markers of a C3D, TRC, Vicon CSV or Qualisys TSV file, gzipped or not, as a "
-      "dict: 'names' (list of M), 'positions' (T, M, 3) metres in the file's axes, NaN where "
+      "Labeled markers of a C3D, TRC, Vicon CSV or Qualisys TSV file, gzipped or not, as a "
+      "dict: 'names' (list of M), 'positions' (T, M, 3) meters in the file's axes, NaN where "
       "a marker is not seen, 'rate_hz', 'unit' of the file, 'format'. Raises Error for a "
       "file that is none of these or malformed.\n\n"
       "    drink = holdfast.read_markers('drink.c3d')");
   module.def(
       "write_markers", &Write, "path"_a, "recording"_a, py::kw_only(), "force"_a = false,
       "Writes a recording, a dict as of read_markers() or a file of markers, as a C3D file: "
-      "floats, millimetres, residual -1 where a marker is not seen. Atomic. Raises Error for what "
+      "floats, millimeters, residual -1 where a marker is not seen. Atomic. Raises Error for what "
       "the format can't hold, and for a file that exists, which force=True overwrites.\n\n"
       "    holdfast.write_markers('drink.c3d', holdfast.read_markers('drink.tsv'))");
   module.def(
@@ -215,15 +215,15 @@ void BindMarkers(py::module_& module) {
       "table"_a = py::none(), "up"_a = "auto", "posture"_a = "seated", "object"_a = py::none(),
       "object_markers"_a = py::none(), "object_scale"_a = 1.0, "body"_a = py::none(),
       "progress"_a = py::none(),
-      "Labelled optical markers to a body in motion: shape and places of the markers first (as "
+      "Labeled optical markers to a body in motion: shape and places of the markers first (as "
       "MoSh, Loper et al. 2014), then poses of all frames, labels put right.\n\n"
-      "recording: a file, or a dict as of read_markers() ('names', 'positions' (T, M, 3) metres, "
+      "recording: a file, or a dict as of read_markers() ('names', 'positions' (T, M, 3) meters, "
       "'rate_hz'). static: a recording, in either form, of the same person and markers at rest. "
       "table: a .csv of names (name,joint,vertex,cluster) besides the known ones. up: 'auto', "
       "'x', 'y', 'z', '-x', '-y' or '-z', the recording's. posture: of legs without markers, "
       "'seated' or 'standing'. object_markers: a .csv (name,x,y,z) or a dict of places of an "
       "object's "
-      "markers in its mesh's frame, metres, or their names ('cup_a,cup_b,cup_c'; 'cup_*' is all "
+      "markers in its mesh's frame, meters, or their names ('cup_a,cup_b,cup_c'; 'cup_*' is all "
       "that begin so): the clip has the object's pose. object: its mesh, a file, an embedded "
       "object or (vertices, faces); "
       "object_scale multiplies it. body: a BodyModel; None: the embedded one. progress: callable "

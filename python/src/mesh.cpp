@@ -32,7 +32,7 @@ namespace {
 using namespace py::literals;
 namespace fs = std::filesystem;
 
-constexpr double kLeastCell = 1e-5;  // metres: below, grids and voxels are beyond counting
+constexpr double kMinCell = 1e-5;  // meters: below, grids and voxels are beyond counting
 
 TriangleMesh MeshOfArrays(const py::handle& vertices, const py::handle& faces,
                           const std::string& name) {
@@ -179,7 +179,7 @@ py::list Doctor(const py::object& value) {
 
 double Volume(const py::object& mesh_a, const py::object& mesh_b, bool exact, double voxel,
               int threads) {
-  if (!(voxel >= kLeastCell)) throw py::value_error("voxel: expected 1e-5 m or more");
+  if (!(voxel >= kMinCell)) throw py::value_error("voxel: expected 1e-5 m or more");
   const int used = ThreadsOf(threads);
   const LoadedObject object_a = ObjectOf(mesh_a, 1.0, "mesh_a");
   const LoadedObject object_b = ObjectOf(mesh_b, 1.0, "mesh_b");
@@ -248,10 +248,10 @@ class MeshDistance {
 
 std::unique_ptr<MeshDistance> MakeDistance(const py::object& mesh, const py::object& faces,
                                            double cell, double padding, int threads) {
-  if (cell != 0.0 && !(cell >= kLeastCell && cell <= kMostMetres)) {
+  if (cell != 0.0 && !(cell >= kMinCell && cell <= kMaxMeters)) {
     throw py::value_error("cell: expected 0 (exact), or a grid's cells of 1e-5 m or more");
   }
-  if (!(padding > 0.0 && padding <= kMostMetres)) {
+  if (!(padding > 0.0 && padding <= kMaxMeters)) {
     throw py::value_error("padding: expected more than 0 m");
   }
   const int used = ThreadsOf(threads);
@@ -267,7 +267,7 @@ std::unique_ptr<MeshDistance> MakeDistance(const py::object& mesh, const py::obj
 py::object QueryPoints(const MeshDistance& surface, const py::object& points, int threads,
                        bool with_gradients) {
   const Eigen::Matrix3Xd at = Columns(points, "points");
-  RequireWithin(at, kMostMetres, "SignedDistance", "points", "row", kMetresRemedy);
+  RequireWithin(at, kMaxMeters, "SignedDistance", "points", "row", kMetersRemedy);
   const int used = ThreadsOf(threads);
   py::array_t<double> distances(static_cast<py::ssize_t>(at.cols()));
   py::array_t<double> gradients({py::ssize_t{with_gradients ? at.cols() : 0}, py::ssize_t{3}});
@@ -281,11 +281,11 @@ py::object QueryPoints(const MeshDistance& surface, const py::object& points, in
 void BindDistance(py::module_& module) {
   py::class_<MeshDistance>(
       module, "SignedDistance",
-      "Signed distance to a surface, metres: negative inside.\n\n"
+      "Signed distance to a surface, meters: negative inside.\n\n"
       "SignedDistance('mug')([[0, 0, 0.1]]); of arrays: SignedDistance(vertices, faces).\n\n"
       "Exact with cell=0: closest points from a tree of boxes; the sign of a watertight mesh from "
       "the angle-weighted pseudonormal, that of any other from the generalized winding number, at "
-      "O(faces) a point. With cell=0.002, say, a grid of that many metres a cell: tricubic "
+      "O(faces) a point. With cell=0.002, say, a grid of that many meters a cell: tricubic "
       "interpolation of exact distances at its nodes, about 100 ns a point, within `padding` of "
       "the surface's box; beyond it a lower bound.")
       .def(py::init(&MakeDistance), "mesh"_a, "faces"_a = py::none(), py::kw_only(), "cell"_a = 0.0,
@@ -295,14 +295,14 @@ void BindDistance(py::module_& module) {
            "for surfaces without area.")
       .def_property_readonly("watertight", &MeshDistance::Watertight)
       .def_property_readonly("cell", &MeshDistance::Cell,
-                             "metres, 0 where distances are exact; a grid that would have more "
+                             "meters, 0 where distances are exact; a grid that would have more "
                              "than 20 million nodes has larger cells than asked for")
       .def(
           "__call__",
           [](const MeshDistance& self, const py::object& points, int threads) {
             return QueryPoints(self, points, threads, false);
           },
-          "points"_a, "threads"_a = 0, "points (N, 3), metres: distances (N,).")
+          "points"_a, "threads"_a = 0, "points (N, 3), meters: distances (N,).")
       .def(
           "gradient",
           [](const MeshDistance& self, const py::object& points, int threads) {
@@ -363,7 +363,7 @@ void BindMesh(py::module_& module) {
       },
       "path_or_name"_a, "scale"_a = 1.0,
       "A mesh (.obj .ply .stl .off .glb .gltf) or an embedded object, times `scale`: (vertices (V, "
-      "3) metres, "
+      "3) meters, "
       "faces (F, 3)). Repaired where that does not change the shape (vertices at one place welded, "
       "faces without area left out, parts turned outwards); what was done is logged to 'holdfast' "
       "(INFO). Raises Error naming the file and the fault.");
@@ -386,7 +386,7 @@ void BindMesh(py::module_& module) {
              py::kw_only(), "voxel"_a = 0.002, "threads"_a = 0,
              "Volume that two solids share, m^3. exact: of the polyhedra, to rounding; raises "
              "Error for surfaces that are open, or cross themselves where it matters. Else counted "
-             "in cubes of edge `voxel`, metres, for any surface.");
+             "in cubes of edge `voxel`, meters, for any surface.");
 }
 
 }  // namespace holdfast::python

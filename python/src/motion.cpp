@@ -41,8 +41,8 @@ std::vector<Eigen::Vector3d> GoalsOf(const py::object& value) {
   std::vector<Eigen::Vector3d> goals;
   for (py::ssize_t k = 0; k < numbers.size(); k += 3) {
     goals.emplace_back(Eigen::Map<const Eigen::Vector3d>(numbers.data() + k));
-    if (goals.back().cwiseAbs().maxCoeff() > kMostMetres) {
-      throw py::value_error(fmt::format("goals[{}]: {}", k / 3, kMetresRemedy));
+    if (goals.back().cwiseAbs().maxCoeff() > kMaxMeters) {
+      throw py::value_error(fmt::format("goals[{}]: {}", k / 3, kMetersRemedy));
     }
   }
   return goals;
@@ -167,7 +167,7 @@ void BindReachResult(py::module_& module) {
 
 constexpr const char* kReachDoc = R"(A person walks to goals of the wrist, one after another.
 
-goals: (K, 3) or (3,), world, metres, z up from the ground. clip: continues from this Clip, path or
+goals: (K, 3) or (3,), world, meters, z up from the ground. clip: continues from this Clip, path or
 embedded clip, at `frame` (from 0, at the clip's rate; None: the last); None: a person of `body` who
 stands at the origin, facing -y.
 
@@ -266,10 +266,10 @@ void BindTake(py::module_& module) {
       .def_readonly("hand", &TakenObject::hand, "'right' or 'left'")
       .def_property_readonly(
           "object", [](const TakenObject& self) { return MeshTuple(self.object->object.mesh); },
-          "(vertices (V, 3) metres, faces (F, 3)), scaled; copies")
+          "(vertices (V, 3) meters, faces (F, 3)), scaled; copies")
       .def_property_readonly(
           "table", [](const TakenObject& self) { return MeshTuple(self.table); },
-          "(vertices (V, 3) metres, world, faces (F, 3)) of the table that it stood on; copies")
+          "(vertices (V, 3) meters, world, faces (F, 3)) of the table that it stood on; copies")
       .def_property_readonly(
           "take", [](const TakenObject& self) { return PartOf(self, "take"); },
           "dict: how it is taken: grasp, approach, object_yaw_deg, the table, and 'frames': "

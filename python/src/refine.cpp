@@ -150,7 +150,7 @@ void BindRefine(py::module_& module) {
           "dict: iterations, converged, cost_before, cost_after, solve_ms")
       .def_property_readonly(
           "object", [](const RefinedClip& self) { return MeshTuple(self.object.mesh); },
-          "(vertices (V, 3) metres, faces (F, 3)), scaled; copies")
+          "(vertices (V, 3) meters, faces (F, 3)), scaled; copies")
       .def("__repr__", [](const RefinedClip& self) {
         return fmt::format("<holdfast.RefineResult: {} frames>", self.clip->NumFrames());
       });
@@ -158,7 +158,8 @@ void BindRefine(py::module_& module) {
   static const std::string doc =
       "Cleans a clip that has its object's trajectory, captured or predicted: penetration, jitter, "
       "lost contact; near the data.\n\n"
-      "object as for fit(). weights: dict by term. Returns RefineResult. Raises FitFailure where no "
+      "object as for fit(). weights: dict by term. Returns RefineResult. Raises FitFailure where "
+      "no "
       "hand that holds touches the object, Stopped, and Error.\n\nOptions:\n" +
       OptionsText(OptionsOf(options));
   module.def("refine", &Refine, "clip"_a, "object"_a = py::none(), py::kw_only(),

@@ -110,7 +110,7 @@ void BindRobot(py::module_& module) {
             }
             return joints;
           },
-          "dict: limits (radians or metres) of each joint that moves on its own, by name")
+          "dict: limits (radians or meters) of each joint that moves on its own, by name")
       .def_property_readonly(
           "parts",
           [](const RobotHand& self) {

@@ -176,7 +176,7 @@ constexpr const char* kScoreDoc =
     "means; 'protocol' the thresholds; 'reference' and errors such as 'mpjpe_mm' with a reference; "
     "'notes' what to know.\n\n"
     "clip and reference: a Clip, a path, an embedded name or a result such as fit()'s. object: a "
-    "mesh in metres (path, "
+    "mesh in meters (path, "
     "embedded name, or (vertices, faces)) in place of the one that the clip names; object_scale "
     "multiplies it. exact: the shared volume by cutting the meshes ('off', 'auto': by voxels where "
     "that is undefined, 'on'). symmetric: whether the object is, when poses are compared ('off', "

@@ -134,9 +134,9 @@ SynthesisPtr SynthesizeFor(const std::string& action, const py::object& object,
   if (!betas.is_none()) {
     const Eigen::VectorXd numbers = Vector(betas, "betas");
     if (numbers.size() > call.betas.size() ||
-        (numbers.size() > 0 && numbers.cwiseAbs().maxCoeff() > kMostBeta)) {
+        (numbers.size() > 0 && numbers.cwiseAbs().maxCoeff() > kMaxBeta)) {
       throw py::value_error(fmt::format("betas: expected at most {} numbers within {:g}",
-                                        call.betas.size(), kMostBeta));
+                                        call.betas.size(), kMaxBeta));
     }
     call.betas.head(numbers.size()) = numbers;
   }
@@ -194,7 +194,7 @@ void BindSynthesize(py::module_& module) {
                     "frame in which the other hand takes the object over, or None")
       .def_readonly(
           "at_face_m", &SynthesisAnswer::at_face_m,
-          "metres that the rim, the phone ... of `clip` stays from its place at the lips, "
+          "meters that the rim, the phone ... of `clip` stays from its place at the lips, "
           "the ear ... where it is nearest; None for actions away from the face")
       .def_readonly("seconds_per_key_frame", &SynthesisAnswer::seconds_per_key_frame)
       .def("__repr__", [](const SynthesisAnswer& self) {

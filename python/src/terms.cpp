@@ -147,13 +147,13 @@ py::tuple PenetrationEnergy(const py::object& points, const py::object& signed_d
 void BindTerms(py::module_& module) {
   module.def(
       "pair_distances", &PairDistances, "hand"_a, "object"_a,
-      "|h_i - o_j| of hand (N, 3) and object (M, 3), metres: (N, M). The reference D of the terms "
+      "|h_i - o_j| of hand (N, 3) and object (M, 3), meters: (N, M). The reference D of the terms "
       "below is this in the frame in which the hand takes hold.");
   module.def("distance_energy", &DistanceEnergy, "hand"_a, "object"_a, "reference"_a, py::kw_only(),
              "threads"_a = 0,
              "(energy, grad_hand, grad_object) of E_d = sum_ij (|h_i - o_j| - D_ij)^2, that hand "
              "and object keep their distances (IMoS, eq. 7).\n\nhand (N, 3), object (M, 3), "
-             "reference D (N, M), metres, hand and object in one frame, whichever. Gradients are "
+             "reference D (N, M), meters, hand and object in one frame, whichever. Gradients are "
              "exact, (N, 3) and (M, 3); where two points coincide the direction is zero.");
   module.def("contact_energy", &ContactEnergy, "hand"_a, "object"_a, "reference"_a,
              "threshold_m"_a = 0.01,

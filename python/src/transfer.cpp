@@ -108,7 +108,7 @@ surfaces; then hand and object are fitted.
 
 clip: Clip, path, or result with an object (its mesh, or from_object). object: the other one, as for
 fit(); None: the clip's own. scale: factor, or (3,) one for each axis. map: found by shape, or pairs of
-points ((n, 3), (n, 3)), metres, or a path to them. betas: (B,) shape of another person. Returns
+points ((n, 3), (n, 3)), meters, or a path to them. betas: (B,) shape of another person. Returns
 TransferResult. Raises FitFailure where no hand touches it, Stopped, and Error.
 
     held = holdfast.fit('demo_drink', 'mug')
@@ -150,7 +150,7 @@ void BindTransfer(py::module_& module) {
           "list of str")
       .def_property_readonly(
           "object", [](const TransferredClip& self) { return MeshTuple(self.object.mesh); },
-          "(vertices (V, 3) metres, faces (F, 3)), scaled; copies")
+          "(vertices (V, 3) meters, faces (F, 3)), scaled; copies")
       .def("__repr__", [](const TransferredClip& self) {
         return fmt::format("<holdfast.TransferResult: {} held by {}>", self.object.name,
                            HoldersText(CountHeld(self.clip->holding_hand)));

@@ -78,7 +78,7 @@ struct ActionChoice {
 /// Which of the ways of holding, and which of the poses at each key, suit the arms best. Least sum
 /// over keys of
 ///
-///   discomfort of the arm (ArmChoice) + (metres it is too short / 2 cm)^2 + (metres pushed off the
+///   discomfort of the arm (ArmChoice) + (meters it is too short / 2 cm)^2 + (meters pushed off the
 ///   head / 1 cm)^2 + (how deep hand or object is in the head / 2 mm)^2 + how deep hand or forearm
 ///   is in the table
 ///

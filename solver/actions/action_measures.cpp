@@ -48,7 +48,7 @@ class ActionQualityMeter {
   }
 
  private:
-  // From the grid: within a tenth of a millimetre of the exact ones, for a hundredth of the time.
+  // From the grid: within a tenth of a millimeter of the exact ones, for a hundredth of the time.
   Eigen::VectorXd DistancesTo(const Isometry3d& object_from_world,
                               const Eigen::Matrix3Xd& points) const {
     Eigen::VectorXd distances(points.cols());

@@ -29,7 +29,7 @@ struct Choice {
 std::vector<Choice> ChoicesOf(const ActionSetOptions& options) {
   std::vector<Choice> choices;
   std::vector<std::string_view> known;
-  for (const MadeAction& action : MadeActions()) {
+  for (const ScriptedAction& action : ScriptedActions()) {
     Choice choice{action.name, {}, action.share};
     const bool wanted = options.actions.empty() ||
                         std::ranges::find(options.actions, action.name) != options.actions.end();
@@ -69,7 +69,7 @@ Eigen::VectorXd SubjectBetas(int subject, int count, std::uint64_t seed) {
 }
 
 std::vector<ActionJob> PlanActions(const ActionSetOptions& options) {
-  for (const std::string& action : options.actions) FindMadeAction(action);
+  for (const std::string& action : options.actions) FindScriptedAction(action);
   const std::vector<Choice> choices = ChoicesOf(options);
   double total = 0.0;
   for (const Choice& choice : choices) total += choice.share;
@@ -128,7 +128,7 @@ std::vector<CapturedJob> PlanCaptured(const ActionSetOptions& options) {
     for (const RestPosture posture : {RestPosture::kSeated, RestPosture::kStanding}) {
       const int turn = turns[held_out ? 1 : 0]++;
       CapturedJob job;
-      job.index = kMostScripted + static_cast<int>(jobs.size());
+      job.index = kMaxScripted + static_cast<int>(jobs.size());
       job.files = trial;
       job.posture = posture;
       job.held_out = held_out;

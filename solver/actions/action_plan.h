@@ -60,7 +60,7 @@ struct CapturedJob {
 /// The last fifth of the people, at least one of several, is for held-out subjects, the others' are
 /// made with the others; subjects in turn. None for an empty folder name. Throws what
 /// FindMarkerTrials does.
-inline constexpr int kMostScripted = 1'000'000;
+inline constexpr int kMaxScripted = 1'000'000;
 std::vector<CapturedJob> PlanCaptured(const ActionSetOptions& options);
 
 /// Whether a subject is left-handed: evenly spread, the last one among them where any is.

@@ -24,7 +24,7 @@ struct BrushReport {
 BrushReport ServeBrush(const ActionActor& actor, const ActionProp& brush,
                        std::span<const Grasp> grasps, Side side, int begin, int end, Clip& clip);
 
-/// Distance of the bristles from the skin of the head in a frame: metres, negative inside.
+/// Distance of the bristles from the skin of the head in a frame: meters, negative inside.
 double BristlesFromHead(const ActionActor& actor, const ObjectMarks& brush, const Clip& clip,
                         int frame);
 

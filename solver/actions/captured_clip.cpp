@@ -150,7 +150,7 @@ CapturedClip MakeCapturedClip(const CapturedClipRequest& request) {
   const ActionFault fault = FaultOf(made.quality, captured.action);
   made.fault = fault.fault;
   made.detail = fault.detail;
-  if (made.fault.empty() && made.key_mean_m > kMostFromKey_m) {
+  if (made.fault.empty() && made.key_mean_m > kMaxFromKey_m) {
     made.fault = carried.drunk ? "rim misses the mouth" : "bristles miss the head";
     made.detail = fmt::format("by {:.0f} mm", 1e3 * made.key_mean_m);
   }
@@ -171,7 +171,7 @@ constexpr double kPlaced_m = 0.15, kFree_m = 0.4;  // of the palm from the face
 
 // Of the palm of one side in all frames.
 struct OverHead {
-  Eigen::VectorXd from_skin;  // metres; far where the palm is lower than the mouth
+  Eigen::VectorXd from_skin;  // meters; far where the palm is lower than the mouth
   bool behind_eyes = false;   // somewhere near the head
 };
 

@@ -82,7 +82,7 @@ struct CapturedClipRequest {
 
 /// The largest mean distance of what is drunk from and the mouth, or of bristles and head, that a
 /// clip is used with.
-inline constexpr double kMostFromKey_m = 0.025;
+inline constexpr double kMaxFromKey_m = 0.025;
 
 struct CapturedClip {
   Clip clip;  ///< with action, object track (no mesh name) and holding_hand; drink: a table too

@@ -218,7 +218,7 @@ class ActionSetMaker {
       return list.empty() || std::ranges::find(list, name) != list.end();
     };
     if (!asked(options_.actions, action)) return {};
-    for (const std::string_view object : FindMadeAction(action).objects) {
+    for (const std::string_view object : FindScriptedAction(action).objects) {
       if (asked(options_.objects, object)) return std::string(object);
     }
     return {};

@@ -22,7 +22,7 @@ struct ActionSetReport {
   double seconds = 0.0;   ///< for these, of all threads together
 };
 
-/// Makes a labelled set of people who do things with objects in `folder`: s1/mug_drink_1.npz ...,
+/// Makes a labeled set of people who do things with objects in `folder`: s1/mug_drink_1.npz ...,
 /// manifest.json (schema holdfast/actions/1), and grasps/ with the grasps that a later run need not
 /// look for again. A set that was stopped is resumed, a finished one extended. A clip with a
 /// fault is tried anew from another start, and given up in the end: see MakeActionClip. Progress

@@ -12,7 +12,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kLeastSwivel = -40.0 * kDegree, kGreatestSwivel = 100.0 * kDegree;
+constexpr double kMinSwivel = -40.0 * kDegree, kGreatestSwivel = 100.0 * kDegree;
 constexpr double kGrid = 4.0 * kDegree;
 constexpr double kSwivelSpeed = 120.0 * kDegree;  // per second: costs as much as 1 of discomfort
 constexpr double kBell_s = 0.1;
@@ -50,7 +50,7 @@ ArmChoice ArmIk::At(const ArmTarget& target, double swivel_rad) const {
 
 ArmChoice ArmIk::Best(const ArmTarget& target) const {
   double best = 0.0, least = std::numeric_limits<double>::infinity();
-  for (double swivel = kLeastSwivel; swivel <= kGreatestSwivel; swivel += 10.0 * kDegree) {
+  for (double swivel = kMinSwivel; swivel <= kGreatestSwivel; swivel += 10.0 * kDegree) {
     const double discomfort = At(target, swivel).discomfort;
     if (discomfort < least) {
       least = discomfort;
@@ -73,8 +73,8 @@ ArmChoice ArmIk::Best(const ArmTarget& target) const {
 std::vector<double> ArmIk::Track(std::span<const ArmTarget> targets, double frame_rate) const {
   const int count = static_cast<int>(targets.size());
   if (count == 0) return {};
-  const int states = static_cast<int>(std::lround((kGreatestSwivel - kLeastSwivel) / kGrid)) + 1;
-  const auto swivel = [](int s) { return kLeastSwivel + kGrid * s; };
+  const int states = static_cast<int>(std::lround((kGreatestSwivel - kMinSwivel) / kGrid)) + 1;
+  const auto swivel = [](int s) { return kMinSwivel + kGrid * s; };
   // Costs are per frame; a change of `kSwivelSpeed` for a second costs as much as discomfort 1.
   const double change = Square(kGrid * frame_rate / kSwivelSpeed);
   std::vector<double> cost(static_cast<std::size_t>(states)), next(cost.size());
@@ -118,7 +118,7 @@ void SwingArms(const Eigen::Matrix3Xd& rest_joints, const std::array<double, 2>&
                BodyFrame& frame) {
   using Eigen::Quaterniond;
   using Eigen::Vector3d;
-  constexpr double kPerMetre = 1.35;  // radians of the upper arm for a metre between the ankles
+  constexpr double kPerMeter = 1.35;  // radians of the upper arm for a meter between the ankles
   constexpr double kMost = 0.8;       // radians
   constexpr double kBend = 0.6;       // of the elbow, for a radian forward
   constexpr double kHangs = 0.6;      // of the way to an arm that hangs
@@ -132,7 +132,7 @@ void SwingArms(const Eigen::Matrix3Xd& rest_joints, const std::array<double, 2>&
     const bool left = side == Side::kLeft;
     const double share = idle[left ? 0 : 1];
     if (share <= 0.0) continue;
-    const double ahead = walks * kMost * std::tanh(kPerMetre * (left ? -apart : apart) / kMost);
+    const double ahead = walks * kMost * std::tanh(kPerMeter * (left ? -apart : apart) / kMost);
     const Limb arm = Arm(side);
     const Vector3d upper =
         (placed.joints.col(arm.middle) - placed.joints.col(arm.root)).normalized();

@@ -45,7 +45,7 @@ class ArmIk {
   Side ArmSide() const { return side_; }
   const Eigen::Matrix3Xd& RestJoints() const { return rest_joints_; }
   const Limb& Bones() const { return limb_; }
-  double Length() const { return longest_; }  ///< shoulder to wrist, nearly straight, metres
+  double Length() const { return longest_; }  ///< shoulder to wrist, nearly straight, meters
 
   /// The arm with this swivel.
   ArmChoice At(const ArmTarget& target, double swivel_rad) const;

@@ -130,7 +130,7 @@ FootPinner::FootPinner(Eigen::Matrix3Xd rest_joints, double sole_y)
 bool FootPinner::CanStand(int foot) const {
   const Foot& it = feet_[foot];
   if (it.steps > 0) return false;
-  const bool free_to_go = it.stands && it.frames >= kLeastStance;
+  const bool free_to_go = it.stands && it.frames >= kMinStance;
   return lowest_[foot] < (it.stands ? kHigh : kLow) && speed_[foot] < (free_to_go  ? kFast
                                                                        : it.stands ? 2.0 * kFast
                                                                                    : kSlow);
@@ -155,8 +155,8 @@ void FootPinner::Choose() {
   for (const int foot : {0, 1}) {
     Foot& it = feet_[foot];
     const Foot& other = feet_[1 - foot];
-    if (!it.stands || !other.stands || other.frames < kLeastStance) continue;
-    if (it.correction.head<2>().norm() < kFarthest && std::abs(it.yaw) < kMostYaw) continue;
+    if (!it.stands || !other.stands || other.frames < kMinStance) continue;
+    if (it.correction.head<2>().norm() < kFarthest && std::abs(it.yaw) < kMaxYaw) continue;
     it.stands = false;
     it.frames = 0;
     it.steps = kStep;
@@ -169,7 +169,7 @@ void FootPinner::Correct(int foot) {
   double height = -lowest_[foot];
   if (it.stands) {
     it.correction.head<2>() -= drift_[foot];
-    it.yaw = std::clamp(it.yaw - turn_[foot], -kMostYaw, kMostYaw);
+    it.yaw = std::clamp(it.yaw - turn_[foot], -kMaxYaw, kMaxYaw);
   } else if (it.steps > 0) {
     // The rest of the way in the rest of the frames, slower at both ends.
     const double before = MinimumJerk(1.0 - static_cast<double>(it.steps) / kStep);
@@ -219,7 +219,7 @@ void FootPinner::Pin(BodyFrame& frame) {
     feet.rotation[foot] = turn * feet.rotation[foot];
     feet.ankle[foot] = pivot + turn * (feet.ankle[foot] - pivot) + feet_[foot].correction;
   }
-  const double needed = std::min(PelvisSink(rest_joints_, {frame}, {feet})[0], kMostSink);
+  const double needed = std::min(PelvisSink(rest_joints_, {frame}, {feet})[0], kMaxSink);
   sink_ = std::clamp(needed, sink_ - kSinkOut, sink_ + kSinkIn);
   frame.pelvis.z() -= sink_;
   const BodyFrame before = frame;
@@ -257,7 +257,7 @@ void FootPinner::Follow(const Eigen::Vector2d& moved) {
 
 void LevelToes(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles, double share,
                BodyFrame& frame, double most_rad) {
-  constexpr double kAll = 0.03, kNothing = 0.10;  // metres of the ball above the ground
+  constexpr double kAll = 0.03, kNothing = 0.10;  // meters of the ball above the ground
   const BodyPlacement placed = Place(rest_joints, frame);
   const Soles points = soles.At(placed);
   for (const int foot : {0, 1}) {

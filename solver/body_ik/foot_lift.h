@@ -38,34 +38,34 @@ void LiftFeet(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles,
 /// 10 cm at most, where legs would not reach.
 class FootPinner {
  public:
-  /// `rest_joints` (3 x 55) is copied; the soles stand at y = `sole_y` in the rest pose. Metres.
+  /// `rest_joints` (3 x 55) is copied; the soles stand at y = `sole_y` in the rest pose. Meters.
   FootPinner(Eigen::Matrix3Xd rest_joints, double sole_y);
 
   /// The next frame, 1/30 s after the one before, in place.
   void Pin(BodyFrame& frame);
   /// How far the ground has to give way for the foot that carries not to be dragged by more than
-  /// 3 cm: the motion is to be moved back so far (horizontal, metres), and `Follow` told.
+  /// 3 cm: the motion is to be moved back so far (horizontal, meters), and `Follow` told.
   Eigen::Vector2d Drag() const;
   /// Frames from now on are moved by that much, feet on the ground stay.
   void Follow(const Eigen::Vector2d& moved);
 
  private:
   static constexpr double kFrameRate = 30.0;
-  static constexpr double kLow = 0.04, kHigh = 0.06;  // metres
+  static constexpr double kLow = 0.04, kHigh = 0.06;  // meters
   static constexpr double kSlow = 0.5, kFast = 1.0;   // m/s
-  static constexpr double kAirborne = 0.12;           // metres: nothing carries
-  static constexpr double kFarthest = 0.06;           // metres: a foot dragged farther makes a step
-  static constexpr double kMostYaw = 0.35;            // radians: so does one turned farther
-  static constexpr double kGivesWay = 0.03;           // metres: so far the motion is left alone
+  static constexpr double kAirborne = 0.12;           // meters: nothing carries
+  static constexpr double kFarthest = 0.06;           // meters: a foot dragged farther makes a step
+  static constexpr double kMaxYaw = 0.35;             // radians: so does one turned farther
+  static constexpr double kGivesWay = 0.03;           // meters: so far the motion is left alone
   static constexpr int kStep = 8;                     // frames of that step
   static constexpr int kFadeIn = 10;                  // frames
-  static constexpr int kLeastStance = 4;              // frames
-  static constexpr double kLift = 0.04;               // metres, half-way through a small step
-  static constexpr double kClearance = 0.03;          // metres, of a foot at full speed
-  static constexpr double kBack = 0.8;       // of a correction is left after a frame in the air
-  static constexpr double kRise = 0.015;     // metres a frame: of a correction's height
-  static constexpr double kMostSink = 0.10;  // metres
-  static constexpr double kSinkIn = 0.02, kSinkOut = 0.01;  // metres a frame
+  static constexpr int kMinStance = 4;                // frames
+  static constexpr double kLift = 0.04;               // meters, half-way through a small step
+  static constexpr double kClearance = 0.03;          // meters, of a foot at full speed
+  static constexpr double kBack = 0.8;      // of a correction is left after a frame in the air
+  static constexpr double kRise = 0.015;    // meters a frame: of a correction's height
+  static constexpr double kMaxSink = 0.10;  // meters
+  static constexpr double kSinkIn = 0.02, kSinkOut = 0.01;  // meters a frame
 
   struct Foot {
     bool stands = false;
@@ -82,7 +82,7 @@ class FootPinner {
   SolePoints soles_;
   int frame_ = 0;
   Soles last_, now_;                   // as the motion has them
-  std::array<double, 2> lowest_ = {};  // metres
+  std::array<double, 2> lowest_ = {};  // meters
   std::array<double, 2> speed_ = {};   // m/s
   std::array<Eigen::Vector2d, 2> drift_;
   std::array<double, 2> heading_ = {}, turn_ = {};  // radians, about the vertical; since the last

@@ -21,8 +21,8 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr int kMostAtOnce = 32;  // clips between two entries in the manifest
-constexpr int kMostTries = 6;    // clips tried per clip wanted before giving up
+constexpr int kMaxAtOnce = 32;  // clips between two entries in the manifest
+constexpr int kMaxTries = 6;    // clips tried per clip wanted before giving up
 
 // All that is the same for every clip.
 struct ReachWorkshop {
@@ -208,7 +208,7 @@ bool MakeBatch(const ReachWorkshop& shop, double wanted, const GoOn& go_on, Reac
                ManifestLines& lines) {
   const int begin = static_cast<int>(lines.size());
   // About half a minute each; never by the number of threads, so that results are the same.
-  const int count = std::clamp(static_cast<int>(2.0 * (wanted - made.minutes)) + 1, 1, kMostAtOnce);
+  const int count = std::clamp(static_cast<int>(2.0 * (wanted - made.minutes)) + 1, 1, kMaxAtOnce);
   std::vector<json> batch(static_cast<std::size_t>(count));
   std::mutex lock;
   bool stopped = false;
@@ -252,7 +252,7 @@ ReachDataReport MakeReachData(const CaptureSet& set, const ReachDataOptions& opt
   });
   report.had = static_cast<int>(lines.size());
   const double wanted = 60.0 * options.hours;
-  const int most = std::max(200, static_cast<int>(kMostTries * wanted / 0.3));
+  const int most = std::max(200, static_cast<int>(kMaxTries * wanted / 0.3));
   const int total = static_cast<int>(wanted + 0.5);
   const auto tell = [&](int done) { return !progress || progress("minutes made", done, total); };
   while (made.minutes < wanted && static_cast<int>(lines.size()) < most) {

@@ -39,7 +39,7 @@ struct ReachDataReport {
 
 /// Makes walking, turning and reaching with goals from captures: made/*.npz and
 /// manifest.json (schema holdfast/reach-data/1) in `folder`. The clips have arrays goal (K x 3,
-/// world, metres), goal_frame (K) and goal_wrist (K): the wrist joint is at the goal in its frame.
+/// world, meters), goal_frame (K) and goal_wrist (K): the wrist joint is at the goal in its frame.
 /// A set that was stopped is resumed, a finished one extended. Progress has the stage "minutes
 /// made". Throws Error for a manifest of something else, and what MakeReachClip throws.
 ReachDataReport MakeReachData(const CaptureSet& set, const ReachDataOptions& options,

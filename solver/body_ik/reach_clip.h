@@ -20,7 +20,7 @@ namespace holdfast {
 
 /// One goal of a synthetic clip.
 struct ReachLabel {
-  Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< of the wrist joint, world, metres
+  Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< of the wrist joint, world, meters
   int frame = 0;                                   ///< at which the wrist is there
   Side wrist = Side::kRight;
   bool warped = false;   ///< carried to the goal; else the goal is where the captured wrist is
@@ -67,7 +67,7 @@ ReachClip MakeReachClip(const MotionLibrary& library, const ReachClipOptions& op
                         std::uint64_t seed);
 
 /// Writes a clip with the goals that it reaches, as networks learn them (wandr::ReadCorpus): arrays
-/// goal (K x 3, world, metres), goal_frame (K), goal_wrist (K; 1 right, 2 left) and a text
+/// goal (K x 3, world, meters), goal_frame (K), goal_wrist (K; 1 right, 2 left) and a text
 /// provenance. Numbers are rounded to floats. Throws Error for a file that cannot be written.
 void WriteGoalClip(Clip clip, std::span<const ReachLabel> labels, const nlohmann::json& provenance,
                    const std::filesystem::path& path);

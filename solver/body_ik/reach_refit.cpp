@@ -26,9 +26,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr int kRoomKnots = 3;            // on either side of a goal: WarpReach asks for them
-constexpr double kMostToes = 0.6;        // radians: people who walk bend theirs no farther
-constexpr double kMostSink = 0.08;       // metres: farther would be a squat, and sudden
-constexpr double kStepClearance = 0.03;  // metres: of a foot half-way through its step
+constexpr double kMaxToes = 0.6;         // radians: people who walk bend theirs no farther
+constexpr double kMaxSink = 0.08;        // meters: farther would be a squat, and sudden
+constexpr double kStepClearance = 0.03;  // meters: of a foot half-way through its step
 
 // Frames after an arrival, with time slowed down evenly from there to the first in which both feet
 // stand, and to a tenth from then on: who has arrived does not walk on, and is no statue.
@@ -94,7 +94,7 @@ void SwingArmsOnTheWay(const Eigen::Matrix3Xd& rest_joints, std::span<const Refi
 // it is. Smooth over time: the largest of nearby frames, then a bell.
 std::vector<double> Bends(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd& rest_joints,
                           int wrist, const Vector3d& tip) {
-  constexpr double kClearance = 0.01;           // metres: half a finger
+  constexpr double kClearance = 0.01;           // meters: half a finger
   constexpr double kFarthest = 70.0 * kDegree;  // a wrist bends back no farther
   constexpr int kReach = 4;                     // frames
   const int count = static_cast<int>(frames.size());
@@ -142,12 +142,12 @@ std::vector<FeetTarget> PinFeet(const Eigen::Matrix3Xd& rest_joints, const SoleP
       FindSupports(soles.At(Place(rest_joints, frames)), wandr::kFramesPerSecond);
   if (walks) LiftFeet(rest_joints, soles, stands, frames);
   for (std::size_t t = 0; t < frames.size(); ++t) {
-    LevelToes(rest_joints, soles, FadeIn(static_cast<int>(t)), frames[t], kMostToes);
+    LevelToes(rest_joints, soles, FadeIn(static_cast<int>(t)), frames[t], kMaxToes);
   }
   FootLockReport lock;
-  std::vector<FeetTarget> feet = LockFeet(
-      rest_joints, soles, stands, frames,
-      {.clearance_m = kStepClearance, .most_sink_m = kMostSink, .keep_first = true}, &lock);
+  std::vector<FeetTarget> feet =
+      LockFeet(rest_joints, soles, stands, frames,
+               {.clearance_m = kStepClearance, .most_sink_m = kMaxSink, .keep_first = true}, &lock);
   found.max_foot_correction_m = lock.max_correction_m;
   found.max_pelvis_sink_m = lock.max_sink_m;
   return feet;
@@ -181,7 +181,7 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
       ComeToRest(rest_joints, soles, goal.frame, frames);
     }
   }
-  std::vector<double> reached;  // metres
+  std::vector<double> reached;  // meters
   for (const RefitGoal& goal : goals) reached.push_back(lacks(goal));
   if (options.walks) {
     StraightenTrunk(rest_joints, frames);

@@ -15,7 +15,7 @@ namespace holdfast {
 
 /// Where the wrist is to be exactly.
 struct RefitGoal {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< world, metres
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< world, meters
   int frame = 0;
   /// The motion ends here: from the frame on the wrist stays, and time slows down until both feet
   /// stand still.
@@ -44,7 +44,7 @@ struct RefitReport {
 
 /// The last touch to a motion that a network made: nobody leans back (StraightenTrunk), arms swing
 /// and feet are lifted on the way, toes near the ground are level (LevelToes), planted feet stay
-/// where they are (LockFeet), the wrist is where it should be to the millimetre (WarpReach) and
+/// where they are (LockFeet), the wrist is where it should be to the millimeter (WarpReach) and
 /// stays at a last goal, hands bend at the wrist before their fingers go through the floor (as far
 /// as wrists bend). Changes that much and no more: what the motion is comes from the network.
 ///
@@ -58,7 +58,7 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
 
 /// RefitReach of a rollout in place, joints as well. `reached`: the goals that it reached and the
 /// frames in which it was closest; the wrist is put there in the nearest frame that leaves it time
-/// to come and go, also where pinning the feet took it away by some centimetres.
+/// to come and go, also where pinning the feet took it away by some centimeters.
 RefitReport RefitRollout(const BodyMeasures& measures, std::span<const RefitGoal> reached,
                          Side wrist, wandr::RolloutTrack& track);
 

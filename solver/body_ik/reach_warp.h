@@ -17,7 +17,7 @@ namespace holdfast {
 
 /// A captured reach carried to another goal.
 struct ReachWarp {
-  Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< of the wrist joint, world, metres
+  Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< of the wrist joint, world, meters
   int frame = 0;                                   ///< at which it is there
   int begin = 0, end = 0;  ///< frames [begin, end) that may change, `frame` among them
   Side wrist = Side::kRight;

@@ -91,7 +91,7 @@ UpperBodyChange Stiffness() {
 
 double PlaceWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Vector3d& target,
                   BodyFrame& frame) {
-  constexpr double kLeastBend = 3.0 * kDegree, kMostBend = 150.0 * kDegree;
+  constexpr double kMinBend = 3.0 * kDegree, kMaxBend = 150.0 * kDegree;
   constexpr double kSigma_m = 0.005;
   const Limb arm = Arm(side);
   const BodyPlacement at = Place(rest_joints, frame);
@@ -100,7 +100,7 @@ double PlaceWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Vector3d
   const UpperBodyChain chain(rest_joints, side);
   const double bend = Bend(at, arm);
   UpperBodyChange change = UpperBodyChange::Zero();
-  change(Dofs::kElbow) = std::clamp(0.0, kLeastBend - bend, kMostBend - bend);
+  change(Dofs::kElbow) = std::clamp(0.0, kMinBend - bend, kMaxBend - bend);
   ceres::Problem problem;
   problem.AddResidualBlock(
       new FrameBlock<WristTerms>(chain, frame, {{target, kSigma_m}}, Eigen::VectorXd::Ones(1)),
@@ -110,8 +110,8 @@ double PlaceWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Vector3d
       nullptr, change.data());
   problem.SetManifold(change.data(), new ceres::SubsetManifold(
                                          Dofs::kSize, {0, 1, 2, 3, 4, 5, 22, 23, 24, 25, 26, 27}));
-  problem.SetParameterLowerBound(change.data(), Dofs::kElbow, kLeastBend - bend);
-  problem.SetParameterUpperBound(change.data(), Dofs::kElbow, kMostBend - bend);
+  problem.SetParameterLowerBound(change.data(), Dofs::kElbow, kMinBend - bend);
+  problem.SetParameterUpperBound(change.data(), Dofs::kElbow, kMaxBend - bend);
   SolveQuietly(DenseOptions(20, 1e-8, 1e-6), problem);
   frame = chain.Changed(frame, change);
   return (target - Place(rest_joints, frame).joints.col(arm.end)).norm();

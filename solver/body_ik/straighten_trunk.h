@@ -16,10 +16,10 @@ namespace holdfast {
 void StraightenTrunk(const Eigen::Matrix3Xd& rest_joints, std::vector<BodyFrame>& frames);
 
 /// Trunk, collarbone and arm changed by as little as it takes to put the wrist on `target` (world,
-/// metres): x of least |wrist(x) - target|^2 / (5 mm)^2 + sum_k x_k^2 / w_k over 16 angles,
+/// meters): x of least |wrist(x) - target|^2 / (5 mm)^2 + sum_k x_k^2 / w_k over 16 angles,
 /// shoulder and elbow moving most. Zero where the wrist is there already, and smooth in target and
 /// frame. The elbow keeps bent by 3 degrees at least. Returns how far the wrist stays from it,
-/// metres: a target out of reach is approached.
+/// meters: a target out of reach is approached.
 double PlaceWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Eigen::Vector3d& target,
                   BodyFrame& frame);
 

@@ -68,10 +68,10 @@ class Carrier {
       if (!report_.grasp.found) return Ended(CarryStatus::kNoGrasp);
     }
     NameObject();
-    BeginKeepingOut();
+    StartClearanceAsync();
     Fit();
     if (stopped_) return std::move(report_);
-    KeepOut();
+    ResolveBodyCollisions();
     Measure();
     if (stopped_) return std::move(report_);
     const bool touched = report_.contact.contact_frames_ratio.value_or(0.0) > 0.0;
@@ -128,10 +128,10 @@ class Carrier {
     const bool switches_given = !options_.handover.switch_frames.empty();
     const bool automatic = options_.hands == CarryHands::kAuto;
     // Without the object's own trajectory, somebody has to hold it in every frame.
-    const bool labelled = !clip_.holding_hand.empty() &&
-                          (has_track || std::ranges::count(clip_.holding_hand, 0) == 0);
+    const bool labeled = !clip_.holding_hand.empty() &&
+                         (has_track || std::ranges::count(clip_.holding_hand, 0) == 0);
     HoldLabels holding;
-    if (labelled && (options_.hand_over || automatic) && !switches_given) {
+    if (labeled && (options_.hand_over || automatic) && !switches_given) {
       holding = {clip_.holding_hand, SwitchesOf(clip_.holding_hand), {}};
     } else if (options_.hand_over && (!has_track || switches_given)) {
       Eigen::Vector3d extent = Extent(object_.object.mesh);
@@ -221,11 +221,11 @@ class Carrier {
   // takes the object over; none farther down is asked about once a wrist is near the clip's.
   void ChooseFirstHandover(const std::function<GraspTransfer(const Grasp&)>& take_over,
                            const GraspTransferOptions& transfer) {
-    constexpr std::size_t kMostAsked = 4;
+    constexpr std::size_t kMaxAsked = 4;
     constexpr double kNear_m = 0.05, kNotFound_m = 1.0;
     std::ranges::stable_sort(to_hand_over_, std::greater{}, &std::pair<double, Grasp>::first);
     double most = -std::numeric_limits<double>::infinity();
-    for (std::size_t k = 0; k < std::min(kMostAsked, to_hand_over_.size()); ++k) {
+    for (std::size_t k = 0; k < std::min(kMaxAsked, to_hand_over_.size()); ++k) {
       const Grasp& grasp = to_hand_over_[k].second;
       const GraspTransfer taken = take_over(grasp);
       const double correction = (taken.found ? 0.0 : kNotFound_m) + taken.correction_m +
@@ -331,7 +331,7 @@ class Carrier {
   }
 
   // The fit goes from frame to frame: another thread has time for what does not wait for it.
-  void BeginKeepingOut() {
+  void StartClearanceAsync() {
     if (options_.recipe != FitRecipe::kHoldfast || body_.model->LoneHand()) return;
     scene_ = std::async(options_.threads > 1 ? std::launch::async : std::launch::deferred,
                         [&body = WholeBody(), &object = object_.object.mesh,
@@ -340,7 +340,7 @@ class Carrier {
                         });
   }
 
-  void KeepOut() {
+  void ResolveBodyCollisions() {
     if (!scene_.valid()) return;
     ClearanceOptions clearance;
     clearance.keep_motion = options_.keep_motion;
@@ -440,7 +440,7 @@ class Carrier {
   std::vector<std::pair<double, Grasp>> to_hand_over_;
   std::optional<std::pair<Grasp, GraspTransfer>> first_handover_;
   CarryReport report_;
-  std::future<ClearanceScene> scene_;  // for KeepOut
+  std::future<ClearanceScene> scene_;  // for ResolveBodyCollisions
 };
 
 }  // namespace

@@ -81,7 +81,7 @@ nlohmann::json ProtocolJson(const ContactProtocol& protocol, const Solid& object
        "vertices alone"},
       {"contact", "a hand vertex is in contact when |signed distance| is below the threshold"},
       {"contact_threshold_mm", protocol.contact_threshold_mm},
-      {"intersection_volume", "voxel centres inside both object and hand (closed at the wrist)"},
+      {"intersection_volume", "voxel centers inside both object and hand (closed at the wrist)"},
       {"voxel_mm", protocol.voxel_mm},
       {"hand_vertices", hand.NumVertices()},
       {"object_vertices", object.mesh.NumVertices()},

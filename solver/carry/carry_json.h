@@ -38,7 +38,7 @@ nlohmann::json FitSummaryJson(const FitResult& fit, const ContactScore& contact)
 nlohmann::json FitFramesJson(const FitResult& fit, const ContactScore& contact,
                              const ClearanceReport& clearance);
 
-/// How somebody drinks, and what came of it: frames, millimetres, degrees; null for nobody.
+/// How somebody drinks, and what came of it: frames, millimeters, degrees; null for nobody.
 nlohmann::json DrinkJson(const std::optional<DrinkReport>& drink, const DrinkMeasures& drunk);
 
 /// The hand-overs of a carried clip, a list as in metrics.json: frames, hands, confidence and the

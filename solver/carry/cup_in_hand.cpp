@@ -22,8 +22,8 @@ constexpr int kBack = 6, kAhead = 3, kAside = 4;  // steps tried from the middle
 constexpr int kTurns = 8;                         // of what is not round
 constexpr std::size_t kFinished = 12;
 constexpr double kRound_m = 0.002;
-constexpr double kMostDeep_m = 0.0006;  // of an open hand: walls are thin
-constexpr double kFilled = 0.6;         // share of the height, from the rim, that no hand is in
+constexpr double kMaxDeep_m = 0.0006;  // of an open hand: walls are thin
+constexpr double kFilled = 0.6;        // share of the height, from the rim, that no hand is in
 
 class StandingHold {
  public:
@@ -101,7 +101,7 @@ class StandingHold {
             if (!HasRoom(skin, wrist_from_object)) continue;
             GraspAttempt attempt;
             ClosingOptions closing;
-            closing.allowed_depth = kMostDeep_m;
+            closing.allowed_depth = kMaxDeep_m;
             attempt.angles =
                 CloseFingers(anatomy_, evaluation_, grid_, wrist_from_object, start, closing)
                     .angles;
@@ -133,7 +133,7 @@ class StandingHold {
     const Isometry3d object_from_wrist = wrist_from_object.inverse();
     for (Eigen::Index i = 0; i < skin.cols(); i += 2) {
       const Vector3d x = object_from_wrist * Vector3d(skin.col(i));
-      if (grid_.Linear(x) < -kMostDeep_m) return false;
+      if (grid_.Linear(x) < -kMaxDeep_m) return false;
       const bool high =
           x.z() > marks_.rim.z() - kFilled * marks_.size.z() && x.z() < marks_.rim.z();
       if (high && (x - marks_.rim).head<2>().norm() < marks_.rim_radius) return false;

@@ -16,7 +16,7 @@ namespace holdfast {
 /// A hand at something that stands, in the wrist's frame.
 struct HandAtTable {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();      ///< the world's, unit
-  Eigen::Vector3d between = Eigen::Vector3d::Zero();  ///< of thumb and fingers, metres
+  Eigen::Vector3d between = Eigen::Vector3d::Zero();  ///< of thumb and fingers, meters
   double table_m = 0.0;  ///< height of what it stands on along `up`, from the wrist
   /// What a place in the hand (wrist_from_object) with this skin (3 x N, wrist's frame) is worth
   /// besides the grasp's score.

@@ -24,13 +24,13 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kNearest_m = 0.25, kLeastRise_m = 0.1;
+constexpr double kNearest_m = 0.25, kMinRise_m = 0.1;
 constexpr double kOverEyes_m = 0.08, kFallsBehind_m = 0.04,
                  kBehindEyes_m = 0.08;  // of a palm that combs hair
 constexpr double kApproach_s = 0.4;     // over which the wrist leaves the clip's for the cup
 constexpr double kUpright = 0.7;        // share of the way to the mouth over which it comes back
-constexpr double kFarTilt = 50.0 * kDegree, kMostBack = 45.0 * kDegree;
-constexpr double kMostYaw = 30.0 * kDegree;
+constexpr double kFarTilt = 50.0 * kDegree, kMaxBack = 45.0 * kDegree;
+constexpr double kMaxYaw = 30.0 * kDegree;
 constexpr double kLipsFrom_m = 0.12, kLipsAt_m = 0.02;  // of the rim, beyond its nearest
 constexpr double kLipsNear_m = 0.01;                    // of the rim, for the hand not to give
 constexpr double kHandGives_m = 0.025, kGive = 5.0 * kDegree;  // at most; each time
@@ -94,7 +94,7 @@ std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& f
   if (nearest > kNearest_m) return std::nullopt;
   const Matrix3Xd& palm = tracks.Of(times.side);
   const double low = palm.row(2).minCoeff(), rise = palm(2, times.drink) - low;
-  if (rise < kLeastRise_m || CombsHair(tracks, palm, face)) return std::nullopt;
+  if (rise < kMinRise_m || CombsHair(tracks, palm, face)) return std::nullopt;
   const Eigen::VectorXd speed = tracks.Speed(times.side);
   times.lift = RestBeside(palm, speed, times.drink, -1, low + 0.2 * rise);
   times.put_down = RestBeside(palm, speed, times.drink, 1, low + 0.2 * rise);
@@ -205,7 +205,7 @@ class DrinkServer {
   // Of two places in the hand, the one with the rim nearer to the mouth, and no finger where the
   // lips are to be.
   std::function<double(const Isometry3d&, const Matrix3Xd&)> Drinkable() {
-    constexpr double kLostByMetre = 12.0, kRoom_m = 0.03, kLostByHand = 20.0;  // a metre
+    constexpr double kLostByMeter = 12.0, kRoom_m = 0.03, kLostByHand = 20.0;  // a meter
     const Isometry3d drinks = Wrist(times_.drink);
     BodyState state;
     ForwardJoints(surface_.RestJoints(), clip_.pose[times_.drink], clip_.trans.col(times_.drink),
@@ -215,7 +215,7 @@ class DrinkServer {
       const Vector3d edge = DrinkingEdge(marks_, drinks * wrist_from_cup, lips);
       const Vector3d at = drinks.inverse() * edge;
       const double hand = std::sqrt((skin.colwise() - at).colwise().squaredNorm().minCoeff());
-      return -kLostByMetre * (edge - lips).norm() - kLostByHand * std::max(0.0, kRoom_m - hand);
+      return -kLostByMeter * (edge - lips).norm() - kLostByHand * std::max(0.0, kRoom_m - hand);
     };
   }
 
@@ -376,8 +376,8 @@ class DrinkServer {
     const double tilt = std::acos(std::clamp(axis.z(), -1.0, 1.0));
     const Vector3d from_cup = head.transpose() * Vector3d(axis.x(), axis.y(), 0.0);
     const double yaw = std::atan2(-from_cup.x(), -from_cup.z());
-    return {-std::clamp(tilt - kFarTilt, 0.0, kMostBack),
-            std::sin(tilt) * std::clamp(yaw, -kMostYaw, kMostYaw), 0.0};
+    return {-std::clamp(tilt - kFarTilt, 0.0, kMaxBack),
+            std::sin(tilt) * std::clamp(yaw, -kMaxYaw, kMaxYaw), 0.0};
   }
 
   const ClipBody& body_;

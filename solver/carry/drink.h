@@ -31,7 +31,7 @@ struct DrinkTimes {
 std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& face);
 
 /// Where something is drunk from in a pose: the lowest place of its rim, or, upright, that nearest
-/// to `mouth`; world, metres.
+/// to `mouth`; world, meters.
 Eigen::Vector3d DrinkingEdge(const ObjectMarks& cup, const Eigen::Isometry3d& world_from_cup,
                              const Eigen::Vector3d& mouth);
 

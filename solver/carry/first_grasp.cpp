@@ -35,7 +35,7 @@ bool NothingToCarry(GraspStatus status) {
 // The clean grasp of most score with what it is also worth, among those that serve.
 Grasp WorthMost(const HandModel& hand, const GraspReport& report, const FirstGraspOptions& options,
                 const SignedDistance& surface) {
-  constexpr std::size_t kMostAsked = 4;
+  constexpr std::size_t kMaxAsked = 4;
   std::vector<std::pair<double, const Grasp*>> clean;
   for (const GraspReport::Candidate& candidate : report.candidates) {
     if (!candidate.refused.empty()) continue;
@@ -43,11 +43,11 @@ Grasp WorthMost(const HandModel& hand, const GraspReport& report, const FirstGra
   }
   std::ranges::stable_sort(clean, std::greater(), &std::pair<double, const Grasp*>::first);
   std::size_t chosen = 0;
-  while (options.serves && chosen < std::min(clean.size(), kMostAsked) &&
+  while (options.serves && chosen < std::min(clean.size(), kMaxAsked) &&
          !options.serves(*clean[chosen].second)) {
     ++chosen;
   }
-  Grasp best = *clean[chosen < std::min(clean.size(), kMostAsked) ? chosen : 0].second;
+  Grasp best = *clean[chosen < std::min(clean.size(), kMaxAsked) ? chosen : 0].second;
   HandEvaluation evaluation = AtWrist(hand);
   const Eigen::Matrix3Xd in_object =
       best.wrist_from_object.inverse() * evaluation.At(best.fingers.data(), false).Vertices();

@@ -74,13 +74,13 @@ Eigen::Vector3d PalmOf(Side side, const Eigen::Isometry3d& wrist);
 
 /// Both palms and the head over time, from joints.
 struct PalmTracks {
-  std::array<Eigen::Matrix3Xd, 2> at;                  ///< right and left: 3 x T, world, metres
+  std::array<Eigen::Matrix3Xd, 2> at;                  ///< right and left: 3 x T, world, meters
   std::vector<Eigen::Isometry3d> head;                 ///< T, world from the head's joint
   Eigen::Vector3d forward = Eigen::Vector3d::UnitX();  ///< of the chest in the mean, level
   double frame_rate = 30.0;
 
   const Eigen::Matrix3Xd& Of(Side side) const { return at[side == Side::kRight ? 0 : 1]; }
-  /// Of a palm: T, metres a second, between 0.04 s to either side.
+  /// Of a palm: T, meters a second, between 0.04 s to either side.
   Eigen::VectorXd Speed(Side side) const;
 };
 PalmTracks TrackPalms(const Clip& clip, const Eigen::Matrix3Xd& rest_joints);

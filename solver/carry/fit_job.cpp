@@ -165,7 +165,7 @@ OptionTable OptionsOf(FitJob& job) {
   table.Number("start", "", job.start, kNonNegative, "First frame to fit");
   table.Number("end", "", job.end, {}, "Frame to stop before; -1 is the clip's end");
   table.Number("object_scale", "", carry.object_scale, kPositive,
-               "Multiplies the object's coordinates (0.001 for millimetres)");
+               "Multiplies the object's coordinates (0.001 for millimeters)");
   table.Flag("keep_motion", carry.keep_motion,
              "Leave the clip's motion as it is. Without it, arms give way, smoothly and by little, "
              "where the object, hand or forearm would go through the person's own body; with it "
@@ -198,7 +198,7 @@ FitRun RunFit(const FitJob& job, FitInput input,
     tell("warning: " + warning);
   };
   if (!input.made) {
-    RequireMetres(job.clip, input.motion.clip, *input.motion.body.model);
+    RequireMeters(job.clip, input.motion.clip, *input.motion.body.model);
     CutToRange(job, input.motion.clip);
   }
   ChooseGrasp(job, input, run.options, run.notes);

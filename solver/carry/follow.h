@@ -13,7 +13,7 @@ namespace holdfast {
 
 /// When an object follows a hand, whatever the hand's skin or fingers do to it: they are near and
 /// move together. By the joints and labels of SkillMimic's basketball (61 clips; 6 cm from the
-/// nearest joint in place of the skin), 94 % of the frames that this finds are labelled as contact,
+/// nearest joint in place of the skin), 94 % of the frames that this finds are labeled as contact,
 /// and it finds 96 % of those: at 0.8 m/s 95 and 87 %, without most dribbling.
 struct FollowProtocol {
   double gap_m = 0.05;     ///< from the hand's skin to the object, at most; inside counts as 0
@@ -31,7 +31,7 @@ std::vector<std::uint8_t> FindFollows(const Clip& clip, std::span<const HandMode
                                       const PreparedObject& object,
                                       const FollowProtocol& protocol = {}, int threads = 1);
 
-/// From a hand's skin, as the clip has it, to the object, metres, per frame, negative inside.
+/// From a hand's skin, as the clip has it, to the object, meters, per frame, negative inside.
 std::vector<double> SkinGaps(const Clip& clip, const HandModel& hand, const PreparedObject& object,
                              int threads = 1);
 

@@ -109,7 +109,7 @@ class BallRefiner {
     for (std::size_t t = 0; t < last.frames.size(); ++t) report.frames[t] += last.frames[t];
   }
 
-  // Metres, of the skin in the ball in the frames of these holds.
+  // Meters, of the skin in the ball in the frames of these holds.
   double Deepest(const std::vector<ClipHold>& holds, const std::vector<FittedFrame>& fitted) const {
     const auto h = static_cast<std::size_t>(holds.front().hand);
     const HandModel& hand = *hands_[h];

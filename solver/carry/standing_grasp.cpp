@@ -222,7 +222,7 @@ StandingGraspSet GraspsStanding(const std::shared_ptr<const BodyModel>& body, Si
   held.set = FindGrasps(hand, object.mesh, grid, options, progress);
   std::vector<Grasp> shown;
   for (const CertifiedGrasp& one : held.set.grasps) {
-    if (static_cast<int>(shown.size()) < kMostShown) shown.push_back(one.grasp);
+    if (static_cast<int>(shown.size()) < kMaxShown) shown.push_back(one.grasp);
   }
   if (!shown.empty()) {
     held.clip = HeldBy(body, hand, grid, shown, object.name, options.search.threads);
@@ -259,7 +259,7 @@ OptionTable OptionsOf(GraspJob& job) {
                  "handle what has one");
   AddUseOption(table, search.use);
   table.Number("object_scale", "", job.object_scale, kPositive,
-               "Multiplies the object's coordinates (0.001 for millimetres)");
+               "Multiplies the object's coordinates (0.001 for millimeters)");
   table.Number("closings", "", search.closings, {1, 100'000},
                "Placements that the fingers are closed for");
   table.Number("refinements", "", search.refinements, {1, 100'000},

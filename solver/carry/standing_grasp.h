@@ -37,9 +37,9 @@ StandingGrasp GraspStanding(const std::shared_ptr<const BodyModel>& body, Side s
 /// Many grasps, and who holds the object with them.
 struct StandingGraspSet {
   GraspSet set;
-  Clip clip;  ///< a frame for each of the first `kMostShown` grasps; none where there is none
+  Clip clip;  ///< a frame for each of the first `kMaxShown` grasps; none where there is none
 };
-inline constexpr int kMostShown = 100;
+inline constexpr int kMaxShown = 100;
 
 /// The same for many distinct grasps (FindGrasps), which the object's uprightness does not rank.
 /// Throws Error as FindGrasps does.
@@ -51,7 +51,7 @@ StandingGraspSet GraspsStanding(const std::shared_ptr<const BodyModel>& body, Si
 /// where HoldInBothHands may start from.
 Clip StandWithForearmsForward(const std::shared_ptr<const BodyModel>& body);
 
-/// Gives a clip of one frame an object of this name there (metres), held by these hands.
+/// Gives a clip of one frame an object of this name there (meters), held by these hands.
 void PutInHands(std::uint8_t hands, const std::string& name,
                 const Eigen::Isometry3d& world_from_object, Clip& clip);
 

@@ -32,7 +32,7 @@ inline constexpr int JointOfArm(Side side, int joint) {
 /// One frame's arm as the clip has it.
 struct ArmFrame {
   std::array<Eigen::Matrix3d, 4> local;  ///< S_j
-  std::array<Eigen::Vector3d, 4> bone;   ///< from the joint before, in its frame, metres
+  std::array<Eigen::Vector3d, 4> bone;   ///< from the joint before, in its frame, meters
   Eigen::Isometry3d chest;               ///< world pose of the collar's parent
 
   /// `state` has the joints of the frame (ForwardJoints).

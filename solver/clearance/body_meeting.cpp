@@ -11,7 +11,7 @@
 namespace holdfast {
 namespace {
 
-constexpr int kMostSamples = 300;   // a centimetre apart
+constexpr int kMaxSamples = 300;    // a centimeter apart
 constexpr double kDeepest_m = 0.1;  // deeper is not told from outside
 constexpr int kClusterSize = 8;
 constexpr std::uint8_t kBothArms = kHoldsRight | kHoldsLeft;
@@ -79,8 +79,9 @@ std::string_view MeetingPartName(MeetingPart part) {
   }
 }
 
-BodyMeeting::BodyMeeting(const BodySurface& body, const TriangleMesh& object,
-                         std::span<const std::uint8_t> left_out, double spacing_m)
+BodyCollisionDetector::BodyCollisionDetector(const BodySurface& body, const TriangleMesh& object,
+                                             std::span<const std::uint8_t> left_out,
+                                             double spacing_m)
     : body_(body) {
   obstacles_[kBothArms].emplace(body, kBothArms);
   for (const std::uint8_t bits : left_out) {
@@ -89,9 +90,9 @@ BodyMeeting::BodyMeeting(const BodySurface& body, const TriangleMesh& object,
   LookAt(object, spacing_m);
 }
 
-void BodyMeeting::LookAt(const TriangleMesh& object, double spacing_m) {
+void BodyCollisionDetector::LookAt(const TriangleMesh& object, double spacing_m) {
   object_ = ContactSamples(object, spacing_m,
-                           static_cast<int>(kMostSamples * 1e-4 / (spacing_m * spacing_m)));
+                           static_cast<int>(kMaxSamples * 1e-4 / (spacing_m * spacing_m)));
   object_clusters_ = Clustered(object_);
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const int a = side == Side::kRight ? 0 : 1;
@@ -102,7 +103,7 @@ void BodyMeeting::LookAt(const TriangleMesh& object, double spacing_m) {
   }
 }
 
-BodyMeeting::Clusters BodyMeeting::Clustered(const Eigen::Matrix3Xd& points) {
+BodyCollisionDetector::Clusters BodyCollisionDetector::Clustered(const Eigen::Matrix3Xd& points) {
   Clusters clusters;
   std::vector<int> order(static_cast<std::size_t>(points.cols()));
   std::iota(order.begin(), order.end(), 0);
@@ -127,10 +128,9 @@ BodyMeeting::Clusters BodyMeeting::Clustered(const Eigen::Matrix3Xd& points) {
   return clusters;
 }
 
-BodyMeeting::Frame BodyMeeting::Measure(const BodyState& state,
-                                        const Eigen::Isometry3d& world_from_object,
-                                        std::uint8_t arms, std::uint8_t left_out,
-                                        double within_m) const {
+BodyCollisionDetector::Frame BodyCollisionDetector::Measure(
+    const BodyState& state, const Eigen::Isometry3d& world_from_object, std::uint8_t arms,
+    std::uint8_t left_out, double within_m) const {
   Frame frame;
   const auto search = [&](std::uint8_t obstacle, bool with_object, std::uint8_t of) {
     Eigen::Matrix3Xd object(3, 0);

@@ -23,19 +23,19 @@ std::string_view MeetingPartName(MeetingPart part);  ///< "object", "right arm";
 
 /// Where object, hands and forearms meet the body of the person who carries. Const, shared by
 /// threads; `body` must outlive it.
-class BodyMeeting {
+class BodyCollisionDetector {
  public:
-  /// Looks at points about `spacing_m` apart on the object (metres, its own frame) and on hands and
+  /// Looks at points about `spacing_m` apart on the object (meters, its own frame) and on hands and
   /// forearms. `left_out`: those that Measure is to be asked for.
-  BodyMeeting(const BodySurface& body, const TriangleMesh& object,
-              std::span<const std::uint8_t> left_out, double spacing_m = 0.01);
+  BodyCollisionDetector(const BodySurface& body, const TriangleMesh& object,
+                        std::span<const std::uint8_t> left_out, double spacing_m = 0.01);
 
   /// The same body and the same arms, looked at at other points.
   void LookAt(const TriangleMesh& object, double spacing_m);
 
   /// A point near the skin.
   struct Point {
-    Eigen::Vector3d at;  ///< world, metres
+    Eigen::Vector3d at;  ///< world, meters
     OwnBody::Touch touch;
     double wrist_share;  ///< how much it goes along with the wrist; the rest with the elbow
   };

@@ -26,7 +26,7 @@ constexpr double kKnot_s = 0.2;     // between control points
 constexpr double kGiveWay_s = 1.6;  // before and after a frame that is too deep
 constexpr int kFineRounds = 3;
 constexpr double kFine_m = 0.004;     // between points, in the end
-constexpr double kFar_m = 0.015;      // where no point a centimetre apart is nearer, none is deep
+constexpr double kFar_m = 0.015;      // where no point a centimeter apart is nearer, none is deep
 constexpr double kTouching_m = 5e-4;  // an arm that is deeper takes part
 constexpr double kTake_s = 0.3;       // to move off a place where the object rests
 constexpr double kHandNear_s = 0.5;   // a hand about to take hold may touch
@@ -35,11 +35,11 @@ constexpr double kSolved_hz = 30.0;  // frames that planes are put up in
 constexpr double kBend = 0.15;
 constexpr double kStay_m = 0.006, kMost_m = 0.05;
 constexpr double kUpright_rad = 30.0 * kDegree, kTurned_rad = 60.0 * kDegree;
-constexpr std::size_t kMostPlanes = 48;
+constexpr std::size_t kMaxPlanes = 48;
 
 constexpr Side kSides[] = {Side::kRight, Side::kLeft};
 
-ArmChange Readiness() {
+ArmChange PriorSigma() {
   ArmChange sigma;
   sigma << 3, 3, 3, 20, 12, 12, 15, 15, 0.5, 15, 15, 15;
   return kDegree * sigma;
@@ -47,12 +47,12 @@ ArmChange Readiness() {
 
 // The first so many by depth.
 void KeepDeepest(const std::vector<double>& depths, std::vector<DepthInBody::Plane>& planes) {
-  if (planes.size() <= kMostPlanes) return;
+  if (planes.size() <= kMaxPlanes) return;
   std::vector<std::size_t> order(planes.size());
   std::iota(order.begin(), order.end(), 0u);
   std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t k) { return depths[k]; });
   std::vector<DepthInBody::Plane> kept;
-  for (std::size_t k = 0; k < kMostPlanes; ++k) kept.push_back(planes[order[k]]);
+  for (std::size_t k = 0; k < kMaxPlanes; ++k) kept.push_back(planes[order[k]]);
   planes = std::move(kept);
 }
 
@@ -112,9 +112,10 @@ class BodyKeeper {
     std::vector<bool> free;  // of the control points
   };
 
-  std::vector<BodyMeeting::Frame> Measure(const Clip& clip, const std::vector<int>& frames,
-                                          double within_m = kWatched_m) const {
-    std::vector<BodyMeeting::Frame> found(frames.size());
+  std::vector<BodyCollisionDetector::Frame> Measure(const Clip& clip,
+                                                    const std::vector<int>& frames,
+                                                    double within_m = kWatched_m) const {
+    std::vector<BodyCollisionDetector::Frame> found(frames.size());
     const auto count = static_cast<int>(frames.size());
     const int together = SharedFramesTogether(count);
     const int blocks = (count + together - 1) / together;
@@ -149,7 +150,7 @@ class BodyKeeper {
       report_.frames[t].part = of_object > 0.0 ? MeetingPart::kObject : MeetingPart::kNone;
       if (of_arms > of_object) by_arms.push_back(t);
     }
-    const std::vector<BodyMeeting::Frame> which = Measure(clip, by_arms);
+    const std::vector<BodyCollisionDetector::Frame> which = Measure(clip, by_arms);
     for (std::size_t k = 0; k < by_arms.size(); ++k) {
       report_.frames[by_arms[k]].part = which[k].arm_depth_m[0] >= which[k].arm_depth_m[1]
                                             ? MeetingPart::kRightArm
@@ -199,7 +200,7 @@ class BodyKeeper {
   double Freedom(const Arm& arm, int t) const { return Holds(arm) ? freedom_[t] : 1.0; }
 
   // The arms that are too deep, and who holds the object with them.
-  void FreeAround(int t, const BodyMeeting::Frame& near) {
+  void FreeAround(int t, const BodyCollisionDetector::Frame& near) {
     const auto reach = static_cast<int>(std::lround(kGiveWay_s / kKnot_s));
     const bool both = clip_.holding_hand[t] == (kHoldsRight | kHoldsLeft);
     for (Arm& arm : arms_) {
@@ -228,7 +229,7 @@ class BodyKeeper {
       freedom_.push_back(Freedom(t));
       if (report_.frames[t].depth_m > options_.deep_m) deep.push_back(t);
     }
-    const std::vector<BodyMeeting::Frame> found = Measure(clip_, deep);
+    const std::vector<BodyCollisionDetector::Frame> found = Measure(clip_, deep);
     for (std::size_t k = 0; k < deep.size(); ++k) FreeAround(deep[k], found[k]);
     nearest_.assign(static_cast<std::size_t>(frames_), 0.0);
     std::vector<bool> far(static_cast<std::size_t>(frames_), false);
@@ -248,14 +249,14 @@ class BodyKeeper {
       for (int t = 0; t < frames_; t += stride) {
         if (IsFree(t)) watched.push_back(t);
       }
-      std::vector<BodyMeeting::Frame> near(watched.size());
+      std::vector<BodyCollisionDetector::Frame> near(watched.size());
       std::vector<int> looked, place;
       for (std::size_t k = 0; k < watched.size(); ++k) {
         if (far[watched[k]]) continue;
         looked.push_back(watched[k]);
         place.push_back(static_cast<int>(k));
       }
-      std::vector<BodyMeeting::Frame> found = Measure(moved_, looked, within_m);
+      std::vector<BodyCollisionDetector::Frame> found = Measure(moved_, looked, within_m);
       double worst = 0.0;
       for (std::size_t k = 0; k < found.size(); ++k) {
         worst = std::max(worst, found[k].depth_m);
@@ -269,7 +270,8 @@ class BodyKeeper {
     }
   }
 
-  void SolveRound(const std::vector<int>& watched, const std::vector<BodyMeeting::Frame>& near) {
+  void SolveRound(const std::vector<int>& watched,
+                  const std::vector<BodyCollisionDetector::Frame>& near) {
     ceres::Problem problem;
     for (Arm& arm : arms_) {
       if (std::ranges::none_of(arm.free, std::identity{})) continue;
@@ -278,7 +280,7 @@ class BodyKeeper {
         if (!arm.free[k]) problem.SetParameterBlockConstant(arm.spline.Knot(k));
       }
       for (int k = 1; k + 1 < arm.spline.Size(); ++k) {
-        problem.AddResidualBlock(new ArmSplinePrior(Readiness(), kBend), nullptr,
+        problem.AddResidualBlock(new ArmSplinePrior(PriorSigma(), kBend), nullptr,
                                  arm.spline.Knot(k - 1), arm.spline.Knot(k),
                                  arm.spline.Knot(k + 1));
       }
@@ -288,7 +290,7 @@ class BodyKeeper {
     SolveQuietly(SparseOptions(kIterations, 1e-4), problem);
   }
 
-  void AddFrame(ceres::Problem& problem, int t, const BodyMeeting::Frame& near) {
+  void AddFrame(ceres::Problem& problem, int t, const BodyCollisionDetector::Frame& near) {
     BodyState base, now;
     ForwardJoints(body_.RestJoints(), clip_.pose[t], clip_.trans.col(t), base);
     ForwardJoints(body_.RestJoints(), moved_.pose[t], moved_.trans.col(t), now);
@@ -321,7 +323,7 @@ class BodyKeeper {
                              nullptr, knots);
   }
 
-  DepthInBody Planes(const std::vector<BodyMeeting::Point>& near, Side side,
+  DepthInBody Planes(const std::vector<BodyCollisionDetector::Point>& near, Side side,
                      const BodyState& now) const {
     DepthInBody depth;
     std::vector<double> depths;
@@ -333,13 +335,13 @@ class BodyKeeper {
       return std::abs(touch.depth) > kOnSkin ? Eigen::Vector3d((touch.surface - at) / touch.depth)
                                              : touch.normal;
     };
-    for (const BodyMeeting::Point& point : near) {
+    for (const BodyCollisionDetector::Point& point : near) {
       if (point.touch.depth > 0.0) out += point.touch.depth * direction(point.touch, point.at);
     }
     out.stableNormalize();
     const Eigen::Isometry3d wrist = now.WorldFromJoint(WristJoint(side)).inverse(),
                             elbow = now.WorldFromJoint(JointOfArm(side, kArmElbow)).inverse();
-    for (const BodyMeeting::Point& point : near) {
+    for (const BodyCollisionDetector::Point& point : near) {
       const Eigen::Vector3d normal = direction(point.touch, point.at);
       if (point.touch.depth > 0.0 && normal.dot(out) < -0.2) continue;
       depth.planes.push_back(

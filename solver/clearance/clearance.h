@@ -56,7 +56,7 @@ struct ClearanceScene {
                  std::span<const std::uint8_t> holding, double frame_rate);
 
   std::vector<std::uint8_t> near;  ///< who holds about then
-  BodyMeeting meeting;
+  BodyCollisionDetector meeting;
   OwnBodyMeter meter;
 };
 
@@ -68,7 +68,7 @@ struct ClearanceScene {
 /// Where that is not enough, what comes nearest is kept and said. A clip without object, or of a
 /// hand alone, comes back as it is.
 ///
-/// `body`: all vertices of the clip's person; `object`: the mesh, metres. Throws Error unless
+/// `body`: all vertices of the clip's person; `object`: the mesh, meters. Throws Error unless
 /// holding_hand has the clip's frames.
 ClearanceReport KeepOutOfBody(const BodySurface& body, const TriangleMesh& object,
                               const ClearanceOptions& options, Clip& clip);

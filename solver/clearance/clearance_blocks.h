@@ -19,11 +19,11 @@ namespace holdfast {
 ///   r_i = max(0, n_i . (s_i - p_i(x)) + margin) / sigma,   one residual a point
 ///
 /// s_i: nearest skin, n_i: unit, out of the body, both held (OwnBody); p_i: the point, world,
-/// metres, which goes along with the wrist or, on the forearm, partly with the elbow. x: the arm's
+/// meters, which goes along with the wrist or, on the forearm, partly with the elbow. x: the arm's
 /// change (12). Linear in p: planes are taken anew where the arm has got to.
 struct DepthInBody {
   struct Plane {
-    Eigen::Vector3d in_elbow, in_wrist;  ///< the point, metres
+    Eigen::Vector3d in_elbow, in_wrist;  ///< the point, meters
     double wrist_share;                  ///< 1: fixed to the wrist
     Eigen::Vector3d surface, normal;
   };
@@ -61,7 +61,7 @@ struct DepthInBody {
 ///
 ///   (R, p) = W_right(x) C,   r = [(p_left(y) - p) / sigma_m;  log(R_left(y) R^T) / sigma_rad]
 ///
-/// 6 residuals, world. C: the left wrist in the right one's frame, as the clip has it, metres; x,
+/// 6 residuals, world. C: the left wrist in the right one's frame, as the clip has it, meters; x,
 /// y: the changes of the right and the left arm (12 each).
 struct HandClosure {
   static constexpr int kRows = 6;
@@ -95,7 +95,7 @@ struct HandClosure {
 ///   r = [(p(x) - p_0) / sigma_m;  log(R(x) R_0^T) / sigma_rad;
 ///        max(0, |p(x) - p_0| - most) / sigma_most],   7 residuals, world
 ///
-/// (R, p): the wrist's pose, metres; (R_0, p_0) the clip's. x: the arm's change (12). sigma_rad is
+/// (R, p): the wrist's pose, meters; (R_0, p_0) the clip's. x: the arm's change (12). sigma_rad is
 /// of each axis: about z, the vertical, an object turns without being spilled.
 struct HandStay {
   static constexpr int kRows = 7;

@@ -40,7 +40,7 @@ CapturedClips ReadCapturedClips(const std::vector<std::string>& paths) {
 }
 
 std::vector<wandr::ReachStart> StartsFrom(const CapturedClips& captured,
-                                          const wandr::Normaliser<double>& normaliser) {
+                                          const wandr::Normalizer<double>& normalizer) {
   std::vector<wandr::StartCandidate> candidates;
   for (std::size_t i = 0; i < captured.clips.size(); ++i) {
     const Clip& clip = captured.clips[i];
@@ -53,13 +53,13 @@ std::vector<wandr::ReachStart> StartsFrom(const CapturedClips& captured,
     clips.push_back(captured.clips[i]);
     names.push_back(fmt::format("{}, frame {}", captured.names[i], wandr::kReachStartFrame));
   }
-  return wandr::StartsOfClips(clips, names, normaliser);
+  return wandr::StartsOfClips(clips, names, normalizer);
 }
 
 std::vector<CapturedMotion> MeasureCaptured(const CapturedClips& captured,
                                             const wandr::LowestPoint& lowest,
                                             const wandr::BoneOffsets<float>& bones, int threads) {
-  constexpr double kWalks = 1.0;  // metres that the pelvis gets away
+  constexpr double kWalks = 1.0;  // meters that the pelvis gets away
   std::vector<CapturedMotion> measured(captured.clips.size());
   ParallelFor(static_cast<int>(measured.size()), threads, [&](int i) {
     const wandr::StateMatrix<float> states = wandr::StatesOfClip(captured.clips[i]).cast<float>();

@@ -24,7 +24,7 @@ constexpr std::string_view kListHead = "clip,frame,ahead,left,up";
 ListedReach ListedReachOf(std::string_view line, const std::filesystem::path& root,
                           const std::string& where) {
   const Error fault(where, "is not a clip and four numbers",
-                    fmt::format("Give {}: frame from 0, metres", kListHead));
+                    fmt::format("Give {}: frame from 0, meters", kListHead));
   std::array<std::string_view, 5> cells;
   for (std::size_t k = 0; k < cells.size(); ++k) {
     const std::size_t comma = k + 1 < cells.size() ? line.find(',') : line.size();
@@ -51,8 +51,8 @@ ListedReach ListedReachOf(std::string_view line, const std::filesystem::path& ro
 
 std::vector<ListedReach> ReadListedReaches(const std::filesystem::path& table,
                                            const std::filesystem::path& root) {
-  constexpr std::size_t kMostBytes = 16u << 20;
-  const std::string text = ByteSource(table).Text(kMostBytes);
+  constexpr std::size_t kMaxBytes = 16u << 20;
+  const std::string text = ByteSource(table).Text(kMaxBytes);
   std::vector<ListedReach> listed;
   int number = 0;
   for (std::size_t at = 0; at < text.size();) {
@@ -75,7 +75,7 @@ std::vector<ListedReach> ReadListedReaches(const std::filesystem::path& table,
 ListedMotion MakeListedReach(const ListedReach& listed,
                              const std::shared_ptr<const BodyModel>& body,
                              const wandr::NetworkWeights& network, const ReachOptions& options) {
-  constexpr double kRestsWithin = 0.02;  // metres
+  constexpr double kRestsWithin = 0.02;  // meters
   constexpr Eigen::Index kRestFrames = 15;
   ImportFileOptions import;
   import.parameters.body = body;

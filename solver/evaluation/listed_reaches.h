@@ -19,7 +19,7 @@ namespace holdfast {
 struct ListedReach {
   std::filesystem::path clip;  ///< any file that LoadClip reads
   int frame = 0;               ///< at the rate that LoadClip gives the clip, from 0
-  /// Where the wrist is wanted, metres: ahead of and to the left of the pelvis by the heading in
+  /// Where the wrist is wanted, meters: ahead of and to the left of the pelvis by the heading in
   /// that frame, and above the ground.
   Eigen::Vector3d ahead_left_up = Eigen::Vector3d::Zero();
 };

@@ -15,7 +15,7 @@ namespace {
 constexpr int kBlockOfMotions = 64;    // motions in a file
 constexpr int kMotionsPerThread = 16;  // between writings of it: what shares a pass over weights
 
-// Decimals that are worth a file's room: a micrometre, a tenth of a millisecond.
+// Decimals that are worth a file's room: a micrometer, a tenth of a millisecond.
 std::vector<double> Rounded(const std::vector<float>& values, double per_unit) {
   std::vector<double> rounded;
   for (const float value : values) {
@@ -64,7 +64,7 @@ std::string ChecksumOf(const MethodStudy::Question& question) {
 
 }  // namespace
 
-MethodSummary SummariseMethod(std::span<const MethodMotion> motions) {
+MethodSummary SummarizeMethod(std::span<const MethodMotion> motions) {
   std::vector<StudyMotion> plain;
   MethodSummary summary;
   for (const MethodMotion& motion : motions) {
@@ -86,7 +86,7 @@ MethodSummary SummariseMethod(std::span<const MethodMotion> motions) {
           return distance <= wandr::kReachedWithin;
         });
   }
-  summary.study = SummariseMotions(plain);
+  summary.study = SummarizeMotions(plain);
   const auto count = static_cast<double>(motions.size());
   for (double* const mean : {&summary.airborne_motions, &summary.fast_motions, &summary.fast_frames,
                              &summary.latent_rms, &summary.seconds, &summary.success_any}) {

@@ -51,7 +51,7 @@ struct MethodSummary {
   /// "minimizer, linear solver: termination" of all solves, how often, with how many iterations.
   std::map<std::string, std::pair<int, int>> solves;
 };
-MethodSummary SummariseMethod(std::span<const MethodMotion> motions);
+MethodSummary SummarizeMethod(std::span<const MethodMotion> motions);
 
 /// Share of pairs of frames in which the pelvis is above kFastPelvis; `joints` (66 x F).
 double FastShare(const Eigen::Ref<const Eigen::MatrixXf>& joints);

@@ -56,9 +56,9 @@ ReachMethod Intention(const ReachGenerator& with, const wandr::ReachProtocol& pr
 }
 
 ReachMethod VaeOpt(const ReachGenerator& with, const wandr::ReachProtocol& protocol,
-                   const std::string& key, const std::string& label, VaeOptMethod optimiser) {
+                   const std::string& key, const std::string& label, VaeOptMethod optimizer) {
   VaeOptOptions options;
-  options.method = optimiser;
+  options.method = optimizer;
   options.sigma = protocol.sigma;
   ReachMethod method;
   method.key = key;
@@ -73,7 +73,7 @@ ReachMethod VaeOpt(const ReachGenerator& with, const wandr::ReachProtocol& proto
                                  const std::function<void()>& poll) {
     VaeOptOptions polled = options;
     polled.poll = poll;
-    return OptimiseAsPublished(with.network, with.bones, tasks, polled, threads);
+    return OptimizeAsPublished(with.network, with.bones, tasks, polled, threads);
   };
   return method;
 }
@@ -124,7 +124,7 @@ ReachMethod LatentOpt(const ReachGenerator& with, const wandr::ReachProtocol& pr
     LatentOptions polled = options;
     polled.poll = poll;
     std::vector<ReachSolution> solutions =
-        OptimiseLatents(with.network, body, within, polled, threads);
+        OptimizeLatents(with.network, body, within, polled, threads);
     if (!refit) return solutions;
     ParallelFor(static_cast<int>(solutions.size()), threads, [&](int i) {
       wandr::RolloutTrack& track = solutions[i].track;

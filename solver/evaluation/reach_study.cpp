@@ -91,14 +91,14 @@ void RefitToGoal(const BodyMeasures& measures, const Eigen::Vector3d& goal,
   RefitRollout(measures, {&there, outcome.Reached() ? 1u : 0u}, Side::kRight, track);
 }
 
-StudySummary SummariseMotions(std::span<const StudyMotion> motions) {
+StudySummary SummarizeMotions(std::span<const StudyMotion> motions) {
   std::vector<wandr::ReachOutcome> outcomes;
   StudySummary summary;
   for (const StudyMotion& motion : motions) {
     outcomes.push_back(motion.outcome);
     summary.surface_skating += motion.surface_skating / static_cast<double>(motions.size());
   }
-  summary.reach = wandr::Summarise(outcomes);
+  summary.reach = wandr::Summarize(outcomes);
   return summary;
 }
 

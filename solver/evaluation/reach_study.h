@@ -49,7 +49,7 @@ struct StudySummary {
   wandr::ReachSummary reach;
   double surface_skating = 0.0;
 };
-StudySummary SummariseMotions(std::span<const StudyMotion> motions);
+StudySummary SummarizeMotions(std::span<const StudyMotion> motions);
 
 /// What a study asks: everything that its results depend on.
 struct ReachQuestion {

@@ -12,7 +12,7 @@
 
 namespace holdfast {
 
-/// Keypoint inverse kinematics: sum_i w_i |x_i - target_i|^2; object's frame, metres, 3 residuals a
+/// Keypoint inverse kinematics: sum_i w_i |x_i - target_i|^2; object's frame, meters, 3 residuals a
 /// point. The task of differential IK as Mink's FrameTask has it (position cost).
 class RobotKeypointTerm final : public RobotTerm {
  public:
@@ -78,18 +78,18 @@ class RobotVectorTerm final : public RobotTerm {
 };
 
 /// The Laplacian of an interaction mesh is kept (Ho et al. 2010; OmniRetarget, Yang et al. 2025):
-///   sum_i w |x_i - mean of its neighbours - delta_i|^2,
+///   sum_i w |x_i - mean of its neighbors - delta_i|^2,
 /// delta_i that of the human's mesh; nodes are places of the hand and points of the object, which
-/// stand still; object points have a Laplacian as well. Object's frame, metres.
+/// stand still; object points have a Laplacian as well. Object's frame, meters.
 class RobotLaplacianTerm final : public RobotTerm {
  public:
   /// Node i < points.size() is points[i]; those after are columns of `object`. `human` (3 x
-  /// points): where the human has them. `neighbours` by node.
+  /// points): where the human has them. `neighbors` by node.
   RobotLaplacianTerm(std::vector<RobotKeypoint> points, const Eigen::Matrix3Xd& human,
-                     const Eigen::Matrix3Xd& object, std::vector<std::vector<int>> neighbours,
+                     const Eigen::Matrix3Xd& object, std::vector<std::vector<int>> neighbors,
                      double weight)
       : points_(std::move(points)),
-        neighbours_(std::move(neighbours)),
+        neighbors_(std::move(neighbors)),
         root_(std::sqrt(weight)),
         nodes_(3, human.cols() + object.cols()) {
     nodes_ << human, object;
@@ -103,9 +103,9 @@ class RobotLaplacianTerm final : public RobotTerm {
     const Eigen::Matrix3Xd residual = root_ * (Laplacian() - delta_);
     if (normal != nullptr) {
       Eigen::VectorXd row;
-      for (std::size_t i = 0; i < neighbours_.size(); ++i) {
+      for (std::size_t i = 0; i < neighbors_.size(); ++i) {
         const double share =
-            root_ / static_cast<double>(std::max<std::size_t>(1, neighbours_[i].size()));
+            root_ / static_cast<double>(std::max<std::size_t>(1, neighbors_[i].size()));
         for (int axis = 0; axis < 3; ++axis) {
           row.setZero(6 + robot.Hand().NumDofs());
           const auto add = [&](std::size_t node, double scale) {
@@ -114,7 +114,7 @@ class RobotLaplacianTerm final : public RobotTerm {
                            Eigen::Vector3d::Unit(axis), scale, row);
           };
           add(i, root_);
-          for (const int j : neighbours_[i]) add(static_cast<std::size_t>(j), -share);
+          for (const int j : neighbors_[i]) add(static_cast<std::size_t>(j), -share);
           if (!row.isZero()) normal->AddRow(row, residual(axis, static_cast<Eigen::Index>(i)));
         }
       }
@@ -125,17 +125,17 @@ class RobotLaplacianTerm final : public RobotTerm {
  private:
   Eigen::Matrix3Xd Laplacian() const {
     Eigen::Matrix3Xd out = nodes_;
-    for (std::size_t i = 0; i < neighbours_.size(); ++i) {
-      for (const int j : neighbours_[i]) {
+    for (std::size_t i = 0; i < neighbors_.size(); ++i) {
+      for (const int j : neighbors_[i]) {
         out.col(static_cast<Eigen::Index>(i)) -=
-            nodes_.col(j) / static_cast<double>(neighbours_[i].size());
+            nodes_.col(j) / static_cast<double>(neighbors_[i].size());
       }
     }
     return out;
   }
 
   std::vector<RobotKeypoint> points_;
-  std::vector<std::vector<int>> neighbours_;
+  std::vector<std::vector<int>> neighbors_;
   double root_;
   mutable Eigen::Matrix3Xd nodes_;
   Eigen::Matrix3Xd delta_;

@@ -18,7 +18,7 @@ namespace {
 // DexPilot's: vectors shorter than this are drawn together, by these weights, to these lengths.
 constexpr double kClose_m = 0.03;
 constexpr double kPinchWeight = 200.0, kFingersWeight = 400.0;
-constexpr double kTaskWeight = 1e4;  // a centimetre of the task counts as much as one sigma
+constexpr double kTaskWeight = 1e4;  // a centimeter of the task counts as much as one sigma
 constexpr double kPinch_m = 1e-4, kFingersApart_m = 0.03;
 
 Eigen::Vector3d HumanPalm(const RobotTransferSetup& setup, const HumanFrame& frame) {
@@ -50,7 +50,7 @@ RobotVectorTerm FingertipVectors(const RobotKeypoints& keypoints, const HumanFra
 
 // Edges whose ball (they are its diameter) holds no other node.
 std::vector<std::vector<int>> GabrielGraph(const Eigen::Matrix3Xd& nodes) {
-  std::vector<std::vector<int>> neighbours(static_cast<std::size_t>(nodes.cols()));
+  std::vector<std::vector<int>> neighbors(static_cast<std::size_t>(nodes.cols()));
   for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
     for (Eigen::Index j = i + 1; j < nodes.cols(); ++j) {
       const Eigen::Vector3d middle = 0.5 * (nodes.col(i) + nodes.col(j));
@@ -60,11 +60,11 @@ std::vector<std::vector<int>> GabrielGraph(const Eigen::Matrix3Xd& nodes) {
         empty = k == i || k == j || (nodes.col(k) - middle).squaredNorm() >= radius2;
       }
       if (!empty) continue;
-      neighbours[static_cast<std::size_t>(i)].push_back(static_cast<int>(j));
-      neighbours[static_cast<std::size_t>(j)].push_back(static_cast<int>(i));
+      neighbors[static_cast<std::size_t>(i)].push_back(static_cast<int>(j));
+      neighbors[static_cast<std::size_t>(j)].push_back(static_cast<int>(i));
     }
   }
-  return neighbours;
+  return neighbors;
 }
 
 double FingerLength(const RobotTransferSetup& setup) {

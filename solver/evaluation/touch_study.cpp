@@ -35,7 +35,7 @@ int NumMet(const Intervals& some, const Intervals& others) {
   }));
 }
 
-// From the nearest fingertip's marker to the object, metres, per frame; infinite where none is
+// From the nearest fingertip's marker to the object, meters, per frame; infinite where none is
 // seen.
 std::vector<double> FromFingertips(const MarkerRecording& recording, const SolvedRecording& solved,
                                    const SignedDistance& object) {

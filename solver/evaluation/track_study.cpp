@@ -28,7 +28,7 @@ bool Recovers(const FollowReport& report, int event) {
                      [](double d) { return d < wandr::kReachedWithin; });
 }
 
-TrackSummary SummariseTracks(TrackKind kind, std::span<const FollowReport> reports,
+TrackSummary SummarizeTracks(TrackKind kind, std::span<const FollowReport> reports,
                              std::span<const DrawnTrack> tracks) {
   TrackSummary sum;
   sum.kind = kind;
@@ -117,7 +117,7 @@ std::vector<TrackSummary> RunTrackStudy(std::span<const ReachPerson> persons,
   for (std::size_t k = 0; k < kTrackKinds.size(); ++k) {
     const std::size_t first = k * static_cast<std::size_t>(each);
     const auto count = static_cast<std::size_t>(each);
-    summaries.push_back(SummariseTracks(kTrackKinds[k], std::span(reports).subspan(first, count),
+    summaries.push_back(SummarizeTracks(kTrackKinds[k], std::span(reports).subspan(first, count),
                                         std::span(tracks).subspan(first, count)));
   }
   return summaries;

@@ -28,7 +28,7 @@ struct DrawnTrack {
   std::vector<int> events;  ///< frames of jumps or pushes
 };
 
-/// Begins half a metre ahead of the person; every 2 s it is told to turn, at up to 90 degrees a
+/// Begins half a meter ahead of the person; every 2 s it is told to turn, at up to 90 degrees a
 /// second, and to another height of 0.7 to 1.5 m, which it comes to at up to 0.4 m/s. The same seed
 /// gives the same track.
 DrawnTrack DrawTrack(TrackKind kind, const ReachPerson& person, std::uint64_t seed, int frames);

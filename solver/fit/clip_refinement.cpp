@@ -34,7 +34,7 @@ constexpr double kGround_m = 0.015;    // what lies this near to the ground lies
 constexpr double kNearRest_s = 0.5;    // a support is there this long before and after
 constexpr double kNearRest_m = 0.10;   // and this far around
 constexpr double kClean_m = 0.001;     // anchors have no penetration deeper than this
-constexpr int kLeastHold = 3;          // frames
+constexpr int kMinHold = 3;            // frames
 constexpr double kUnmoved_m = 0.02;    // an object that a hand touches gives this much,
 constexpr double kUnmoved_rad = 0.14;  // and turns this much
 constexpr double kTouch_s = 0.15;      // a touch takes this longer, before and after
@@ -199,7 +199,7 @@ class Refiner {
                         std::min(clip_.NumFrames(), end + around), Matrix3Xd(3, 0), false});
   }
 
-  // From a hand's skin, as the clip has it, to the object, metres, per frame; negative inside.
+  // From a hand's skin, as the clip has it, to the object, meters, per frame; negative inside.
   std::vector<double> Gaps(const HandModel& hand, const std::vector<FittedFrame>& fitted) const {
     std::vector<double> gaps(fitted.size());
     constexpr int kBlock = 16;  // frames that share a scratch hand
@@ -280,8 +280,8 @@ class Refiner {
                slow.turn.col(t - begin).norm() > 2.0 * turn_most;
       };
       int from = begin, to = end;
-      while (to - from > kLeastHold && off(from)) ++from;
-      while (to - from > kLeastHold && off(to - 1)) --to;
+      while (to - from > kMinHold && off(from)) ++from;
+      while (to - from > kMinHold && off(to - 1)) --to;
       if (from == begin && to == end) break;
       begin = from;
       end = to;
@@ -374,7 +374,7 @@ class Refiner {
       if (!lies(t)) continue;
       int end = t;
       while (end < frames && lies(end)) ++end;
-      if (end - t >= kLeastHold) {
+      if (end - t >= kMinHold) {
         rests.push_back(AddRest(t, end, goals, fitted));
       }
       t = end;

@@ -20,7 +20,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kTurnLever = 0.1;  // metres: what a turn counts as in E_a
+constexpr double kTurnLever = 0.1;  // meters: what a turn counts as in E_a
 
 // One Ceres problem over all frames, wrists from where `fitted` has them.
 class WholeClip {
@@ -37,7 +37,7 @@ class WholeClip {
       axes_.push_back(std::make_unique<HandAxes>(*hand));
       HandPriorWeights weights;
       weights.limits = std::sqrt(options.lambda_limits);
-      weights.coupling = weights.neighbours = weights.stay = weights.spread = 0.0;
+      weights.coupling = weights.neighbors = weights.stay = weights.spread = 0.0;
       limits_.push_back(
           std::make_unique<HandPriorTerm>(*axes_.back(), HandAngles::Zero(), weights));
     }

@@ -19,7 +19,7 @@ namespace holdfast {
 struct ClipHold {
   int hand = 0;            ///< place in the list of hands
   int begin = 0, end = 0;  ///< frames [begin, end)
-  /// The hand in the object's frame as it takes hold (3 x N, metres): D and S, or what touches.
+  /// The hand in the object's frame as it takes hold (3 x N, meters): D and S, or what touches.
   /// Empty: nothing of that is kept, it only stays out of the object.
   Eigen::Matrix3Xd at;
   bool slip = false;  ///< E_s in place of E_d and E_c

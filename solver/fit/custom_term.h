@@ -20,13 +20,13 @@ namespace holdfast {
 /// y, z, w) with RotationManifold.
 enum class FitBlock {
   kObjectRotation,     ///< 4: object to world
-  kObjectTranslation,  ///< 3: metres, world
+  kObjectTranslation,  ///< 3: meters, world
   kRightFingers,       ///< 45: axis-angle, radians, in the body model's order
   kLeftFingers,        ///< 45
   /// Offset of a wrist from the clip's, where two hands hold: orientation W becomes W C, and the
   /// wrist moves by W c. Constant with one hand.
   kRightWristRotation,     ///< 4: C
-  kRightWristTranslation,  ///< 3: c, metres, wrist's frame
+  kRightWristTranslation,  ///< 3: c, meters, wrist's frame
   kLeftWristRotation,      ///< 4
   kLeftWristTranslation,   ///< 3
 };
@@ -45,7 +45,7 @@ struct CustomTermFrame {
   double time_s = 0.0;           ///< of the clip
   ObjectPose start;              ///< of the object, where the solve begins
   const JointPose& pose;         ///< the clip's
-  const Eigen::Vector3d& trans;  ///< the clip's, metres
+  const Eigen::Vector3d& trans;  ///< the clip's, meters
 };
 
 /// A residual block of your own: Ceres minimizes it together with those of the fit, in each frame.

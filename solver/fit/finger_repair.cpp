@@ -18,10 +18,10 @@ namespace {
 
 using Turns = std::vector<Eigen::Quaterniond>;  // of one joint, a frame each
 
-constexpr double kMostSpeed = 1200.0 * kDegree;  // radians a second
-constexpr double kMostStep = 30.0 * kDegree;     // radians a frame, at low rates
-constexpr double kBurst_s = 0.25;                // bursts longer than this are motion
-constexpr double kMoves = 1e-3;                  // radians, all joints together
+constexpr double kMaxSpeed = 1200.0 * kDegree;  // radians a second
+constexpr double kMaxStep = 30.0 * kDegree;     // radians a frame, at low rates
+constexpr double kBurst_s = 0.25;               // bursts longer than this are motion
+constexpr double kMoves = 1e-3;                 // radians, all joints together
 constexpr double kReplacedWeight = 0.1;
 constexpr double kLimitWeight = 10.0;
 constexpr double kSmoothing_s = 2.0 / 60.0;
@@ -115,7 +115,7 @@ FingerRepair RepairFingers(const HandAxes& axes, Clip& clip) {
   repair.jump_frames = FingerJumpFrames(clip, repair.side);
   if (repair.jump_frames == 0) return repair;
 
-  const double most_step = std::min(kMostStep, kMostSpeed / clip.frame_rate);
+  const double most_step = std::min(kMaxStep, kMaxSpeed / clip.frame_rate);
   const int window = static_cast<int>(std::ceil(std::numbers::pi / most_step) +
                                       std::ceil(kBurst_s * clip.frame_rate));
   const double smooth = std::pow(kSmoothing_s * clip.frame_rate, 4);
@@ -157,7 +157,7 @@ Eigen::MatrixXd GaussianFilter(const Eigen::MatrixXd& values, double sigma_frame
 }
 
 double NoiseAfterSmoothing(double sigma_frames) {
-  // The sum of a normalised Gaussian's squared weights is 1 / (2 sqrt(pi) sigma).
+  // The sum of a normalized Gaussian's squared weights is 1 / (2 sqrt(pi) sigma).
   return std::min(1.0, 1.0 / std::sqrt(2.0 * std::sqrt(std::numbers::pi) * sigma_frames));
 }
 

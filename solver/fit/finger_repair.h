@@ -41,7 +41,7 @@ int FingerJumpFrames(const Clip& clip, Side side);
 /// frames at 60 Hz. A hand without jumps stays as it is.
 FingerRepair RepairFingers(const HandAxes& axes, Clip& clip);
 
-/// Gaussian over time of each row of `values` (d x T), weights renormalised at both ends.
+/// Gaussian over time of each row of `values` (d x T), weights renormalized at both ends.
 Eigen::MatrixXd GaussianFilter(const Eigen::MatrixXd& values, double sigma_frames);
 
 /// What GaussianFilter leaves of the standard deviation of white noise, in (0, 1].

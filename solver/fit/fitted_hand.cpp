@@ -28,7 +28,7 @@ FittedHand::FittedHand(const HandModel& hand, const FitObject& object, const Fit
   if (options.lambda_limits > 0.0) {
     HandPriorWeights weights;
     weights.limits = std::sqrt(options.lambda_limits);
-    weights.coupling = weights.neighbours = weights.stay = weights.spread = 0.0;
+    weights.coupling = weights.neighbors = weights.stay = weights.spread = 0.0;
     limits_ = std::make_unique<HandPriorTerm>(anatomy_.axes, HandAngles::Zero(), weights);
   }
 }

@@ -53,7 +53,7 @@ class FittedHand {
   /// body that is set has it.
   bool Watch(const ObjectPose& object, const WristOffset& step);
 
-  /// The hand at the present fingers in the object's frame (3 x N), metres.
+  /// The hand at the present fingers in the object's frame (3 x N), meters.
   Eigen::Matrix3Xd InObject(const ObjectPose& object);
 
   /// The frame is solved: what remembers the last one does so now.
@@ -77,11 +77,11 @@ class FittedHand {
 };
 
 /// A HandObjectBlock whose hand may also move as a whole: two wrists that were captured or
-/// synthesised never keep exactly the distance that a rigid object between them needs.
+/// synthesized never keep exactly the distance that a rigid object between them needs.
 ///
 /// With the wrist's world pose (W, p), the hand's vertices become
 ///   v' = p + W (C W^T (v - p) + c),
-/// C in SO(3) and c (metres) in the wrist's frame. Moving the hand by (C, c) is moving the object
+/// C in SO(3) and c (meters) in the wrist's frame. Moving the hand by (C, c) is moving the object
 /// by the inverse, so that the block needs no Jacobian of its own beyond a change of variables.
 ///
 /// Parameter blocks: orientation (4), translation (3), fingers (45) as in HandObjectBlock, then C

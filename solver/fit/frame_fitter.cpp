@@ -350,7 +350,7 @@ void FrameFitter::Refine(Side side, const JointPose& pose, const Eigen::Vector3d
                          bool move_object) {
   // E_d holds the hand where it took hold: what a round has won, the next one starts from.
   constexpr int kRounds = 6;
-  constexpr double kContent = 1e-8;  // m^2: a tenth of a millimetre too deep in one place
+  constexpr double kContent = 1e-8;  // m^2: a tenth of a millimeter too deep in one place
   FittedHand& hand = Find(side);
   for (int round = 0; round < kRounds; ++round) {
     hand.Watch(object_, {});

@@ -132,7 +132,7 @@ bool HandObjectBlock::Watch(double const* const* parameters) {
 }
 
 const Energies& HandObjectBlock::EnergiesAt(double const* const* parameters) const {
-  // A solver's last point is mostly the last it linearised at, and not the last it tried.
+  // A solver's last point is mostly the last it linearized at, and not the last it tried.
   const Scratch& s = *scratch_;
   const auto at = [&](int block, int size, int begin) {
     return std::equal(parameters[block], parameters[block] + size, s.linearized.begin() + begin);

@@ -25,7 +25,7 @@ namespace holdfast {
 /// meaning.
 ///
 /// Parameter blocks: orientation q (4; x y z w; object to world, with RotationManifold),
-/// translation T (3, metres, world), fingers P (45, axis-angle, radians). Residuals: 52, square
+/// translation T (3, meters, world), fingers P (45, axis-angle, radians). Residuals: 52, square
 /// roots of energy. Evaluate returns false when the cost is not finite. `state` must have its body
 /// set, outlives the block, and is written to: one block per thread.
 class HandObjectBlock final : public ceres::CostFunction {

@@ -21,7 +21,7 @@ namespace holdfast {
 /// moment, or Slip in their place. Const while frames are solved, and shareable between threads.
 class HoldTerms {
  public:
-  /// `z` (3 x N): the hand in the object's frame as it takes hold, metres. `object` must outlive
+  /// `z` (3 x N): the hand in the object's frame as it takes hold, meters. `object` must outlive
   /// this. Slip needs the object's distance. Without `z` nothing is kept.
   HoldTerms(const FitObject& object, const Eigen::Matrix3Xd& z, bool slip,
             const FitOptions& options) {

@@ -30,7 +30,7 @@ class FingerCloser {
   // How far each finger has got.
   struct Progress {
     int first_free = 3;  // joints before it are stopped; 3: the finger is done
-    double room = 0.0;   // metres to what is nearest in its way
+    double room = 0.0;   // meters to what is nearest in its way
   };
   using ByFinger = std::array<Progress, kNumFingers>;
 
@@ -104,8 +104,8 @@ double FingerCloser::SkinClearance(const Eigen::Matrix3Xd& vertices, int part, d
       most);
 }
 
-// Metres until the thumb, or for the thumb a finger, or the palm is in a finger's way; negative
-// where it is. Neighbouring fingers rub along each other all the time.
+// Meters until the thumb, or for the thumb a finger, or the palm is in a finger's way; negative
+// where it is. Neighboring fingers rub along each other all the time.
 double FingerCloser::RoomInHand(const Eigen::Matrix3Xd& vertices, int finger) const {
   double room = std::numeric_limits<double>::infinity();
   for (const HandLandmarks::BallPair& pair : meeting_thumb_[finger]) {
@@ -149,7 +149,7 @@ double FingerCloser::ThumbWorth(const Closing& state) {
 // options' step.
 double FingerCloser::StepOf(int finger, const Progress& progress) const {
   constexpr double kShare = 0.85, kMost = 0.6, kBeyondTip = 0.008;
-  double way = 0.0;  // of the tip, metres per radian
+  double way = 0.0;  // of the tip, meters per radian
   double reach = (axes_.RestTips().col(finger) - axes_.RestJoints().col(3 * finger + 2)).norm();
   for (int j = 2; j >= progress.first_free; --j) {
     const int joint = 3 * finger + j;
@@ -275,7 +275,7 @@ Closing FingerCloser::BringThumb(const Closing& closing, const HandAngles& start
   return best;
 }
 
-// A finger that met nothing has made a fist: it goes with its neighbour instead.
+// A finger that met nothing has made a fist: it goes with its neighbor instead.
 void FingerCloser::RestIdleFingers(Closing& closing) const {
   constexpr int kOrder[4] = {kIndex, kMiddle, kRing, kPinky};
   const HandAngles relaxed = axes_.Relaxed();

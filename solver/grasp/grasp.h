@@ -53,7 +53,7 @@ struct GraspOptions {
   double table_weight = 0.8;
 
   /// What the object must keep out of (the rest of the body, a table): points in the wrist's frame,
-  /// metres, one set (3 x n) for each pose that counts, such as frames of a clip.
+  /// meters, one set (3 x n) for each pose that counts, such as frames of a clip.
   std::vector<Eigen::Matrix3Xd> obstacles_in_wrist;
   double obstacle_weight = 2.0;  ///< taken from the score of a grasp that meets them in every pose
 
@@ -137,7 +137,7 @@ using GraspProgress = std::function<bool(double)>;
 /// grasp is returned. When the report's status is not kFound the grasp is the
 /// least bad try, or the open hand when there was none.
 ///
-/// `object` in its own frame, metres, with the signed distances of the same mesh.
+/// `object` in its own frame, meters, with the signed distances of the same mesh.
 Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedDistance& surface,
                 const DistanceGrid& distance, const GraspOptions& options,
                 GraspReport* report = nullptr, const GraspProgress& progress = {});

@@ -179,7 +179,7 @@ Eigen::Vector3d MiddleOfHold(const std::vector<GraspContact>& contacts,
 
 bool AtPoint(const GraspScene& scene) { return scene.options.place && scene.options.place->At(); }
 
-// Weighs what was measured, without what a handle adds. `off_center`: metres of lever for the
+// Weighs what was measured, without what a handle adds. `off_center`: meters of lever for the
 // object's weight, or from where the hand is wanted.
 double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angles,
              const HandContacts& contacts, double off_center) {
@@ -361,7 +361,7 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
     }
   }
 
-  // Metres of lever for its weight, or from where it is wanted; a handle is where it is.
+  // Meters of lever for its weight, or from where it is wanted; a handle is where it is.
   const bool by_handle = grasp.style == GraspStyle::kHandle;
   const bool at_point = AtPoint(scene);
   const double off_center = (by_handle || scene.use.held_anywhere) && !at_point
@@ -407,7 +407,7 @@ std::string WhyRefused(const GraspScene& scene, const Grasp& grasp) {
   }
   if (fingers < 2 && !(fingers == 1 && (by_handle || scene.size < 0.03)))
     return "fewer than two fingers touch";
-  if (grasp.outside_place > GraspPlace::kMostOutside) {
+  if (grasp.outside_place > GraspPlace::kMaxOutside) {
     return "it touches what is not to be touched";
   }
   if (grasp.from_place_m > GraspPlace::kReach_m) return "it is not at the point asked for";

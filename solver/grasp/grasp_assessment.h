@@ -29,7 +29,7 @@ class ClosedHands {
   /// are in the hand whose vertices these are, with the skin over each: below the wrist's closed
   /// opening that has corners that the hand has not.
   struct Inside {
-    double depth;  ///< metres
+    double depth;  ///< meters
     Intrusion over;
   };
   std::vector<Inside> FindInside(const Eigen::Matrix3Xd& vertices, const Eigen::Matrix3Xd& points,
@@ -56,8 +56,8 @@ struct GraspScene {
   const DistanceGrid& object;
   Eigen::Vector3d centroid;
   Eigen::Vector3d held_at;   ///< where hands are wanted: the centroid, or the place asked for
-  double size;               ///< diagonal of the bounding box, metres
-  double bottom, height;     ///< least z, extent in z, metres
+  double size;               ///< diagonal of the bounding box, meters
+  double bottom, height;     ///< least z, extent in z, meters
   double tallness;           ///< in (0, 1]: how much it matters which way up the object is
   Eigen::Matrix3Xd surface;  ///< points all over the object (3 x n)
   PointPatches surface_patches;

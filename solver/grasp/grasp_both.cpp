@@ -68,7 +68,7 @@ double Deepest(const Person& person, const JointPose& pose, const DistanceGrid& 
 // Moves an arm so that its wrist is there, if elbow and wrist can.
 bool Reach(const Person& person, Side side, const Eigen::Isometry3d& target,
            const WristLimits& limits, JointPose& pose) {
-  constexpr double kReached = 0.001;  // metres
+  constexpr double kReached = 0.001;  // meters
   const Eigen::Matrix3Xd& rest = person.body.RestJoints();
   if (MoveWrist(rest, side, target.linear(), target.translation(), person.trans, pose) > kReached) {
     return false;
@@ -243,7 +243,7 @@ ClosedHand CloseAtSide(const GraspScene& scene, const Eigen::Matrix3Xd& open,
     if (!best || grasp.outside_place < best->grasp.outside_place) {
       best = {grasp, attempt.wrist_from_object};
     }
-    if (best->grasp.outside_place <= GraspPlace::kMostOutside) break;
+    if (best->grasp.outside_place <= GraspPlace::kMaxOutside) break;
   }
   return *best;
 }
@@ -301,7 +301,7 @@ Closed CloseOn(const BothHandsPlacement& placement, const Person& person, const 
     const bool clean = hand.max_penetration_mm < 1000.0 * options.max_penetration_m &&
                        hand.object_in_hand_mm < 1000.0 * options.max_penetration_m &&
                        hand.self_penetration_mm < 4.0 && hand.limit_excess_deg < 1.0;
-    const bool there = hand.outside_place <= GraspPlace::kMostOutside;
+    const bool there = hand.outside_place <= GraspPlace::kMaxOutside;
     if (!clean || !there || fingers < 2) grasp.status = GraspStatus::kNoCleanGrasp;
     cost -= 0.15 * static_cast<double>(fingers) + (hand.palm_touching ? 0.3 : 0.0);
     const Eigen::Isometry3d wrist = placement.world_from_object * wrist_from_object.inverse();

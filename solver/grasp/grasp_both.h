@@ -41,7 +41,7 @@ struct BothHandsGrasp {
   double in_body_mm = 0.0;  ///< deepest point of trunk, head, legs and upper arms in the object
 };
 
-/// Puts an object (z up, its own frame, metres) between the two hands of `pose`: opposed places
+/// Puts an object (z up, its own frame, meters) between the two hands of `pose`: opposed places
 /// whose span and direction suit where the hands are, the object as upright as they allow and far
 /// enough from the body not to touch it, a palm flat on either side, fingers closed and refined as
 /// for one hand. The object is rigid, so the wrists follow it: shoulder, elbow and wrist of both

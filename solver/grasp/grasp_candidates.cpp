@@ -28,7 +28,7 @@ double WidthQuality(double width, double max_width) {
   return wide * thin;
 }
 
-bool SameNeighbourhood(const Opposition& a, const Opposition& b, double size) {
+bool SameNeighborhood(const Opposition& a, const Opposition& b, double size) {
   const double near = std::clamp(0.12 * size, 0.008, 0.02);
   return (a.center - b.center).norm() < near && std::abs(a.axis.dot(b.axis)) > 0.92 &&
          std::abs(a.width - b.width) < 0.015;
@@ -173,7 +173,7 @@ std::vector<Opposition> FindOppositions(const TriangleMesh& object, const Distan
   for (const Opposition& opposition : found) {
     if (static_cast<int>(kept.size()) == options.count) break;
     const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const Opposition& other) {
-      return SameNeighbourhood(opposition, other, size);
+      return SameNeighborhood(opposition, other, size);
     });
     if (is_new) kept.push_back(opposition);
   }

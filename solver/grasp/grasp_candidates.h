@@ -19,13 +19,13 @@ namespace holdfast {
 struct Opposition {
   Eigen::Vector3d center;  ///< halfway, object frame
   Eigen::Vector3d axis;    ///< unit, from one place to the other; either end may be the thumb's
-  double width;            ///< how far apart, metres
+  double width;            ///< how far apart, meters
   double quality;          ///< in (0, 1]: opposed normals, a width a hand likes, near the centroid
 };
 
 struct OppositionOptions {
   int samples = 600;                ///< places tried on the surface
-  int count = 40;                   ///< different oppositions kept, the best of their neighbourhood
+  int count = 40;                   ///< different oppositions kept, the best of their neighborhood
   double max_width_m = 0.105;       ///< what a hand spans
   double min_normal_cosine = 0.80;  ///< of either normal with the axis: within the friction cone
   std::uint64_t seed = 0;

@@ -305,7 +305,7 @@ class HullReach {
   };
   // Least forces, or the first found that are no more than `enough`.
   Reached Towards(const Vector6d& direction, double enough) {
-    constexpr int kMostAdded = 6;
+    constexpr int kMaxAdded = 6;
     constexpr double kFarther = 1.0 + 1e-9;
     program_.SetLoad(direction);
     while (true) {
@@ -314,7 +314,7 @@ class HullReach {
       if (forces > 0.0 && forces <= enough && missed < kBalanced) return {forces, missed};
       Eigen::RowVectorXd beyond = program_.Direction().transpose() * wrenches_;
       int added = 0;
-      for (; added < kMostAdded; ++added) {
+      for (; added < kMaxAdded; ++added) {
         Eigen::Index farthest;
         if (beyond.maxCoeff(&farthest) <= kFarther || used_[farthest]) break;
         Use(farthest);
@@ -460,7 +460,7 @@ std::vector<GraspContact> PadContacts(const HandAnatomy& anatomy, HandEvaluation
 }
 
 std::string WhyNotSolid(const TriangleMesh& mesh) {
-  constexpr double kMostOpen = 0.05, kThinnest_m = 1e-4;
+  constexpr double kMaxOpen = 0.05, kThinnest_m = 1e-4;
   const double area = SurfaceArea(mesh);
   if (!(area > 0.0)) return "the mesh has no surface";
   std::vector<std::pair<int, int>> boundary;
@@ -470,13 +470,13 @@ std::string WhyNotSolid(const TriangleMesh& mesh) {
     boundary.emplace_back(a, b);
     loops.Merge(a, b);
   });
-  std::map<int, double> around;  // metres, of each loop
+  std::map<int, double> around;  // meters, of each loop
   for (const auto& [a, b] : boundary) {
     around[loops.Find(a)] += (mesh.vertices.col(a) - mesh.vertices.col(b)).norm();
   }
   double holes = 0.0;
   for (const auto& [loop, length] : around) holes += length * length / (4.0 * std::numbers::pi);
-  if (holes > kMostOpen * area) return "the mesh is open: it encloses no solid";
+  if (holes > kMaxOpen * area) return "the mesh is open: it encloses no solid";
   const Eigen::Vector3d middle = mesh.vertices.rowwise().mean();
   const TriangleMesh centered{mesh.vertices.colwise() - middle, mesh.faces};
   if (2.0 * SignedVolume(centered) < kThinnest_m * area)

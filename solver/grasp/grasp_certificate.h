@@ -22,7 +22,7 @@ struct CertificateOptions {
   /// Edges of the pyramid within each friction cone: inscribed, so that what the pyramids resist
   /// the cones do too. 8 edges lose up to 8 % of the tangential force.
   int cone_edges = 8;
-  /// Lever (metres) of the twisting moment about its normal that a contact resists as well:
+  /// Lever (meters) of the twisting moment about its normal that a contact resists as well:
   /// friction * lever * normal force. 0: points, as where several contacts stand for one pad.
   double twist_lever_m = 0.0;
   double most_squeeze = 100.0;   ///< sum of the normal forces that hold, in weights of the object
@@ -34,12 +34,12 @@ struct CertificateOptions {
 /// solution that was checked in double precision shows, not what a search failed to refute.
 struct GraspCertificate {
   /// Radius of the largest ball of wrenches around 0 in the convex hull of those that unit forces
-  /// in the friction cones exert (Ferrari & Canny 1992, L1), torques about the mass centre divided
+  /// in the friction cones exert (Ferrari & Canny 1992, L1), torques about the mass center divided
   /// by `length_m`: at least `ball_lower`, which is proven, and at most `ball_upper`, which the
   /// hull of the pyramids reaches in one direction. 0 without force closure.
   double ball_lower = 0.0, ball_upper = 0.0;
   /// Least friction coefficient with which contacts balance the object's weight, pulling at its
-  /// mass centre, in every direction; proven for it and all above. None: not up to
+  /// mass center, in every direction; proven for it and all above. None: not up to
   /// `CertificateOptions::most_friction`.
   std::optional<double> least_friction;
   double friction = 0.0;  ///< of the ball
@@ -51,8 +51,8 @@ struct GraspCertificate {
   }
 };
 
-/// Certifies contacts of a solid whose mass centre is at `mass_center` (frame of the contacts,
-/// metres). Throws Error for options out of range.
+/// Certifies contacts of a solid whose mass center is at `mass_center` (frame of the contacts,
+/// meters). Throws Error for options out of range.
 ///
 /// The balanced loads are a convex cone, so all directions of gravity are held when four that span
 /// space positively are (a regular tetrahedron's); the least friction follows by bisection
@@ -70,7 +70,7 @@ GraspCertificate CertifyContacts(std::span<const GraspContact> contacts,
 /// part of the certificate (four linear programs).
 bool HoldsGravity(std::span<const GraspContact> contacts, const Eigen::Vector3d& mass_center,
                   double length_m, double friction, const CertificateOptions& options = {});
-/// The same wherever of `mass_centers` its mass centre is.
+/// The same wherever of `mass_centers` its mass center is.
 bool HoldsGravity(std::span<const GraspContact> contacts,
                   std::span<const Eigen::Vector3d> mass_centers, double length_m, double friction,
                   const CertificateOptions& options = {});

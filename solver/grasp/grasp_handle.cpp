@@ -15,11 +15,11 @@
 namespace holdfast {
 namespace {
 
-constexpr double kShortest = 0.0003;     // a step along a ray, metres
+constexpr double kShortest = 0.0003;     // a step along a ray, meters
 constexpr double kFingerPasses = 0.030;  // how far a finger needs its full width on either side
 constexpr double kOutOfSight = 0.150;    // and its path stays free this far: no bowl's floor
 constexpr double kBesideBar = 0.012;     // free all round a bar: a finger
-// Slots narrower than twice this are part of the bar: moulded handles are hollow at the back. It
+// Slots narrower than twice this are part of the bar: molded handles are hollow at the back. It
 // also keeps rays that run along a thin wall from slipping out of it.
 constexpr double kSlot = 0.0035;
 constexpr int kWaysThrough = 49;  // ways through that are tried, over half a sphere

@@ -10,7 +10,7 @@
 namespace holdfast {
 
 /// A bar with an opening behind it that fingers go through: a mug's or a jug's handle. What a pan
-/// or a hammer has is a bar alone, and no handle here. Object frame, metres.
+/// or a hammer has is a bar alone, and no handle here. Object frame, meters.
 struct Handle {
   Eigen::Vector3d bar;      ///< in the middle of the bar
   Eigen::Vector3d along;    ///< unit, the bar's own direction

@@ -15,7 +15,7 @@ namespace {
 constexpr double kGive = 0.0010;          // skin may start this deep: refinement frees it
 constexpr double kNear = 0.004;           // a pad this far from the surface is nearly worth a touch
 constexpr double kFar = 5.0 * kNear;      // and this far nothing
-constexpr std::size_t kMostBalls = 16;    // of a finger
+constexpr std::size_t kMaxBalls = 16;     // of a finger
 constexpr double kTurn = 16.0 * kDegree;  // a step of turning about the bar
 constexpr int kTurns = 5;                 // steps either way: the palm stays outside
 constexpr std::size_t kBestOfTurn = 3;    // placements kept of each
@@ -24,7 +24,7 @@ constexpr double kFan[kNumFingers] = {-3.0, 0.0, 7.0, 3.0, 0.0};  // nearly para
 constexpr int kSideBySide[kThumb] = {kIndex, kMiddle, kRing, kPinky};
 // Worth of a pad that touches, of a finger through the opening and of one outside.
 constexpr double kThrough = 0.4, kOutside = 0.15, kDiscomfort = 0.08;
-constexpr double kMostOfThumb = 1.0, kMostOfPalm = 0.6;
+constexpr double kMaxOfThumb = 1.0, kMaxOfPalm = 0.6;
 constexpr double kRounding = 1e-9;
 constexpr double kNoGap = std::numeric_limits<double>::infinity();
 
@@ -218,9 +218,9 @@ class HandlePlacer::Gaps {
 
   const DistanceGrid& object_;
   const Eigen::Isometry3d& object_from_wrist_;
-  std::array<double, kMostBalls> gaps_;
-  std::array<Seen, kMostBalls> seen_;
-  std::size_t last_in_ = kMostBalls;
+  std::array<double, kMaxBalls> gaps_;
+  std::array<Seen, kMaxBalls> seen_;
+  std::size_t last_in_ = kMaxBalls;
 };
 
 HandlePlacer::Fit HandlePlacer::TryFinger(const Curl& curl, const Handle& handle_in_wrist,
@@ -276,7 +276,7 @@ double HandlePlacer::TryThumb(const Curl& curl, const Handle& handle, Gaps& gaps
   return touch - 0.1 * curl.discomfort;
 }
 
-// The best of all, with neighbours alike. Each finger has a curl that is free.
+// The best of all, with neighbors alike. Each finger has a curl that is free.
 HandlePlacer::Choice HandlePlacer::Choose(const Fits& fits) const {
   std::array<std::array<int, kCurls>, kThumb> from{};
   std::array<double, kCurls> worth{}, next;
@@ -312,7 +312,7 @@ bool HandlePlacer::TryFingers(const Handle& handle, const DistanceGrid& object, 
   const Eigen::Isometry3d object_from_wrist = placement.wrist_from_object.inverse();
   const Handle in_wrist = Moved(placement.wrist_from_object, handle);
   Fits fits;
-  double most = std::accumulate(most_of.begin(), most_of.end(), palm + kMostOfThumb + kRounding);
+  double most = std::accumulate(most_of.begin(), most_of.end(), palm + kMaxOfThumb + kRounding);
   for (int n = 0; n < kThumb; ++n) {
     Gaps gaps(object, object_from_wrist);
     double best = -1e9;
@@ -324,7 +324,7 @@ bool HandlePlacer::TryFingers(const Handle& handle, const DistanceGrid& object, 
     if (best < -1e8 || most <= least) return false;
   }
   const Choice choice = Choose(fits);
-  if (choice.worth < 0.0 || choice.worth + palm + kMostOfThumb + kRounding <= least) return false;
+  if (choice.worth < 0.0 || choice.worth + palm + kMaxOfThumb + kRounding <= least) return false;
   placement.prior = choice.worth + palm;
   placement.start = OpenHand(anatomy_.axes);
   placement.closing = {};
@@ -366,7 +366,7 @@ bool HandlePlacer::TryHand(const Handle& handle, const DistanceGrid& object, dou
   const double palm_gap = palm_patches_.Least(
       [&](int i) { return object.Linear(object_from_wrist * palm_.col(i)); }, 1.0, -kGive);
   return palm_gap >= -kGive &&
-         TryFingers(handle, object, kMostOfPalm * std::exp(-std::max(palm_gap, 0.0) / 0.008), least,
+         TryFingers(handle, object, kMaxOfPalm * std::exp(-std::max(palm_gap, 0.0) / 0.008), least,
                     most_of, placement);
 }
 
@@ -429,7 +429,7 @@ std::vector<Placement> HandlePlacer::PlaceTurned(std::span<const Handle> handles
   for (const Pose& pose : poses) {
     const bool full = best.size() == kBestOfTurn;
     const double least = full ? best.back().prior : -kNoGap;
-    if (pose.most + kMostOfPalm + kMostOfThumb + kRounding <= least) break;
+    if (pose.most + kMaxOfPalm + kMaxOfThumb + kRounding <= least) break;
     Placement placement{GraspStyle::kHandle, pose.wrist_from_object, {}, handle.thickness, 0.0};
     placement.handle = index;
     if (!TryHand(handle, object, least, pose.most_of, placement)) continue;

@@ -22,7 +22,7 @@ std::array<bool, kNumFingers> FingersThrough(const HandAxes& axes, const HandSta
 
 /// Puts a hand to a handle with its fingers already through: a hand that closes from outside never
 /// gets there, since the body of a mug stops fingertips on their way round the bar. Each finger
-/// chooses, by itself but much like its neighbour, from a set of curls worked out once: through the
+/// chooses, by itself but much like its neighbor, from a set of curls worked out once: through the
 /// opening and on the bar if that is free, else outside. Const and shared by threads.
 class HandlePlacer {
  public:

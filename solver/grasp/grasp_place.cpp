@@ -47,14 +47,14 @@ GraspPlace::GraspPlace(const TriangleMesh& object, const Wanted& wanted)
   }
   surface_ = {object.vertices, object.faces(Eigen::all, faces)};
   if (at_) {
-    if (!at_->allFinite()) throw Error("--at", "is not finite", "Give three numbers, metres");
+    if (!at_->allFinite()) throw Error("--at", "is not finite", "Give three numbers, meters");
     const double off = std::sqrt(tree_.Closest(*at_).squared_distance);
     if (off > kFarthestOff_m) {
       const Eigen::Vector3d &low = tree_.Min(), &high = tree_.Max();
       throw Error("--at",
                   fmt::format("({:g}, {:g}, {:g}) is {:.1f} cm from the object's surface", at_->x(),
                               at_->y(), at_->z(), 100.0 * off),
-                  fmt::format("Give a point on it in its own frame, metres: it reaches from "
+                  fmt::format("Give a point on it in its own frame, meters: it reaches from "
                               "({:.3g}, {:.3g}, {:.3g}) to ({:.3g}, {:.3g}, {:.3g})",
                               low.x(), low.y(), low.z(), high.x(), high.y(), high.z()));
     }
@@ -132,7 +132,7 @@ WristObstacles::WristObstacles(std::span<const Eigen::Matrix3Xd> in_wrist) : set
 
 double WristObstacles::ShareBlocked(const DistanceGrid& object,
                                     const Eigen::Isometry3d& wrist_from_object) const {
-  constexpr double kSoftTissue = 0.002;  // metres
+  constexpr double kSoftTissue = 0.002;  // meters
   if (sets_.empty()) return 0.0;
   const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
   int blocked = 0;

@@ -22,7 +22,7 @@ namespace holdfast {
 /// Const and shared by threads.
 class GraspPlace {
  public:
-  /// What is asked for, in the object's own frame, metres.
+  /// What is asked for, in the object's own frame, meters.
   struct Wanted {
     TriangleMesh region;  ///< contacts belong on this part of the surface; empty: on all of it
     TriangleMesh avoid;   ///< and not on this part
@@ -32,7 +32,7 @@ class GraspPlace {
   };
   static constexpr double kFarthestOff_m = 0.03;  ///< of `at` from the surface
   static constexpr double kReach_m = 0.05;  ///< of the middle of the contacts from the middle there
-  static constexpr double kMostOutside = 0.1;  ///< share of contacts that may be elsewhere
+  static constexpr double kMaxOutside = 0.1;  ///< share of contacts that may be elsewhere
 
   /// Throws Error for a region that is no part of the object or has nothing left, and for a point
   /// farther than `kFarthestOff_m` from the surface.
@@ -59,7 +59,7 @@ class GraspPlace {
 };
 
 /// The body as the wrist sees it in up to `num_frames` frames spread over a clip: vertices within
-/// `reach_m` of the wrist, in its frame, metres (3 x n, one set a frame), without the hand and
+/// `reach_m` of the wrist, in its frame, meters (3 x n, one set a frame), without the hand and
 /// forearm of `side` themselves, and without the other hand's where that hand is to touch the
 /// object too. For GraspOptions::obstacles_in_wrist: an object that is carried through the clip
 /// should not go through a leg on its way.

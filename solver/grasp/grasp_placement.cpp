@@ -194,7 +194,7 @@ using Wrench = Eigen::Matrix<double, 6, 1>;
 constexpr int kConeEdges = 8;
 constexpr int kStarts = 48;
 constexpr int kDescentSteps = 40;
-// A pad has an area: it resists some twisting about its normal (metres of lever).
+// A pad has an area: it resists some twisting about its normal (meters of lever).
 constexpr double kPadLever = 0.006;
 
 // Low-discrepancy directions on the 6-sphere: Kronecker points through the normal quantile's

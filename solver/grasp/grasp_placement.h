@@ -25,7 +25,7 @@ struct Placement {
   GraspStyle style;
   Eigen::Isometry3d wrist_from_object;
   HandAngles start;  ///< finger angles to close from
-  double width;      ///< of the opposition it is made for, metres
+  double width;      ///< of the opposition it is made for, meters
   double prior;      ///< how promising, before closing: larger is better
   std::array<bool, kNumFingers> closing = {true, true, true, true, true};  ///< those that close
   int handle = -1;  ///< which of the object's, for kHandle
@@ -39,8 +39,8 @@ class GraspPlacer {
 
   struct Target {
     const DistanceGrid& object;
-    double size;  ///< diagonal of the bounding box, metres
-    /// How deep a hand may be in the object before it closes, metres: closing and refinement free
+    double size;  ///< diagonal of the bounding box, meters
+    /// How deep a hand may be in the object before it closes, meters: closing and refinement free
     /// it. A small part of the thinnest wall, or hands would be freed to its far side.
     double allowed_depth;
   };
@@ -86,7 +86,7 @@ struct GraspContact {
 
 /// How hard the weakest disturbance is to resist (Ferrari & Canny 1992): the radius of the largest
 /// ball around the origin within the convex hull of the wrenches that unit forces within the
-/// friction cones exert, torques taken about `centroid` and divided by `length` (metres). 0 without
+/// friction cones exert, torques taken about `centroid` and divided by `length` (meters). 0 without
 /// force closure; about 0.1 to 0.5 for firm grasps. The ball is found by descent over directions
 /// from fixed starts: an upper bound, tight in practice, and deterministic.
 double WrenchQuality(std::span<const GraspContact> contacts, const Eigen::Vector3d& centroid,

@@ -13,9 +13,9 @@
 namespace holdfast {
 
 struct RefinementOptions {
-  double penetration_weight = 3000.0;  ///< per metre
-  double contact_weight = 300.0;       ///< per metre
-  double collision_weight = 1500.0;    ///< per metre, finger against finger
+  double penetration_weight = 3000.0;  ///< per meter
+  double contact_weight = 300.0;       ///< per meter
+  double collision_weight = 1500.0;    ///< per meter, finger against finger
   double contact_reach_m = 0.008;      ///< pads nearer than this are drawn to the surface
   double press_m = 0.0004;             ///< how deep pads press
   int rounds = 2;                      ///< points are chosen anew in each

@@ -25,7 +25,7 @@ namespace {
 
 constexpr int kPlacesAtOnce = 16;  // placed before hands are closed there
 // Closed and refined before it is counted who is distinct: fewer when fewer are missing.
-constexpr int kFewestAtOnce = 16, kMostAtOnce = 64;
+constexpr int kFewestAtOnce = 16, kMaxAtOnce = 64;
 
 // One call of FindGrasps.
 class GraspSampler : GraspStages {
@@ -163,7 +163,7 @@ bool GraspSampler::CloseAndKeep(std::span<const Placement> placements) {
   while (!placements.empty()) {
     const int missing = set_.count - static_cast<int>(out_.grasps.size());
     const auto count = static_cast<int>(std::min<std::size_t>(
-        std::clamp(2 * missing, kFewestAtOnce, kMostAtOnce), placements.size()));
+        std::clamp(2 * missing, kFewestAtOnce, kMaxAtOnce), placements.size()));
     std::vector<Trial> trials(count);
     if (!RunStage(Share(), 0.0, count, [&](int i) { trials[i] = Try(placements[i]); })) {
       return false;

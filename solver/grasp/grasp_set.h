@@ -42,7 +42,7 @@ struct GraspSet {
   /// kFound with as many as asked for; kFewer, kStopped with those found; else why there is none.
   GraspStatus status = GraspStatus::kNothingToGrasp;
   std::vector<CertifiedGrasp> grasps;  ///< distinct, best score first
-  Eigen::Vector3d mass_center;         ///< object frame, metres
+  Eigen::Vector3d mass_center;         ///< object frame, meters
   GraspUse use = GraspUse::kAny;       ///< what the object was taken for
   int samplings = 0, placements = 0, closings = 0, refinements = 0;
   double milliseconds = 0.0;
@@ -51,7 +51,7 @@ struct GraspSet {
 /// Many ways to hold an object in one hand, for robotics: each is in contact, nowhere deeper than
 /// `max_penetration_m`, is refused for none of CloseHand's reasons, holds the object's weight in
 /// every direction with the friction given (GraspCertificate), and is distinct from all others.
-/// Each holds firmly: with a squeeze of six times the weight, and of twelve where the mass centre
+/// Each holds firmly: with a squeeze of six times the weight, and of twelve where the mass center
 /// is off by a tenth of the object's size; only where none does, those that hold at all are given.
 /// If a use is asked for (GraspOptions::use), each takes the object for it; else those that do as
 /// people do, judged by shape, come first. Hands are put to opposed places and handles all over the

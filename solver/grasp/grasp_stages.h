@@ -44,7 +44,7 @@ class GraspStages {
   /// HoldsGravity and CertifyContacts with the options' friction.
   bool Holds(const std::vector<GraspContact>& contacts) const;
   /// Whether they hold it firmly: squeezed with no more than six times its weight, and with twelve
-  /// where the mass centre is off by a tenth of the object's size, whichever way.
+  /// where the mass center is off by a tenth of the object's size, whichever way.
   bool HoldsFirmly(const std::vector<GraspContact>& contacts) const;
   GraspCertificate Certify(const std::vector<GraspContact>& contacts) const;
 
@@ -58,7 +58,7 @@ class GraspStages {
   GraspScene scene_;
   const HandEvaluation at_wrist_;  // to be copied by those who evaluate
   std::vector<Opposition> oppositions_;
-  double allowed_depth_ = 0.0;  // of a hand in the object before it closes, metres
+  double allowed_depth_ = 0.0;  // of a hand in the object before it closes, meters
   bool stopped_ = false;
 
  private:

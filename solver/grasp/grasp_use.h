@@ -32,7 +32,7 @@ std::optional<GraspUse> UseByName(std::string_view name);
 /// --use: a UseName, or "auto" for nothing.
 void AddUseOption(OptionTable& table, std::optional<GraspUse>& use);
 
-/// Part of space around an axis, object frame, metres.
+/// Part of space around an axis, object frame, meters.
 struct UseZone {
   Eigen::Vector3d base, axis;        ///< the axis is unit
   double low, high;                  ///< along the axis, from `base`
@@ -67,7 +67,7 @@ struct ObjectUse {
   double PlaceScore(std::span<const GraspContact> contacts, const Eigen::Matrix3Xd& skin) const;
 };
 
-/// Finds the use of a mesh (metres, standing or lying z-up where it can be told) with its distances
+/// Finds the use of a mesh (meters, standing or lying z-up where it can be told) with its distances
 /// and handles; `wanted` none: of what kind it is, too. The parts looked for, in this order: loops
 /// (FindHandles); boxes (occupancy of the box of the dominant normals); openings (surface from
 /// which straight up is free and every way across is not); grips (the longest run of slices, over

@@ -14,13 +14,13 @@ namespace {
 constexpr int kApproachDirections = 96;
 constexpr std::array<double, 6> kOpennesses = {0.5, 0.7, 0.3, 0.9, 0.2, 0.1};
 constexpr std::array<double, 4> kLeads = {0.0, 0.5, 1.0, -0.5};
-constexpr std::array<double, 6> kOnTheWay = {0.006, 0.015, 0.028, 0.045, 0.065, 0.09};  // metres
+constexpr std::array<double, 6> kOnTheWay = {0.006, 0.015, 0.028, 0.045, 0.065, 0.09};  // meters
 constexpr std::array<double, 8> kClosing = {0.1, 0.22, 0.35, 0.48, 0.6, 0.72, 0.85, 0.95};
 
 constexpr double kCostRounding = 1e-9;
 
 struct Depths {
-  double through = 0.0, below = 0.0;  // metres
+  double through = 0.0, below = 0.0;  // meters
   // Most skin inside at a time. A wall is no deeper than half its thickness: what passes through it
   // shows in how much of the hand does.
   int inside = 0;

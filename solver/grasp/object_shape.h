@@ -12,14 +12,14 @@
 
 namespace holdfast {
 
-/// Part of an axis, metres.
+/// Part of an axis, meters.
 struct AxisSpan {
   double low, high;
   double Length() const { return high - low; }
   double Middle() const { return 0.5 * (low + high); }
 };
 
-/// What is asked of a mesh again and again to tell what it is for; object frame, metres.
+/// What is asked of a mesh again and again to tell what it is for; object frame, meters.
 struct ObjectShape {
   ObjectShape(const TriangleMesh& its_mesh, const DistanceGrid& its_distance);
 
@@ -77,7 +77,7 @@ bool IsBall(const ObjectShape& shape);
 struct ObjectOpening {
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   double share = 0.0;             ///< of the surface that is inside
-  double floor = 0.0, rim = 0.0;  ///< along up, metres
+  double floor = 0.0, rim = 0.0;  ///< along up, meters
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   double radius = 0.0;
   bool Any() const { return share > 0.1 && rim - floor > 0.010; }
@@ -86,7 +86,7 @@ struct ObjectOpening {
 /// Up where the object stands if it is open there, else where it is open most.
 ObjectOpening FindOpening(const ObjectShape& shape);
 
-/// What is beyond a bar at one end, and how far it stands out; metres.
+/// What is beyond a bar at one end, and how far it stands out; meters.
 struct BeyondBar {
   double length = 0.0, reach = 0.0;
   int count = 0;                                  ///< points of it

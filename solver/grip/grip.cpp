@@ -16,15 +16,15 @@ constexpr int kEdges = 4;
 constexpr double kBalanceWeight = 100.0;
 
 // Edges of the friction cones, those of a contact side by side: forces whose part along `into` is
-// 1, and their wrenches about `centre`, force first, torques over `radius_m`.
+// 1, and their wrenches about `center`, force first, torques over `radius_m`.
 struct ConeEdges {
-  ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vector3d& centre,
+  ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vector3d& center,
             double radius_m, double friction);
   Eigen::Matrix3Xd forces;
   Eigen::Matrix<double, 6, Eigen::Dynamic> wrenches;
 };
 
-ConeEdges::ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vector3d& centre,
+ConeEdges::ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vector3d& center,
                      double radius_m, double friction)
     : forces(3, kEdges * std::ssize(contacts)), wrenches(6, forces.cols()) {
   Eigen::Index column = 0;
@@ -35,16 +35,16 @@ ConeEdges::ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vect
       const Eigen::Vector3d force =
           contact.into + friction * (std::cos(angle) * side + std::sin(angle) * up);
       forces.col(column) = force;
-      wrenches.col(column) << force, (contact.point - centre).cross(force) / radius_m;
+      wrenches.col(column) << force, (contact.point - center).cross(force) / radius_m;
     }
   }
 }
 
 }  // namespace
 
-void BalancePresses(const Eigen::Vector3d& centre, double radius_m, double friction, double grip_N,
+void BalancePresses(const Eigen::Vector3d& center, double radius_m, double friction, double grip_N,
                     std::vector<GripContact>& contacts) {
-  const ConeEdges edges(contacts, centre, radius_m, friction);
+  const ConeEdges edges(contacts, center, radius_m, friction);
   Eigen::Matrix<double, 6, 1> y = Eigen::Matrix<double, 6, 1>::Zero();
   ceres::Problem problem;
   problem.AddResidualBlock(new SqueezeDual(edges.wrenches, kBalanceWeight), nullptr, y.data());
@@ -60,20 +60,20 @@ void BalancePresses(const Eigen::Vector3d& centre, double radius_m, double frict
 
 namespace {
 
-constexpr int kMostSweeps = 500;
+constexpr int kMaxSweeps = 500;
 constexpr int kLoadSteps = 10;
 constexpr double kSettled_N = 1e-5;   // a sweep that changes nothing more
 constexpr double kMissing_m_N = 0.2;  // how far a force moves the object that nothing balances
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// Contact forces in the contacts' own axes, push first: the quadratic that they minimise, and how
+// Contact forces in the contacts' own axes, push first: the quadratic that they minimize, and how
 // they act on the object.
 struct Springs {
   Eigen::MatrixXd hessian;
   Eigen::VectorXd presses;
   Eigen::VectorXd pressed;                            // slope at zero force, without load
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrenches;  // about the centre, torques over the radius
+  Eigen::Matrix<double, 6, Eigen::Dynamic> wrenches;  // about the center, torques over the radius
 };
 
 Springs SpringsOf(const std::vector<GripContact>& contacts, const Eigen::MatrixXd& slopes,
@@ -93,7 +93,7 @@ Springs SpringsOf(const std::vector<GripContact>& contacts, const Eigen::MatrixX
     axes.col(2) = contact.into.cross(axes.col(1));
     presses.segment<3>(3 * c) = axes.transpose() * contact.press;
     along.middleRows(3 * c, 3) = axes.transpose() * slopes.middleRows(3 * c, 3);
-    const Eigen::Vector3d arm = (contact.point - solid.centre) / solid.radius_m;
+    const Eigen::Vector3d arm = (contact.point - solid.center) / solid.radius_m;
     for (int k = 0; k < 3; ++k) {
       springs.wrenches.col(3 * c + k) << axes.col(k), arm.cross(axes.col(k));
     }
@@ -141,7 +141,7 @@ double GripGive(const std::vector<GripContact>& contacts, const Eigen::MatrixXd&
   const auto settle = [&](const Vector6d& load, Eigen::VectorXd& forces) {
     Eigen::VectorXd slope = springs.hessian * forces + springs.pressed +
                             kMissing_m_N * springs.wrenches.transpose() * load;
-    for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
+    for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
       if (Sweep(springs.hessian, options.friction, forces, slope) < kSettled_N) break;
     }
   };

@@ -24,15 +24,15 @@ struct GripContact {
 
 /// The squeeze: pushes and friction at the contacts that balance each other on the object as well
 /// as can be, each contact taking its share. With g the 4 edges of the friction cone of each
-/// contact, f >= 0 of least 100 |sum_g f_g w_g|^2 + sum_g (f_g - 1/4)^2, wrenches w about `centre`
+/// contact, f >= 0 of least 100 |sum_g f_g w_g|^2 + sum_g (f_g - 1/4)^2, wrenches w about `center`
 /// with torques over `radius_m`; then scaled so that the pushes (along `into`) sum to `grip_N`.
 /// After BODex (Chen et al. 2024), which also makes its squeeze by bilevel balance of forces.
-void BalancePresses(const Eigen::Vector3d& centre, double radius_m, double friction, double grip_N,
+void BalancePresses(const Eigen::Vector3d& center, double radius_m, double friction, double grip_N,
                     std::vector<GripContact>& contacts);
 
 /// What is gripped, in the frame of the contacts.
 struct GrippedSolid {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of mass
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< of mass
   double radius_m = 0.1;                             ///< of its points about it, largest
   double mass_kg = 0.1;
 };
@@ -43,9 +43,9 @@ struct GripGiveOptions {
   double gravity_m_s2 = 9.81;
 };
 
-/// How far the weight moves the object in the hand (metres; its centre's way and its turn times
+/// How far the weight moves the object in the hand (meters; its center's way and its turn times
 /// `radius_m`), along the worst of the six directions of the frame's axes. Joints are springs of
-/// `stiffness` (N m a radian, or N a metre, one for each column) that exert the contacts' `press`
+/// `stiffness` (N m a radian, or N a meter, one for each column) that exert the contacts' `press`
 /// when nothing pulls; `slopes` is how contacts move with joints (d points / d joints, 3 rows for
 /// each contact).
 ///
@@ -54,7 +54,7 @@ struct GripGiveOptions {
 /// that balance w, push and do not pull, and keep to Coulomb's friction: each sideways part is at
 /// most `friction` times the push that it has at the solution, so that what slides does not
 /// wedge itself tighter. The multiplier of the balance is how the object moves. For small motions.
-/// What no forces balance moves by decimetres: the balance is a stiff penalty.
+/// What no forces balance moves by decimeters: the balance is a stiff penalty.
 double GripGive(const std::vector<GripContact>& contacts, const Eigen::MatrixXd& slopes,
                 const Eigen::VectorXd& stiffness, const GrippedSolid& solid,
                 const GripGiveOptions& options = {});

@@ -43,7 +43,7 @@ class HandAxes {
   const Eigen::Vector3d& Across() const { return across_; }
   const Eigen::Vector3d& PalmNormal() const { return palm_normal_; }
 
-  /// Finger joints and tips relative to the wrist in the rest pose, metres.
+  /// Finger joints and tips relative to the wrist in the rest pose, meters.
   const Eigen::Matrix<double, 3, kJointsPerHand>& RestJoints() const { return rest_joints_; }
   const Eigen::Matrix<double, 3, kNumFingers>& RestTips() const { return rest_tips_; }
   /// Unit direction of the bone that joint k moves.

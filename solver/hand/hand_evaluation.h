@@ -39,13 +39,13 @@ class HandEvaluation {
   bool has_jacobian_ = false;
 };
 
-/// Points in patches of neighbours, so that the least distance to something is found without
+/// Points in patches of neighbors, so that the least distance to something is found without
 /// looking at all of them: a patch is skipped when its middle is too far away. Const and shared by
 /// threads.
 class PointPatches {
  public:
   PointPatches() = default;
-  /// Those of `points` (3 x n, metres) with these ids. `give`: how much patches may grow when the
+  /// Those of `points` (3 x n, meters) with these ids. `give`: how much patches may grow when the
   /// points move later, as a share.
   PointPatches(const Eigen::Matrix3Xd& points, std::vector<int> ids, double give = 0.0);
 
@@ -56,7 +56,7 @@ class PointPatches {
   template <typename Value>
   double Least(const Value& value, double most = std::numeric_limits<double>::infinity(),
                double enough = -std::numeric_limits<double>::infinity()) const {
-    std::array<double, kMostPatches> middle;
+    std::array<double, kMaxPatches> middle;
     double least = most;
     for (std::size_t p = 0; p < patches_.size(); ++p) {
       middle[p] = value(ids_[patches_[p].begin]);
@@ -87,7 +87,7 @@ class PointPatches {
   }
 
  private:
-  static constexpr int kMostPatches = 256;
+  static constexpr int kMaxPatches = 256;
   struct Patch {
     int begin, end;  // in ids_; the first is in the middle
     double radius;

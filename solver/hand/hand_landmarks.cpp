@@ -15,7 +15,7 @@ namespace {
 
 // Balls along a bone, as fractions of its length; the tip's last ball ends near the nail's edge.
 constexpr std::array<double, 3> kBallsAlong = {0.2, 0.5, 0.8};
-// How far neighbouring fingers may press into each other before it counts: skin is soft.
+// How far neighboring fingers may press into each other before it counts: skin is soft.
 constexpr double kSkinGive = 0.0015;
 
 Eigen::Vector3d Centroid(const Eigen::Matrix3Xd& vertices, const std::vector<int>& ids) {
@@ -192,7 +192,7 @@ void SkinPositions(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& verti
 Eigen::VectorXd SkinDistances(const HandLandmarks& landmarks, const DistanceGrid& object,
                               const Eigen::Isometry3d& object_from_skin,
                               const Eigen::Matrix3Xd& positions, double most_m) {
-  constexpr double kLinear = 0.001;  // metres that linear interpolation may be off
+  constexpr double kLinear = 0.001;  // meters that linear interpolation may be off
   Eigen::VectorXd distances =
       Eigen::VectorXd::Constant(positions.cols(), std::numeric_limits<double>::infinity());
   for (int part = 0; part < kNumHandParts; ++part) {

@@ -25,11 +25,11 @@ struct SkinPoint {
   int part;  ///< the part both ends belong to, that of `a` where they differ
 };
 
-/// A ball inside a finger, its centre the mean of a ring of vertices: fingers as chains of balls.
+/// A ball inside a finger, its center the mean of a ring of vertices: fingers as chains of balls.
 struct FingerBall {
   int finger_joint;
   std::vector<int> ring;
-  double radius;  ///< metres
+  double radius;  ///< meters
 };
 
 /// What of a hand touches and what may not be touched, found from rest shape, skinning and bones of
@@ -50,7 +50,7 @@ class HandLandmarks {
   int PadCenter(int finger) const { return pad_centers_[finger]; }
 
   const std::vector<FingerBall>& Balls() const { return balls_; }
-  /// Pairs of balls that fingers could push into each other, with the distance of centres that is
+  /// Pairs of balls that fingers could push into each other, with the distance of centers that is
   /// still free: the sum of radii less what skin gives, and no more than the rest pose has.
   struct BallPair {
     int first, second;
@@ -96,16 +96,16 @@ class HandLandmarks {
 /// Positions (3 x n) of skin points for vertices in any frame.
 void SkinPositions(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices,
                    Eigen::Matrix3Xd& positions);
-/// Signed distances (metres) of skin points (`positions`: of SkinPositions, in a frame that
+/// Signed distances (meters) of skin points (`positions`: of SkinPositions, in a frame that
 /// `object_from_skin` leads from) to an object; infinity of those that are known by their
-/// neighbours to be farther than `most_m`.
+/// neighbors to be farther than `most_m`.
 Eigen::VectorXd SkinDistances(const HandLandmarks& landmarks, const DistanceGrid& object,
                               const Eigen::Isometry3d& object_from_skin,
                               const Eigen::Matrix3Xd& positions, double most_m);
-/// Centres (3 x n) of the finger balls.
+/// Centers (3 x n) of the finger balls.
 void BallCenters(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices,
                  Eigen::Matrix3Xd& centers);
-/// Deepest overlap of fingers with each other or with the palm, metres; 0 when there is none.
+/// Deepest overlap of fingers with each other or with the palm, meters; 0 when there is none.
 double SelfPenetration(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices);
 
 }  // namespace holdfast

@@ -21,7 +21,7 @@ HandEvaluation AtWrist(const HandModel& hand);
 
 /// A flat hand, fingers nearly parallel and the thumb away from the palm.
 HandAngles OpenHand(const HandAxes& axes);
-/// The hand about to pinch something `width` metres thick: pads of the thumb and of the index and
+/// The hand about to pinch something `width` meters thick: pads of the thumb and of the index and
 /// middle finger face each other at that distance. Solved by least squares for this hand.
 HandAngles PinchHand(const HandAnatomy& anatomy, double width);
 

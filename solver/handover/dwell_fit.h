@@ -14,7 +14,7 @@ struct Dwell {
 };
 
 /// Finds when the hands come together and part, around a first guess. `between` (3 x T) is the way
-/// from one hand's holding place to the other's, metres, any noise; it stands still while both hold
+/// from one hand's holding place to the other's, meters, any noise; it stands still while both hold
 /// one thing. Least squares over the guess and `kAround_s` on either side of
 ///
 ///   between(t) = p + a m((begin - t) / A) + b m((t - end) / B),   m minimum jerk (MinimumJerk),

@@ -29,10 +29,10 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kMostRounds = 5;
-constexpr double kNeighbour = 0.012;     // metres: candidates nearer to each other are one
-constexpr double kBallsFree = 0.002;     // metres that balls of two hands may overlap by
-constexpr double kObstacleCell = 0.004;  // metres, of the grid that fingers close against
+constexpr int kMaxRounds = 5;
+constexpr double kNeighbor = 0.012;      // meters: candidates nearer to each other are one
+constexpr double kBallsFree = 0.002;     // meters that balls of two hands may overlap by
+constexpr double kObstacleCell = 0.004;  // meters, of the grid that fingers close against
 
 // Closed mesh of a hand in the object's frame.
 TriangleMesh HandInObject(const HandModel& hand, const FingerPose& fingers,
@@ -132,7 +132,7 @@ DistanceGrid ObstacleGrid(const TriangleMesh& object, const TriangleMesh& giving
   return DistanceGrid(SignedDistance(both), options);
 }
 
-// Deepest overlap of two hands' balls, metres; negative: how far apart.
+// Deepest overlap of two hands' balls, meters; negative: how far apart.
 double BallOverlap(const Eigen::Matrix4Xd& a, const Eigen::Matrix4Xd& b) {
   double deepest = -1.0;
   for (Eigen::Index i = 0; i < a.cols(); ++i) {
@@ -151,7 +151,7 @@ std::vector<int> AllOf(const Eigen::Matrix3Xd& points) {
   return ids;
 }
 
-// How far the wrist is from where it was given: metres and radians.
+// How far the wrist is from where it was given: meters and radians.
 std::pair<double, double> CorrectionOf(const Isometry3d& wrist_from_object,
                                        const Isometry3d& given) {
   const Isometry3d moved = wrist_from_object.inverse() * given;
@@ -169,7 +169,7 @@ struct TransferScene {
     Isometry3d wrist_from_object;
     HandAngles start;
     int balls = -1;           // of the open hand: which of the scene's; -1: none of them
-    double correction = 0.0;  // metres
+    double correction = 0.0;  // meters
   };
 
   TransferScene(const HandModel& hand, const TriangleMesh& mesh,
@@ -242,8 +242,8 @@ struct TransferScene {
   }
 
   double Correction(const Isometry3d& wrist_from_object, const Isometry3d& given) const {
-    const auto [metres, radians] = CorrectionOf(wrist_from_object, given);
-    return metres + options.lever_m * radians;
+    const auto [meters, radians] = CorrectionOf(wrist_from_object, given);
+    return meters + options.lever_m * radians;
   }
 
   const HandModel& receiver;
@@ -414,7 +414,7 @@ class TransferSearch {
     if (result.grasp.metrics.max_penetration_mm > 1000.0 * options_.max_penetration_m) {
       return "the hand goes into the object";
     }
-    if (result.grasp.outside_place > GraspPlace::kMostOutside) {
+    if (result.grasp.outside_place > GraspPlace::kMaxOutside) {
       return "it touches what is not to be touched";
     }
     return WhyRefused(own_.scene, result.grasp).empty() ? "" : "it is not a clean and firm grasp";
@@ -485,7 +485,7 @@ class TransferSearch {
 
   // Whether some of the hand is at the object and little of it inside.
   bool Touches(const GraspAttempt& closed, HandEvaluation& evaluation) const {
-    constexpr double kNear = 0.006, kDeep = 0.008;  // metres
+    constexpr double kNear = 0.006, kDeep = 0.008;  // meters
     const FingerPose fingers = own_.anatomy.axes.PoseOf(closed.angles);
     const Eigen::Matrix3Xd vertices =
         closed.wrist_from_object.inverse() * evaluation.At(fingers.data(), false).Vertices();
@@ -583,7 +583,7 @@ class TransferSearch {
   std::vector<WholeGrasp> NearAndFree(const std::vector<WholeGrasp>& candidates) const {
     std::vector<WholeGrasp> near;
     for (const WholeGrasp& candidate : candidates) {
-      if (static_cast<int>(near.size()) == kMostRounds * options_.closings) break;
+      if (static_cast<int>(near.size()) == kMaxRounds * options_.closings) break;
       const Eigen::Matrix4Xd balls =
           candidate.balls >= 0 ? own_.balls[candidate.balls]
                                : HandBalls(own_.anatomy, own_.anatomy.axes.PoseOf(candidate.start));
@@ -594,7 +594,7 @@ class TransferSearch {
       const bool is_new = std::none_of(near.begin(), near.end(), [&](const WholeGrasp& other) {
         const Isometry3d apart = other.wrist_from_object.inverse() * candidate.wrist_from_object;
         return apart.translation().norm() + options_.lever_m * LogSO3(apart.linear()).norm() <
-               kNeighbour;
+               kNeighbor;
       });
       if (is_new) near.push_back(candidate);
     }
@@ -605,7 +605,7 @@ class TransferSearch {
   // refined.
   void TryWholeGrasps() {
     const std::vector<WholeGrasp> near = NearAndFree(WholeGrasps());
-    for (int round = 0; round < kMostRounds && !best_.found; ++round) {
+    for (int round = 0; round < kMaxRounds && !best_.found; ++round) {
       const int begin = round * options_.closings;
       const int count = std::min(options_.closings, static_cast<int>(near.size()) - begin);
       if (count <= 0) break;

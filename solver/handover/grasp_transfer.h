@@ -16,7 +16,7 @@ struct GraspTransferOptions {
   /// distance plus `lever_m` times an angle.
   double small_correction_m = 0.04;
   double lever_m = 0.10;
-  double correction_weight = 8.0;  ///< of score that a metre of correction is worth
+  double correction_weight = 8.0;  ///< of score that a meter of correction is worth
   /// The receiving hand's skin and the giving hand's may overlap by this: hands are soft.
   double max_hand_overlap_m = 0.004;
   double max_penetration_m = 0.002;         ///< of the hand in the object
@@ -63,7 +63,7 @@ class GraspReceiver {
                          const Eigen::Isometry3d& giver_from_object,
                          const Eigen::Isometry3d& receiver_from_object) const;
 
-  /// Fast: by how little, metres, the wrist would have to be corrected for a place that the giving
+  /// Fast: by how little, meters, the wrist would have to be corrected for a place that the giving
   /// hand leaves free, before fingers are closed; 0.5 where there is none.
   double LeastCorrection(const HandAnatomy& giver, const FingerPose& giver_fingers,
                          const Eigen::Isometry3d& giver_from_object,
@@ -74,7 +74,7 @@ class GraspReceiver {
 };
 
 /// The grasp that the receiving hand takes an object over with, while the giving hand still holds
-/// it. The optimised fingers of the giver are mirrored (their angles are the same in anatomical
+/// it. The optimized fingers of the giver are mirrored (their angles are the same in anatomical
 /// terms), opened, and closed on the object as it is, at the wrist pose that the clip has. Where
 /// that is no clean grasp, whole grasps are tried: the open hand at the clip's wrist, turned a
 /// little and put to the object; the giver's, reflected by planes the object is symmetric about;

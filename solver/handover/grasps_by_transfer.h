@@ -51,11 +51,11 @@ GraspMaker GraspsByTransfer(const HandModel& right, const HandModel& left,
                             std::vector<Handover>* handovers, ReceivingHands receivers = {},
                             std::vector<GraspTransfer> made = {});
 
-/// A hand as balls (x, y, z, radius; 4 x n, metres, wrist's frame): those of its fingers, then 16
+/// A hand as balls (x, y, z, radius; 4 x n, meters, wrist's frame): those of its fingers, then 16
 /// in the palm. The same number, in the same order, for any fingers.
 Eigen::Matrix4Xd HandBalls(const HandAnatomy& anatomy, const FingerPose& fingers);
 
-/// Balls with their centres moved.
+/// Balls with their centers moved.
 Eigen::Matrix4Xd MovedBalls(const Eigen::Isometry3d& by, Eigen::Matrix4Xd balls);
 
 }  // namespace holdfast

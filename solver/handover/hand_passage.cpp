@@ -22,11 +22,11 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kClear = 0.0005;  // metres: a way that leaves no more is taken
-// Metres of retreat that a metre beyond that is worth: shorter ways are not bought with depth.
+constexpr double kClear = 0.0005;  // meters: a way that leaves no more is taken
+// Meters of retreat that a meter beyond that is worth: shorter ways are not bought with depth.
 constexpr double kNotClear = 1000.0;
 constexpr double kRounding = 1e-5;
-constexpr double kEased = 0.0002;  // metres: easing leaves no more, unless the way does
+constexpr double kEased = 0.0002;  // meters: easing leaves no more, unless the way does
 
 // When what happens on the way out, in shares of `release_s` from the hold on: fingers are open;
 // the wrist sets out from its place on the object; it is on the clip's own way.
@@ -66,7 +66,7 @@ class Passage {
     if (length == 0) return;
     TakeGrasp();
     // A hand that rests where the object stands keeps off for as long.
-    while (length < most && TooDeepAlone(length + 1)) ++length;
+    while (length < most && ExceedsPenetration(length + 1)) ++length;
     Way best;
     for (const Timing& timing : kTimings) {
       if (timing.home > 1.0 && Frames(timing.home) > length) continue;
@@ -81,7 +81,7 @@ class Passage {
  private:
   struct Way {
     double cost = std::numeric_limits<double>::infinity();
-    double depth = cost;  // most, metres
+    double depth = cost;  // most, meters
     Timing timing = kTimings.front();
     Vector3d line = Vector3d::UnitZ();
     std::vector<PassageFrame> frames;
@@ -182,7 +182,7 @@ class Passage {
   }
 
   // On the clip's own way.
-  bool TooDeepAlone(int k) {
+  bool ExceedsPenetration(int k) {
     return clearance_->TooDeep(FrameAt(k, kTimings.back()), Vector3d::Zero()) > kClear;
   }
 

@@ -29,8 +29,8 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 // What the two hands do, per frame.
 struct HandsInTime {
   Eigen::Matrix3Xd raw_between;    // `between` as it is
-  Eigen::Matrix3Xd between;        // left to right holding place, metres, chest's frame
-  Eigen::VectorXd apart;           // between the places where the palms hold, metres
+  Eigen::Matrix3Xd between;        // left to right holding place, meters, chest's frame
+  Eigen::VectorXd apart;           // between the places where the palms hold, meters
   Eigen::VectorXd relative_speed;  // m/s
   double speed_noise_m_s = 0.0;
   double noise_m = 0.0;                     // left in `apart`
@@ -102,7 +102,7 @@ struct Meeting {
   int Frame() const { return static_cast<int>(std::lround(Middle())); }
 };
 
-// The frame with the most neighbours, without a gap, in which the hands are as far apart in the
+// The frame with the most neighbors, without a gap, in which the hands are as far apart in the
 // same direction: as when both hold one thing. Among frames [begin, end); all of these are
 // returned.
 Meeting LongestHold(const Eigen::Matrix3Xd& between, int begin, int end, double margin_m) {
@@ -264,7 +264,7 @@ std::vector<Meeting> GivenMeetings(const HandoverSearchOptions& options, double 
   for (const int frame : options.switch_frames) {
     meetings.push_back({std::max(1, frame - half), std::min(frames, frame + half + 1), 0.0});
   }
-  // Neighbours share what lies between them.
+  // Neighbors share what lies between them.
   for (std::size_t m = 1; m < meetings.size(); ++m) {
     const int middle = (options.switch_frames[m - 1] + options.switch_frames[m] + 1) / 2;
     meetings[m - 1].end = std::min(meetings[m - 1].end, middle);
@@ -287,10 +287,10 @@ Account ExplainGiven(const std::vector<Meeting>& meetings, const Eigen::Matrix2X
 // Meetings at which the hands are near enough to pass the object, and what passing it costs there.
 std::vector<Meeting> MeetingsWithinReach(const HandsInTime& seen, double object_size_m,
                                          const HandoverSearchOptions& options) {
-  constexpr double kParting = 0.06;   // metres
-  constexpr double kSettled = 0.020;  // metres within which hands are together
+  constexpr double kParting = 0.06;   // meters
+  constexpr double kSettled = 0.020;  // meters within which hands are together
   constexpr double kSlow = 0.15;      // m/s, per nat
-  constexpr double kFarther = 0.06;   // metres, per nat
+  constexpr double kFarther = 0.06;   // meters, per nat
   std::vector<Meeting> meetings;
   const double margin = kSettled + 2.0 * seen.noise_m;
   for (Meeting& meeting : FindMeetings(seen, kParting + margin, margin)) {

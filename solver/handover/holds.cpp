@@ -28,13 +28,13 @@ constexpr double kSmoothing_s = 0.05;    // standard deviation of the Gaussian o
 constexpr double kSlopeWindow_s = 0.10;  // to either side, for speeds
 constexpr double kHeldWindow_s = 0.5;    // to either side, for where a hand holds the object
 constexpr int kTouchingVertices = 8;     // as many as a fingertip has
-constexpr double kMostAgainst = 12.0;    // nats of one frame's evidence
-constexpr double kMostFor = 3.0;
-constexpr double kAway = 100.0;  // metres
+constexpr double kMaxAgainst = 12.0;     // nats of one frame's evidence
+constexpr double kMaxFor = 3.0;
+constexpr double kAway = 100.0;  // meters
 
 // What one hand sees of the object, one column or entry per frame.
 struct HandView {
-  Eigen::VectorXd gap;         // metres, 0 where skin touches or is inside
+  Eigen::VectorXd gap;         // meters, 0 where skin touches or is inside
   Eigen::Matrix3Xd wrist;      // world
   Eigen::Matrix3Xd center;     // of the object, in the wrist's frame
   std::vector<Matrix3d> turn;  // wrist from object
@@ -189,7 +189,7 @@ HandEvidence WeighHand(const HandView& view, double radius, const ClipWindows& w
       GaussianFilter(view.gap.transpose(), windows.sigma_frames).transpose();
   const double touching = options.contact_m + evidence.noise * windows.smoothed;
   const double scale = options.contact_scale_m + evidence.noise * windows.smoothed;
-  evidence.contact = ((touching - gap.array()) / scale).cwiseMin(kMostFor).cwiseMax(-kMostAgainst);
+  evidence.contact = ((touching - gap.array()) / scale).cwiseMin(kMaxFor).cwiseMax(-kMaxAgainst);
   evidence.motion = MotionOdds(view, evidence.noise, radius, windows, options);
   return evidence;
 }
@@ -222,7 +222,7 @@ StatePath DecideHands(const std::array<Eigen::VectorXd, 2>& odds, const WorldMot
 // somewhere else relative to the object has not taken it yet, or has let go.
 Eigen::VectorXd OddsByPlace(const HandEvidence& evidence, const std::vector<int>& states, int h,
                             const ClipWindows& windows) {
-  constexpr double kSlack = 0.012;  // what an object may shift in a hand, metres
+  constexpr double kSlack = 0.012;  // what an object may shift in a hand, meters
   const Eigen::Index frames = evidence.center.cols();
   std::vector<bool> held(static_cast<std::size_t>(frames));
   for (Eigen::Index t = 0; t < frames; ++t) held[t] = (states[t] >> h & 1) != 0;
@@ -233,7 +233,7 @@ Eigen::VectorXd OddsByPlace(const HandEvidence& evidence, const std::vector<int>
   for (Eigen::Index t = 0; t < frames; ++t) {
     if (!std::isfinite(away(t))) continue;
     const double ratio = away(t) / allowed;
-    odds(t) += std::max(-kMostAgainst, 1.5 * (1.0 - ratio * ratio));
+    odds(t) += std::max(-kMaxAgainst, 1.5 * (1.0 - ratio * ratio));
   }
   return odds;
 }

@@ -22,10 +22,10 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kFree = 0.0007;     // metres: no deeper is clear
-constexpr double kWallFree = 0.001;  // metres that balls are off the skin
-constexpr double kSoft = 0.002;      // metres that fingers give way to fingers
-constexpr double kDepthCost = 30.0;  // metres of retreat that a metre of depth is worth
+constexpr double kFree = 0.0007;     // meters: no deeper is clear
+constexpr double kWallFree = 0.001;  // meters that balls are off the skin
+constexpr double kSoft = 0.002;      // meters that fingers give way to fingers
+constexpr double kDepthCost = 30.0;  // meters of retreat that a meter of depth is worth
 constexpr double kLeave = 8.0;       // m/s^2: no hand leaves faster
 constexpr double kRetreatStep = 0.003;
 constexpr int kRetreatSteps = 60;
@@ -205,7 +205,7 @@ namespace {
 
 using Eigen::Isometry3d;
 
-constexpr double kEase_s = 1.0, kLeastEase_s = 0.3;
+constexpr double kEase_s = 1.0, kMinEase_s = 0.3;
 
 Isometry3d WristAt(const HandModel& hand, const Clip& clip, int t) {
   return WristIn(hand, clip.pose[t], clip.trans.col(t));
@@ -224,8 +224,8 @@ double ShareAt(int t, int from, int begin, int end, int to) {
 
 }  // namespace
 
-HandMeeting ShareTheWay(const Isometry3d& giver, const Isometry3d& receiver,
-                        const Isometry3d& giver_from_receiver) {
+HandMeeting SplitCorrection(const Isometry3d& giver, const Isometry3d& receiver,
+                            const Isometry3d& giver_from_receiver) {
   ObjectPose met(giver);
   double* const q = met.orientation.coeffs().data();
   ceres::Problem problem;
@@ -254,12 +254,12 @@ void LetHandsMeet(const HandModel& right, const HandModel& left,
     const int from = std::max(last_end, change.both_begin - frames(kEase_s));
     const int end = std::max(change.both_begin + 1, change.both_end);
     last_end = end;
-    if (handover == handovers.end() || change.both_begin - from < frames(kLeastEase_s)) continue;
+    if (handover == handovers.end() || change.both_begin - from < frames(kMinEase_s)) continue;
     const HandModel& giver = change.from == Side::kRight ? right : left;
     const HandModel& receiver = change.to == Side::kRight ? right : left;
     const HandMeeting meeting =
-        ShareTheWay(WristAt(giver, clip, change.both_begin),
-                    WristAt(receiver, clip, change.both_begin), handover->giver_from_receiver);
+        SplitCorrection(WristAt(giver, clip, change.both_begin),
+                        WristAt(receiver, clip, change.both_begin), handover->giver_from_receiver);
     const int to = end - 1 + frames(kEase_s);
     for (int t = from + 1; t < std::min(to, clip.NumFrames()); ++t) {
       const double share = ShareAt(t, from, change.both_begin, end, to);

@@ -27,7 +27,7 @@ struct PassageFrame {
   Eigen::Matrix4Xd balls;  ///< HandBalls, wrist's frame
   Eigen::Isometry3d object_from_wrist = Eigen::Isometry3d::Identity();  ///< without a retreat
   Eigen::Matrix4Xd other;  ///< the other hand's HandBalls, object's frame; may be empty
-  double retreat = 0.0;    ///< metres
+  double retreat = 0.0;    ///< meters
 };
 
 /// How deep a hand is on its way, beyond what it is in the hold itself, and by how much it has to
@@ -41,13 +41,13 @@ class PassageClearance {
   PassageClearance(const HandAnatomy& anatomy, const DistanceGrid& object, const PassageFrame& held,
                    double frame_rate);
 
-  /// Metres; 0: clear. The hand is moved by `shift`, object's frame, metres.
+  /// Meters; 0: clear. The hand is moved by `shift`, object's frame, meters.
   double TooDeep(const PassageFrame& frame, const Eigen::Vector3d& shift) const;
 
   /// Sets the least retreats along `line` (unit, object's frame) that clear all frames, as far as
   /// that is worth it; they come and go smoothly and are 0 in the hold. `frames` go outwards from
   /// the one next to the hold; while the first `opening` open their fingers, they do not give way
-  /// because of later ones. Returns what the way costs, metres: retreats, and 30 a metre of depth.
+  /// because of later ones. Returns what the way costs, meters: retreats, and 30 a meter of depth.
   double Retreat(const Eigen::Vector3d& line, int opening, std::span<PassageFrame> frames) const;
 
  private:
@@ -91,11 +91,11 @@ struct HandMeeting {
 ///   min E(R_g', p_g'; R_g, p_g) + E(R_r', p_r'; R_r, p_r)   (ObjectData)
 ///
 /// where (R_g', p_g')^-1 (R_r', p_r') = `giver_from_receiver`; `giver` (R_g, p_g) and `receiver`
-/// are the world poses of the clip's wrists, metres. So both move by the same length.
-HandMeeting ShareTheWay(const Eigen::Isometry3d& giver, const Eigen::Isometry3d& receiver,
-                        const Eigen::Isometry3d& giver_from_receiver);
+/// are the world poses of the clip's wrists, meters. So both move by the same length.
+HandMeeting SplitCorrection(const Eigen::Isometry3d& giver, const Eigen::Isometry3d& receiver,
+                            const Eigen::Isometry3d& giver_from_receiver);
 
-/// Both arms of `clip` go to where its hands meet for each hand-over (ShareTheWay), stay there
+/// Both arms of `clip` go to where its hands meet for each hand-over (SplitCorrection), stay there
 /// while both hold, and come and go smoothly (minimum jerk over up to 1 s, not before both last
 /// held). Without 0.3 s to come, and for hand-overs of no switch, the clip stays as it is.
 void LetHandsMeet(const HandModel& right, const HandModel& left,

@@ -18,7 +18,7 @@ struct FloatLanes {
   static Vector Sub(Vector a, Vector b) { return _mm256_sub_ps(a, b); }
   static Vector Mul(Vector a, Vector b) { return _mm256_mul_ps(a, b); }
   static Vector MulAdd(Vector a, Vector b, Vector c) { return _mm256_fmadd_ps(a, b, c); }
-  // Four at a time: each step adds neighbours of two vectors and puts the sums side by side.
+  // Four at a time: each step adds neighbors of two vectors and puts the sums side by side.
   static void SumTen(const Vector (&v)[10], double* out) {
     StoreFour(_mm256_hadd_ps(_mm256_hadd_ps(v[0], v[1]), _mm256_hadd_ps(v[2], v[3])), out);
     StoreFour(_mm256_hadd_ps(_mm256_hadd_ps(v[4], v[5]), _mm256_hadd_ps(v[6], v[7])), out + 4);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Zero-masked forms throughout: the plain intrinsics of some compilers' headers start from an
-// uninitialised register and trip their own warnings.
+// uninitialized register and trip their own warnings.
 #if defined(__AVX512F__)
 #include <immintrin.h>
 

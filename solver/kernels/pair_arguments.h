@@ -20,7 +20,7 @@ struct PairArguments {
 };
 
 // Added to squared distances, so that coinciding points give a unit vector of zero; lost in
-// rounding beyond a micrometre.
+// rounding beyond a micrometer.
 template <typename Real>
 inline constexpr Real kTinySquaredDistance = Real(1e-20);
 template <>

@@ -23,7 +23,7 @@ struct PairSums {
 template <typename Real>
 class PairTargets {
  public:
-  /// `points` is (3 x M), metres.
+  /// `points` is (3 x M), meters.
   explicit PairTargets(const Eigen::Matrix3Xd& points);
 
   int Count() const { return count_; }

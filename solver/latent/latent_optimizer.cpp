@@ -47,10 +47,10 @@ class LatentMotion {
         options_(options),
         solution_(solution),
         joint_(GoalJoint(options)),
-        centre_(
+        center_(
             wandr::DrawLatents(task.seed, task.stream, batch.LatentSize(), batch.NumSteps(), 1.0)
                 .cast<double>()),
-        latents_(centre_) {}
+        latents_(center_) {}
 
   void Descend() {
     for (int done = 0; done < options_.lbfgs_iterations; done += kContactsEvery) {
@@ -61,8 +61,8 @@ class LatentMotion {
                                 return AllTerms(motion, share, bar);
                               });
       const int most = std::min(kContactsEvery, options_.lbfgs_iterations - done);
-      Note(LatentProblem(cost, centre_, options_.prior)
-               .Minimise(LbfgsOptions(most, kHistory), latents_, [&](int i) {
+      Note(LatentProblem(cost, center_, options_.prior)
+               .Minimize(LbfgsOptions(most, kHistory), latents_, [&](int i) {
                  if (i > 0 || done == 0) See(cost.Motion());
                  return false;
                }));
@@ -72,7 +72,7 @@ class LatentMotion {
   }
 
   void Refine() {
-    // The goal first: a centimetre off it counts as much as an E of 0.05.
+    // The goal first: a centimeter off it counts as much as an E of 0.05.
     constexpr double kSigma_m = 0.01, kRest = 10.0;
     constexpr double kFarOff_m = 0.5;  // no walk gets there: the body would glide
     if (goal_error_m_ <= options_.lm_goal_m || options_.lm_iterations == 0) return;
@@ -86,8 +86,8 @@ class LatentMotion {
                               return kRest * value;
                             });
     Note(
-        LatentProblem(cost, centre_, kRest * options_.prior)
-            .Minimise(LevenbergMarquardtOptions(options_.lm_iterations, 0.1), latents_, [&](int i) {
+        LatentProblem(cost, center_, kRest * options_.prior)
+            .Minimize(LevenbergMarquardtOptions(options_.lm_iterations, 0.1), latents_, [&](int i) {
               if (i > 0) See(cost.Motion());
               return goal_error_m_ <= options_.lm_goal_m;
             }));
@@ -133,13 +133,13 @@ class LatentMotion {
   const LatentOptions& options_;
   ReachSolution& solution_;
   int joint_;
-  Eigen::VectorXd centre_, latents_;
+  Eigen::VectorXd center_, latents_;
   MotionObjective natural_;
   int arrival_ = 0;
   double goal_error_m_ = INFINITY;
 };
 
-std::vector<ReachSolution> OptimiseTogether(const wandr::Network<float>& network,
+std::vector<ReachSolution> OptimizeTogether(const wandr::Network<float>& network,
                                             const LatentBody& body,
                                             std::span<const ReachTask> tasks,
                                             const LatentOptions& options) {
@@ -205,10 +205,10 @@ MotionFault FaultOf(const ReachSolution& solution, const ReachTask& task) {
 
 // Who is off the ground, or does not get there, tries again in a hurry, then in a greater one, and
 // then from other latents.
-std::vector<ReachSolution> OptimiseBatch(const wandr::Network<float>& network,
+std::vector<ReachSolution> OptimizeBatch(const wandr::Network<float>& network,
                                          const LatentBody& body, std::span<const ReachTask> tasks,
                                          const LatentOptions& options) {
-  std::vector<ReachSolution> solutions = OptimiseTogether(network, body, tasks, options);
+  std::vector<ReachSolution> solutions = OptimizeTogether(network, body, tasks, options);
   if (!options.hurries) return solutions;
   LatentOptions hurry = options;
   for (int tried = 0; tried < kHurries + kOtherStarts; ++tried) {
@@ -224,7 +224,7 @@ std::vector<ReachSolution> OptimiseBatch(const wandr::Network<float>& network,
       }
       ReachTask task = tasks[i];
       if (tried >= kHurries) task.stream += kOtherStreams * (1 + tried - kHurries);
-      ReachSolution again = std::move(OptimiseTogether(network, body, {&task, 1}, its)[0]);
+      ReachSolution again = std::move(OptimizeTogether(network, body, {&task, 1}, its)[0]);
       if (FaultOf(again, tasks[i]).Sum() >= fault.Sum()) continue;
       Append(again, solutions[i]);
       again.trace = std::move(solutions[i].trace);
@@ -258,14 +258,14 @@ std::function<void()> EndsAll(const std::function<void()>& poll) {
 
 }  // namespace
 
-std::vector<ReachSolution> OptimiseLatents(const wandr::Network<float>& network,
+std::vector<ReachSolution> OptimizeLatents(const wandr::Network<float>& network,
                                            const LatentBody& body, std::span<const ReachTask> tasks,
                                            const LatentOptions& options, int threads,
                                            const std::function<void(int, int)>& progress) {
   if (tasks.empty()) throw Error("reach", "has no tasks", "Give at least one goal");
   for (const ReachTask& task : tasks) {
     if (task.num_steps != tasks[0].num_steps) {
-      throw Error("reach", "tasks of different lengths", "Optimise them apart");
+      throw Error("reach", "tasks of different lengths", "Optimize them apart");
     }
     if (task.deadline < 1 || task.deadline > task.num_steps) {
       throw Error("reach",
@@ -287,7 +287,7 @@ std::vector<ReachSolution> OptimiseLatents(const wandr::Network<float>& network,
   int done = 0;
   ParallelFor((total + size - 1) / size, threads, [&](int b) {
     const int first = b * size, count = std::min(size, total - first);
-    std::vector<ReachSolution> part = OptimiseBatch(
+    std::vector<ReachSolution> part = OptimizeBatch(
         network, body,
         tasks.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(count)), polled);
     std::ranges::move(part, solutions.begin() + first);

@@ -14,7 +14,7 @@ namespace holdfast {
 /// All tasks have the same number of steps. `progress` sees tasks done; what it throws ends the
 /// run. Throws Error for no tasks, unequal steps, deadlines beyond the motion, and what is not
 /// finite.
-std::vector<ReachSolution> OptimiseLatents(const wandr::Network<float>& network,
+std::vector<ReachSolution> OptimizeLatents(const wandr::Network<float>& network,
                                            const LatentBody& body, std::span<const ReachTask> tasks,
                                            const LatentOptions& options, int threads,
                                            const std::function<void(int, int)>& progress = {});

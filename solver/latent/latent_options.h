@@ -35,7 +35,7 @@ struct LatentBody {
 };
 LatentBody LatentBodyOf(const Eigen::Matrix3Xd& rest_joints, double sole_y);
 
-/// Latent optimisation: the latents of a whole rollout are changed until the wrist is at the goal
+/// Latent optimization: the latents of a whole rollout are changed until the wrist is at the goal
 /// and the motion is physically plausible. Weights are on sums over frames; see solver/terms.
 struct LatentOptions {
   /// Rollouts follow the intention from the start (closed loop); false: the network is a motion
@@ -97,16 +97,16 @@ struct LatentOptions {
 /// wandr::MirroredStates for the left).
 struct ReachTask {
   wandr::RolloutStart<float> start;
-  Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< world, metres
+  Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< world, meters
   int num_steps = 239;                             ///< T: frames 0..T at 30 fps
   int deadline = 239;                              ///< frame at which the wrist is due
-  /// The optimisation begins with the latents that wandr::DrawLatents gives this stream.
+  /// The optimization begins with the latents that wandr::DrawLatents gives this stream.
   std::uint64_t seed = 1;
   std::uint64_t stream = 0;
   Eigen::Vector2d velocity = Eigen::Vector2d::Zero();  ///< of the pelvis at the start, m/s
 };
 
-/// How an optimisation went: one entry per iterate, the first before any step.
+/// How an optimization went: one entry per iterate, the first before any step.
 struct ReachTrace {
   std::vector<float> closest_m;  ///< least distance of wrist and goal over all frames
   std::vector<float> last_m;     ///< distance at the last frame

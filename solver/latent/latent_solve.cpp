@@ -55,10 +55,10 @@ ceres::Solver::Options BaseOptions(int iterations) {
 
 }  // namespace
 
-LatentProblem::LatentProblem(RolloutCost<float>& cost, Eigen::VectorXd centre, double prior_weight)
-    : cost_(cost), centre_(std::move(centre)), prior_weight_(prior_weight) {}
+LatentProblem::LatentProblem(RolloutCost<float>& cost, Eigen::VectorXd center, double prior_weight)
+    : cost_(cost), center_(std::move(center)), prior_weight_(prior_weight) {}
 
-LatentSolve LatentProblem::Minimise(ceres::Solver::Options options, Eigen::VectorXd& latents,
+LatentSolve LatentProblem::Minimize(ceres::Solver::Options options, Eigen::VectorXd& latents,
                                     const IterateSeen& seen) {
   ceres::Problem::Options unowned = BorrowingProblem();
   unowned.disable_all_safety_checks = true;
@@ -69,7 +69,7 @@ LatentSolve LatentProblem::Minimise(ceres::Solver::Options options, Eigen::Vecto
   for (Eigen::Index at = 0; at < latents.size(); at += size) {
     steps.push_back(latents.data() + at);
     if (prior_weight_ <= 0.0) continue;
-    priors.push_back(std::make_unique<LatentPrior>(centre_.segment(at, size), prior_weight_));
+    priors.push_back(std::make_unique<LatentPrior>(center_.segment(at, size), prior_weight_));
   }
   problem.AddResidualBlock(&cost_, nullptr, steps);
   for (std::size_t t = 0; t < priors.size(); ++t) {
@@ -105,7 +105,7 @@ LatentSolve LatentProblem::Descend(StepRule& rule, int iterations, Eigen::Vector
     solve.iterations = iteration;
     if (seen(iteration)) solve.termination = "USER_SUCCESS";
     if (iteration == iterations || solve.termination == "USER_SUCCESS") return solve;
-    gradient = cost_.Gradient() + prior_weight_ * (latents - centre_);
+    gradient = cost_.Gradient() + prior_weight_ * (latents - center_);
     if (rule.Step(iteration, gradient, next)) continue;
     solve.termination = "CONVERGENCE";
     return solve;

@@ -71,10 +71,10 @@ using IterateSeen = std::function<bool(int iteration)>;
 /// r a RolloutCost, which must be evaluated from its batch, and the prior a LatentPrior a step.
 class LatentProblem {
  public:
-  LatentProblem(RolloutCost<float>& cost, Eigen::VectorXd centre, double prior_weight);
+  LatentProblem(RolloutCost<float>& cost, Eigen::VectorXd center, double prior_weight);
 
   /// By Ceres, from `latents` on, which it changes.
-  LatentSolve Minimise(ceres::Solver::Options options, Eigen::VectorXd& latents,
+  LatentSolve Minimize(ceres::Solver::Options options, Eigen::VectorXd& latents,
                        const IterateSeen& seen);
   /// By a rule that takes every step it makes; ends before what is not finite.
   LatentSolve Descend(StepRule& rule, int iterations, Eigen::VectorXd& latents,
@@ -82,7 +82,7 @@ class LatentProblem {
 
  private:
   RolloutCost<float>& cost_;
-  Eigen::VectorXd centre_;
+  Eigen::VectorXd center_;
   double prior_weight_;
 };
 

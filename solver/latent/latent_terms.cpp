@@ -24,17 +24,17 @@ constexpr int kCreep = 6;       // frames over which a planted foot is not to cr
 constexpr int kArriving = 5;    // frames before the deadline
 constexpr int kTurn = 8;        // frames over which the heading's turn is taken
 constexpr int kReaching = 20;   // frames before the deadline
-constexpr double kHandy = 0.9;  // metres above the ground
+constexpr double kHandy = 0.9;  // meters above the ground
 constexpr int kRising = 30;     // frames
 constexpr int kHeadJoint = 15;
 constexpr double kStandsStill = 0.25;  // m/s
-constexpr double kWorthWalking = 0.1;  // metres
+constexpr double kWorthWalking = 0.1;  // meters
 constexpr double kStrolls = 0.7;       // m/s: slower steps have no cadence of their own
-constexpr double kWalkRatio = 0.41;    // metres per Hz: step length over step frequency
+constexpr double kWalkRatio = 0.41;    // meters per Hz: step length over step frequency
 constexpr int kHalfStep = 8;           // frames
-constexpr double kLowLean = 0.35;      // of the metres that a goal is low
+constexpr double kLowLean = 0.35;      // of the meters that a goal is low
 
-// How thick a person is about a joint, metres: feet, arms, trunk and legs.
+// How thick a person is about a joint, meters: feet, arms, trunk and legs.
 double Thickness(int joint) {
   if (joint == 7 || joint == 8 || joint == 10 || joint == 11) return 0.06;
   return joint > kHeadJoint ? 0.05 : 0.13;
@@ -246,7 +246,7 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
   }
 }
 
-// Of the pelvis of who stands on straight legs, metres above the ground.
+// Of the pelvis of who stands on straight legs, meters above the ground.
 double StandingHeight(const LatentBody& body) {
   constexpr int kHip = 1, kKnee = 4, kAnkle = 7;
   const auto& offset = body.bones.offset;

@@ -10,7 +10,7 @@
 
 namespace holdfast {
 
-/// How far a motion to goals of the right wrist (world, metres, z up) is from how people move, by
+/// How far a motion to goals of the right wrist (world, meters, z up) is from how people move, by
 /// the natural terms (AddNaturalTerms) of what RefitReach leaves as it is: speed, turns, lean,
 /// height, joint limits and accelerations. A mean over frames, 0 at best; it compares motions from
 /// one start.

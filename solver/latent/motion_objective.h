@@ -21,13 +21,13 @@ namespace holdfast {
 /// A point of the body: where a joint's frame has it.
 struct BodyPoint {
   int joint = 0;
-  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< metres, in the joint's frame
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< meters, in the joint's frame
 };
 
 /// What a residual block on a motion may depend on.
 struct MotionQuantity {
   enum class Kind {
-    kPosition,       ///< of a joint, or from 22 on of a BodyPoint: 3 numbers, world, metres
+    kPosition,       ///< of a joint, or from 22 on of a BodyPoint: 3 numbers, world, meters
     kLocalRotation,  ///< of a joint relative to its parent: 9 numbers, row by row
     kWorldRotation,  ///< of a joint to the world: 9 numbers, row by row
   };

@@ -49,10 +49,10 @@ LatentSolve SolveOne(RolloutBatch<float>& batch, int motion, const ReachTask& ta
       ceres::Solver::Options solver = LevenbergMarquardtOptions(iterations, 0.02);
       // Uphill for a while: from far off fewer end where the wrist gets no nearer.
       solver.use_nonmonotonic_steps = true;
-      return problem.Minimise(std::move(solver), latents, seen);
+      return problem.Minimize(std::move(solver), latents, seen);
     }
     case VaeOptMethod::kLbfgs:
-      return problem.Minimise(LbfgsOptions(iterations, options.history), latents, seen);
+      return problem.Minimize(LbfgsOptions(iterations, options.history), latents, seen);
     case VaeOptMethod::kLbfgsStepOne: {
       LbfgsStepOne rule(options.history);
       return problem.Descend(rule, iterations, latents, seen);
@@ -71,7 +71,7 @@ void CheckTasks(std::span<const ReachTask> tasks) {
       if (!sound) throw Error(fmt::format("reach task {}", i), problem, remedy);
     };
     require(task.num_steps >= 1, "it has no step", "Ask for 1 or more");
-    require(task.goal.allFinite(), "its goal is not finite", "Give three numbers, metres");
+    require(task.goal.allFinite(), "its goal is not finite", "Give three numbers, meters");
     require(wandr::StateOf(task.start.pose).allFinite() && task.start.previous_delta.allFinite(),
             "its start is not finite", "Check the clip it comes from");
   }
@@ -117,7 +117,7 @@ void VaeOptOptions::Check() const {
     if (!sound) throw Error(fmt::format("VAE + opt: {}", field), "makes no sense", remedy);
   };
   require(iterations >= 0, "iterations", "Give 1 or more, or 0 for the method's own");
-  require(goal_sigma_m > 0.0, "goal_sigma_m", "Give metres above 0");
+  require(goal_sigma_m > 0.0, "goal_sigma_m", "Give meters above 0");
   require(prior_weight >= 0.0, "prior_weight", "Give 0 or more");
   require(sigma >= 0.0 && sigma < 10.0, "sigma", "Give 0 to 10; training has 1");
   require(history >= 1, "history", "Give 1 or more steps");
@@ -125,7 +125,7 @@ void VaeOptOptions::Check() const {
   require(last_learning_rate_ratio >= 0.0, "last_learning_rate_ratio", "Give 0 or more");
 }
 
-std::vector<ReachSolution> OptimiseAsPublished(const wandr::Network<float>& network,
+std::vector<ReachSolution> OptimizeAsPublished(const wandr::Network<float>& network,
                                                const wandr::BoneOffsets<float>& bones,
                                                std::span<const ReachTask> tasks,
                                                const VaeOptOptions& options, int threads) {

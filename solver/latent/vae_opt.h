@@ -26,7 +26,7 @@ VaeOptMethod VaeOptMethodByName(std::string_view name);
 /// "VAE + opt", the baseline of WANDR (Diomataris et al. 2024, sec. 4 and table 2): a rollout from
 /// random latents, blind to the goal, which are then optimized to bring the wrist there:
 ///   F(z) = |W_T - G|^2 / (2 sigma_g^2) + lambda/2 sum_t |z_t|^2,
-/// W_T the right wrist in the last frame, G the goal (metres, world). Only that the wrist's
+/// W_T the right wrist in the last frame, G the goal (meters, world). Only that the wrist's
 /// distance is minimized is published; square, last frame and the prior are one reading of it.
 struct VaeOptOptions {
   VaeOptMethod method = VaeOptMethod::kLm;
@@ -56,7 +56,7 @@ struct VaeOptOptions {
 /// its task at the one before. The objective looks at the last frame of a task, never at its
 /// deadline. Nothing but the trace's seconds depends on `threads` or on the other tasks. Throws
 /// Error for options, and for tasks without a step or that are not finite.
-std::vector<ReachSolution> OptimiseAsPublished(const wandr::Network<float>& network,
+std::vector<ReachSolution> OptimizeAsPublished(const wandr::Network<float>& network,
                                                const wandr::BoneOffsets<float>& bones,
                                                std::span<const ReachTask> tasks,
                                                const VaeOptOptions& options, int threads);

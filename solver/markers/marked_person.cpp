@@ -18,7 +18,7 @@
 namespace holdfast {
 namespace {
 
-constexpr int kMostBetas = 10;
+constexpr int kMaxBetas = 10;
 constexpr double kPatch_m = 0.12;  // of the skin about a marker
 
 // Standard deviations of a joint's three components along axes (columns), degrees, and of its
@@ -219,7 +219,7 @@ bool IsNextTo(int joint, int other) {
   return other == joint || kJointParents[other] == joint || kJointParents[joint] == other;
 }
 
-// The vertex over `from` in direction `out` that is farthest out within a centimetre of that line.
+// The vertex over `from` in direction `out` that is farthest out within a centimeter of that line.
 int SkinVertex(const BodySurface& surface, const std::vector<int>& joint_of_vertex, int joint,
                const Eigen::Vector3d& from, const Eigen::Vector3d& out) {
   int best = -1;
@@ -282,7 +282,7 @@ Eigen::Vector3d PlaceOf(const MarkerSite& site, int vertex, const Eigen::Matrix3
 
 void SetPlaces(const BodySurface& surface, MarkedPerson& person) {
   const BodyModel& model = *person.model;
-  const int shapes = std::min(kMostBetas, model.NumShape());
+  const int shapes = std::min(kMaxBetas, model.NumShape());
   const Eigen::Matrix3Xd rest = surface.RestVertices();
   person.body.rest_joints = surface.RestJoints();
   person.body.J_rest.resize(3 * kNumJoints, shapes);

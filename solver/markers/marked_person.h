@@ -52,7 +52,7 @@ struct MarkedPerson {
 std::vector<int> JointOfVertices(const std::shared_ptr<const BodyModel>& model);
 
 /// Free are the joints between the pelvis and the markers, and fingers by few numbers each: flexion
-/// at the base and beyond it, spread; fingers without a marker go with their neighbour. Their prior
+/// at the base and beyond it, spread; fingers without a marker go with their neighbor. Their prior
 /// is normal, with mean and covariance of this hand open, at ease and about to pinch things of 1 to
 /// 9 cm (PinchHand).
 MarkedPerson MakeMarkedPerson(std::shared_ptr<const BodyModel> model, std::vector<MarkerSite> sites,

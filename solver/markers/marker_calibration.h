@@ -12,7 +12,7 @@ namespace holdfast {
 /// A person's shape, where each marker sits, and the poses of the frames that told it.
 struct MarkerCalibration {
   Eigen::VectorXd betas;
-  Eigen::Matrix3Xd places;             ///< (3 x M) in the frames of the joints followed, metres
+  Eigen::Matrix3Xd places;             ///< (3 x M) in the frames of the joints followed, meters
   std::vector<Eigen::VectorXd> roots;  ///< (6) of each trial frame given
   std::vector<Eigen::VectorXd> poses;  ///< q of each
   int iterations = 0;

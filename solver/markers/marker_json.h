@@ -15,11 +15,11 @@ namespace holdfast {
 nlohmann::json MarkerReportJson(const MarkerReport& report);
 
 /// The markers of the recording that a result folder was solved from, where solve put them in the
-/// world: (3 M x T), metres; NaN where one is not seen. Throws Error where the folder is not one
+/// world: (3 M x T), meters; NaN where one is not seen. Throws Error where the folder is not one
 /// that `solve` made, or its recording is not there any more.
 Eigen::MatrixXd MeasuredMarkers(const std::filesystem::path& solved);
 
-/// How an unmarked head gave way: frames, millimetres, degrees.
+/// How an unmarked head gave way: frames, millimeters, degrees.
 nlohmann::json HeadReportJson(const HeadReport& head);
 
 }  // namespace holdfast

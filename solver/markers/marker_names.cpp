@@ -19,7 +19,7 @@ constexpr auto kSkin = MarkerTie::kSkin;
 constexpr auto kLandmark = MarkerTie::kLandmark;
 constexpr auto kCluster = MarkerTie::kCluster;
 
-// A row of the right side (or the middle); millimetres. In the T-pose of SMPL-X the right arm goes
+// A row of the right side (or the middle); millimeters. In the T-pose of SMPL-X the right arm goes
 // to -x, up is y, forward z, thumbs forward, palms down.
 struct Row {
   const char* name;  // without the side

@@ -16,7 +16,7 @@ namespace holdfast {
 
 /// How a marker is tied to the body.
 enum class MarkerTie {
-  kSkin,      ///< glued to the skin at a place that its name tells to about a centimetre
+  kSkin,      ///< glued to the skin at a place that its name tells to about a centimeter
   kLandmark,  ///< over a bony landmark: its place from the joint is anatomy
   kCluster,   ///< one of a rigid plate somewhere on the segment: its place is found
 };
@@ -28,7 +28,7 @@ struct MarkerSite {
   int joint = 0;                                      ///< that it follows
   int toward = -1;                                    ///< joint; -1: the limb's end
   double fraction = 0.0;                              ///< of the way there
-  Eigen::Vector3d outward = Eigen::Vector3d::Zero();  ///< metres, axes of the T-pose
+  Eigen::Vector3d outward = Eigen::Vector3d::Zero();  ///< meters, axes of the T-pose
   MarkerTie tie = MarkerTie::kCluster;
   double sigma_m = 0.04;  ///< how well that tells the place
   int vertex = -1;        ///< of the body model, in place of all that

@@ -32,7 +32,7 @@ MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& ca
                          MarkerTrack start, const MarkerScales& scales, int max_iterations,
                          const std::function<bool(int, int)>& progress);
 
-/// Where the body carries every marker (3 M x T), world, metres.
+/// Where the body carries every marker (3 M x T), world, meters.
 Eigen::MatrixXd CarriedMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
                                const MarkerTrack& track);
 

@@ -310,7 +310,7 @@ std::vector<MarkerTrialFiles> FindMarkerTrials(const fs::path& folder) {
   }
   if (trials.empty()) {
     throw Error(folder.string(), "holds no recordings of markers",
-                "Give a folder with .c3d, .trc, .csv or .tsv files of labelled markers");
+                "Give a folder with .c3d, .trc, .csv or .tsv files of labeled markers");
   }
   return trials;
 }

@@ -25,7 +25,7 @@ struct MarkerWorld {
   double facing_rad = 0.0;  ///< about world z; 0 faces -y
 };
 
-/// 1, or what turns millimetres that are called metres into metres (0.001), or the other way round
+/// 1, or what turns millimeters that are called meters into meters (0.001), or the other way round
 /// (1000): by the distance between the markers of one person.
 double ScaleBySize(const MarkerRecording& recording);
 
@@ -36,7 +36,7 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
                       const std::vector<int>& column, std::optional<MarkerUp> up,
                       const std::string& where);
 
-/// The recording in the world, metres, raised by `lift_m`.
+/// The recording in the world, meters, raised by `lift_m`.
 MarkerRecording InWorld(const MarkerRecording& recording, const MarkerWorld& world, double lift_m);
 
 /// Where a root (FreePose) is whose trunk is about the markers of a frame (world), facing so.

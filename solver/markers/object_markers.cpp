@@ -439,7 +439,7 @@ class ObjectTracker {
             fmt::format("the object's markers are {:.0f} mm (root mean square) from the "
                         "places told of them",
                         1e3 * off),
-            "Give places in metres, in the mesh's frame, and the names that belong to them");
+            "Give places in meters, in the mesh's frame, and the names that belong to them");
       }
       report.table_rms_mm = 1e3 * off;
     }
@@ -484,7 +484,7 @@ std::vector<int> ColumnsOfObject(const MarkerRecording& recording, const ObjectM
 ObjectMarkers ReadObjectMarkers(const std::filesystem::path& path) {
   std::ifstream in(path);
   if (!in) throw Error(path.string(), "cannot be read", "Check the path");
-  const char* const remedy = "Write name,x,y,z there, then a row a marker: metres, mesh's frame";
+  const char* const remedy = "Write name,x,y,z there, then a row a marker: meters, mesh's frame";
   ObjectMarkers markers;
   std::vector<double> places;
   int number = 0;
@@ -510,7 +510,7 @@ ObjectMarkers ReadObjectMarkers(const std::filesystem::path& path) {
     for (int c = 1; c < 4; ++c) {
       double value = 0.0;
       if (!ParseNumber(words[c], value) || !(std::abs(value) < 10.0)) {
-        throw Error(where, fmt::format("'{}' is no place in metres", words[c]), remedy);
+        throw Error(where, fmt::format("'{}' is no place in meters", words[c]), remedy);
       }
       places.push_back(value);
     }

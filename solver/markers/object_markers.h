@@ -17,12 +17,12 @@ namespace holdfast {
 /// N markers of an object, a rigid cluster.
 struct ObjectMarkers {
   std::vector<std::string> names;  ///< N
-  /// (3 x N) metres, in the frame of the object's mesh; empty: the object's frame is put in the
+  /// (3 x N) meters, in the frame of the object's mesh; empty: the object's frame is put in the
   /// middle of its markers, with the axes of the world where they are first seen.
   Eigen::Matrix3Xd places;
 };
 
-/// A text of comma-separated columns with the head name,x,y,z: places in metres. Throws Error
+/// A text of comma-separated columns with the head name,x,y,z: places in meters. Throws Error
 /// naming file and line.
 ObjectMarkers ReadObjectMarkers(const std::filesystem::path& path);
 /// Such a file by its name (.csv), or names with commas between; "cup_*" is all that begin so.
@@ -36,7 +36,7 @@ struct ObjectMarkerReport {
     std::string name;
     int seen = 0, longest_gap = 0, outliers = 0, swapped = 0;  ///< frames
     double rms_mm = 0.0;  ///< from where the object carries it, where it is used
-    Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< in the object's frame, metres
+    Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< in the object's frame, meters
   };
   std::vector<Marker> markers;
   double rms_mm = 0.0;
@@ -52,7 +52,7 @@ struct TrackedObject {
   ObjectMarkerReport report;
 };
 
-/// Labelled markers of an object to its pose in every frame of a recording (world, metres). Where
+/// Labeled markers of an object to its pose in every frame of a recording (world, meters). Where
 /// the markers are on it is found from the recording: medians over frames, from the frame whose
 /// distances are most usual. Then each frame by itself, Kabsch with Cauchy's weights, of the
 /// markers whose distances agree: two whose labels stand for each other are changed back, others

@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kFewestMarkers = 3;
 constexpr int kStaticFrames = 3;
-constexpr int kMostSteps = 30;           // of a solve of all frames
+constexpr int kMaxSteps = 30;            // of a solve of all frames
 constexpr double kCoarseRate_hz = 12.5;  // of the frames that are solved before all others
 
 bool EverSeen(const MarkerRecording& recording, int marker) {
@@ -181,7 +181,7 @@ MarkerTrack CoarseTrack(const MarkedPerson& person, const MarkerCalibration& cal
   some = FollowMarkers(person, calibration, some_frames, std::move(some), scales);
   if (step < 2) return some;
   some = TrackMarkers(person, calibration, some_frames, frame_rate / step, std::move(some), scales,
-                      kMostSteps, progress);
+                      kMaxSteps, progress);
   std::vector<Eigen::VectorXd> roots, poses;
   for (Eigen::Index k = 0; k < some.poses.cols(); ++k) {
     roots.emplace_back(some.roots.col(k));
@@ -363,7 +363,7 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
   Eigen::MatrixXd carried;
   for (int pass = 0; pass < 3; ++pass) {
     track = TrackMarkers(person, calibration, trial.frames, recording.rate_hz, std::move(track),
-                         options.scales, kMostSteps, track_progress);
+                         options.scales, kMaxSteps, track_progress);
     tell("track", 1, 1);
     carried = CarriedMarkers(person, calibration, track);
     const MarkerFaults faults = RepairMarkers(carried, trial.frames);

@@ -41,7 +41,7 @@ struct SolvedMarker {
   int longest_gap = 0;            ///< frames, in the trial
   int outliers = 0, swapped = 0;  ///< frames
   double rms_mm = 0.0;            ///< from where the body carries it, in frames where it is used
-  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< in the joint's frame, metres
+  Eigen::Vector3d place = Eigen::Vector3d::Zero();  ///< in the joint's frame, meters
   SkinPlace skin;
 };
 
@@ -70,14 +70,14 @@ struct MarkerReport {
 struct SolvedRecording {
   Clip clip;
   MarkerReport report;
-  /// Where the body carries the markers of the report (3 M x T), in the recording's axes, metres.
+  /// Where the body carries the markers of the report (3 M x T), in the recording's axes, meters.
   Eigen::MatrixXd carried;
   /// The markers as the body was solved from them, alike: labels put right; NaN where one is not
   /// seen, or an outlier.
   Eigen::MatrixXd used;
 };
 
-/// `holdfast solve`: labelled markers to a body in motion. Shape and places of the markers first
+/// `holdfast solve`: labeled markers to a body in motion. Shape and places of the markers first
 /// (CalibrateMarkers), from a static trial where there is one and frames spread over the trial;
 /// then all frames at once (TrackMarkers), labels put right (RepairMarkers), and again. Joints
 /// without markers rest and are reported; a pelvis without markers keeps its place, a head gives

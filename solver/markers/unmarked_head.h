@@ -15,7 +15,7 @@ namespace holdfast {
 
 /// What a frame asks of a head that nobody measured.
 struct HeadWish {
-  std::optional<Eigen::Vector3d> lips;             ///< where they are to be: world, metres
+  std::optional<Eigen::Vector3d> lips;             ///< where they are to be: world, meters
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();  ///< added to the rest of neck and head together
   Eigen::Matrix3Xd points = Eigen::Matrix3Xd(3, 0);  ///< of things that keep out of it, world
 };

@@ -27,7 +27,7 @@ constexpr double kFrame_s = 1.0 / wandr::kFramesPerSecond;
 constexpr std::array<int, 4> kLooksAhead = {12, 18, 26, 40};  // frames; in reach
 constexpr std::array<int, 4> kWalksFor = {0, 15, 30, 60};     // frames beyond the way's; far away
 constexpr int kPushFrames = 9;
-constexpr double kFarthest = 20.0;  // metres
+constexpr double kFarthest = 20.0;  // meters
 
 }  // namespace
 
@@ -44,7 +44,7 @@ struct GoalFollower::Loop {
         pinner(measures.rest_joints, measures.sole_y),
         random(asked.seed, 0),
         here(wandr::StartAtFrame(mirrored ? wandr::MirroredStates(person.states) : person.states,
-                                 person.Frame(), wandr::Normaliser<double>(weights.statistics))
+                                 person.Frame(), wandr::Normalizer<double>(weights.statistics))
                  .Cast<float>()),
         latents(network.LatentSize() * asked.horizon, asked.candidates),
         best(Eigen::VectorXf::Zero(network.LatentSize() * asked.horizon)) {
@@ -160,7 +160,7 @@ struct GoalFollower::Loop {
   // Arms swing that do not reach. The hand goes to its place as far as the arm has been raised and
   // that is within reach: trunks bend for no goal that only walking brings nearer.
   void PlaceHand(BodyFrame& frame) {
-    constexpr double kBends = 0.18;  // metres beyond the arm
+    constexpr double kBends = 0.18;  // meters beyond the arm
     const double share = MinimumJerk(raised);
     const double walks = MinimumJerk(walk.head<2>().norm() / kWalking);
     SwingArms(measures.rest_joints, {1.0, 1.0 - share}, walks, frame);
@@ -202,7 +202,7 @@ struct GoalFollower::Loop {
 
   static constexpr double kYield = 0.5;    // of a foot's drag, in a frame
   static constexpr double kWalking = 1.1;  // m/s
-  // Metres from the shoulder: an arm is raised for what comes within, lowered for what is beyond.
+  // Meters from the shoulder: an arm is raised for what comes within, lowered for what is beyond.
   static constexpr double kWithin = 0.75, kBeyond = 1.0;
   static constexpr double kRaise = 16.0;  // frames
 
@@ -229,7 +229,7 @@ struct GoalFollower::Loop {
   int steps = 0;
   Vector3d shoulder = Vector3d::Zero(), walk = Vector3d::Zero();  // of the network; m/s
   bool raises = false;
-  double raised = 0.0, way_left = 0.0;  // 0 to 1; metres before one stands close enough
+  double raised = 0.0, way_left = 0.0;  // 0 to 1; meters before one stands close enough
 };
 
 GoalFollower::GoalFollower(const ReachPerson& person, const wandr::NetworkWeights& network,
@@ -252,14 +252,14 @@ wandr::Pose<double> GoalFollower::Step(const Eigen::Vector3d& goal) {
   if (!goal.allFinite() || goal.z() < 0.0 || (seen - pelvis).norm() > kFarthest) {
     throw Error("goal " + fmt::format("({:.2f}, {:.2f}, {:.2f})", goal.x(), goal.y(), goal.z()),
                 fmt::format("is not a place above the ground within {:.0f} m", kFarthest),
-                "Give world metres, z up from the ground");
+                "Give world meters, z up from the ground");
   }
   return loop_->Step(goal);
 }
 
 void GoalFollower::Push(const Eigen::Vector3d& by) {
   if (!by.allFinite() || by.norm() > 1.0) {
-    throw Error("push", "is not a displacement of at most 1 m", "Give metres, as in 0.2,0,0");
+    throw Error("push", "is not a displacement of at most 1 m", "Give meters, as in 0.2,0,0");
   }
   loop_->push = loop_->mirrored ? wandr::MirroredPoint(by) : by;
   loop_->push_frames = kPushFrames;

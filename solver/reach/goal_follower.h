@@ -26,7 +26,7 @@ namespace holdfast {
 /// no velocity at first.
 class GoalPrediction {
  public:
-  /// World, metres, 1/30 s after the one before.
+  /// World, meters, 1/30 s after the one before.
   void See(const Eigen::Vector3d& goal) {
     constexpr double kJump = 0.15, kGain = 0.3;
     const Eigen::Vector3d way = seen_ ? Eigen::Vector3d(goal - goal_) : Eigen::Vector3d::Zero();
@@ -83,11 +83,11 @@ class GoalFollower {
   ~GoalFollower();
   GoalFollower(GoalFollower&&) noexcept;
 
-  /// The pose 1/30 s later, `goal` being where the wrist is wanted now (world, metres, z up). The
+  /// The pose 1/30 s later, `goal` being where the wrist is wanted now (world, meters, z up). The
   /// first call gives frame 1 of the motion; frame 0 is where the person was. Throws Error for a
   /// goal that is not finite, below the ground or more than 20 m from the pelvis.
   wandr::Pose<double> Step(const Eigen::Vector3d& goal);
-  /// Something moves the body by that much (world, metres, at most 1 m) over the next 0.3 s; its
+  /// Something moves the body by that much (world, meters, at most 1 m) over the next 0.3 s; its
   /// feet stay as long as they can.
   void Push(const Eigen::Vector3d& by);
 
@@ -96,7 +96,7 @@ class GoalFollower {
   std::unique_ptr<Loop> loop_;
 };
 
-/// What one frame of a candidate's motion costs, in about metres: the right wrist away from the
+/// What one frame of a candidate's motion costs, in about meters: the right wrist away from the
 /// goal (while it reaches), the pelvis away from where one stands to reach, facing another way, no
 /// foot that carries (the better of both: its slide and height), soles in the ground, a trunk that
 /// tilts by more than 8 degrees, a body that is not over its feet, knees that are bent for no
@@ -138,7 +138,7 @@ class FollowCost {
   }
 
  private:
-  static constexpr float kNear = 0.30f, kFar = 0.42f;  // metres, of the goal from the pelvis
+  static constexpr float kNear = 0.30f, kFar = 0.42f;  // meters, of the goal from the pelvis
   static constexpr float kFastest = 1.5f;              // m/s
 
   // How badly the better foot carries; what is in the ground is added to `cost`.

@@ -18,8 +18,8 @@
 namespace holdfast {
 namespace {
 
-constexpr std::size_t kMostTrackBytes = 64u << 20;
-constexpr double kMostTrackSeconds = 3600.0;
+constexpr std::size_t kMaxTrackBytes = 64u << 20;
+constexpr double kMaxTrackSeconds = 3600.0;
 
 std::vector<std::string_view> Cells(std::string_view line) {
   std::vector<std::string_view> cells;
@@ -50,7 +50,7 @@ std::optional<TrackColumns> NamedColumns(const std::vector<std::string_view>& ce
     }
     if (k < 3 && columns[k] < 0) {
       throw Error(where, fmt::format("has no column {}", kNames[k]),
-                  "Name the columns x,y,z, or time,x,y,z (metres and seconds), or none of them");
+                  "Name the columns x,y,z, or time,x,y,z (meters and seconds), or none of them");
     }
   }
   return columns;
@@ -72,16 +72,16 @@ TimedGoal GoalOf(const std::vector<std::string_view>& cells, const TrackColumns&
       throw Error(where,
                   fmt::format("column {} is no number: '{}'", c + 1,
                               c < cells.size() ? std::string(cells[c]) : std::string()),
-                  "Give a line x,y,z or time,x,y,z for each goal, metres and seconds");
+                  "Give a line x,y,z or time,x,y,z for each goal, meters and seconds");
     }
     (k < 3 ? timed.goal[static_cast<Eigen::Index>(k)] : timed.time_s) = value;
   }
   if (timed.goal.z() < 0.0) {
     throw Error(where, fmt::format("the goal is {:.2f} m below the ground z = 0", -timed.goal.z()),
-                "Give a height of 0 or more: x and y are on the ground, z is up, metres");
+                "Give a height of 0 or more: x and y are on the ground, z is up, meters");
   }
-  if (timed.goal.cwiseAbs().maxCoeff() > kMostMetres) {
-    throw Error(where, "the goal is too far away", kMetresRemedy);
+  if (timed.goal.cwiseAbs().maxCoeff() > kMaxMeters) {
+    throw Error(where, "the goal is too far away", kMetersRemedy);
   }
   return timed;
 }
@@ -90,7 +90,7 @@ TimedGoal GoalOf(const std::vector<std::string_view>& cells, const TrackColumns&
 std::vector<Eigen::Vector3d> AtFrames(const std::vector<TimedGoal>& timed, double last_for_s,
                                       const std::string& name) {
   const double seconds = timed.back().time_s - timed.front().time_s + last_for_s;
-  if (!(seconds <= kMostTrackSeconds)) {
+  if (!(seconds <= kMaxTrackSeconds)) {
     throw Error(name, fmt::format("lasts {:.0f} s; an hour is the most", seconds),
                 "Give times in seconds, or the rate of the goals with --rate");
   }
@@ -132,7 +132,7 @@ void MeasureFollow(const ReachPerson& person, Side side, FollowReport& report) {
 
 std::vector<Eigen::Vector3d> ReadGoalTrack(const std::filesystem::path& path,
                                            std::optional<double> rate_hz) {
-  const std::string text = ByteSource(path).Text(kMostTrackBytes), name = path.string();
+  const std::string text = ByteSource(path).Text(kMaxTrackBytes), name = path.string();
   std::optional<TrackColumns> columns;
   std::vector<TimedGoal> timed;
   int number = 0;
@@ -178,7 +178,7 @@ TrackPush ParsePush(const std::string& text) {
   }
   if (!good || numbers[0] < 0.0 || numbers[0] > 1e6 || numbers[0] != std::floor(numbers[0])) {
     throw Error("--push " + text, "is not a frame and three numbers",
-                "Give FRAME,DX,DY,DZ: a frame from 0 and metres, as in 90,0.2,0,0");
+                "Give FRAME,DX,DY,DZ: a frame from 0 and meters, as in 90,0.2,0,0");
   }
   return {static_cast<int>(numbers[0]), {numbers[1], numbers[2], numbers[3]}};
 }

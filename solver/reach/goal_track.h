@@ -18,7 +18,7 @@
 namespace holdfast {
 
 /// Goals as they come, 30 a second, from a table: a line each, numbers apart by commas, columns x,
-/// y, z (world, metres, z up) or time (seconds), x, y, z; a first line of names may put them in
+/// y, z (world, meters, z up) or time (seconds), x, y, z; a first line of names may put them in
 /// another order. Of another rate (`rate_hz`, or by time), a frame has the goal that came last.
 /// Throws Error naming file and line for what is no number, a time that does not increase, a goal
 /// below the ground, and a table without goals or of more than an hour.

@@ -165,20 +165,20 @@ std::vector<std::optional<std::string>> WhyMissed(const ReachReport& report,
   for (const ReachMiss& miss : report.misses) {
     std::optional<std::string>& text = why.emplace_back();
     switch (miss.by) {
-      case MissedBy::kNothing:
+      case FailureReason::kNothing:
         break;
-      case MissedBy::kHeight:
+      case FailureReason::kHeight:
         text = fmt::format("too high for this body, whose wrist comes to {:.2f} m",
                            person.HighestReach(options.side));
         break;
-      case MissedBy::kObstacle:
+      case FailureReason::kObstacle:
         text = "blocked: the goal is in an obstacle, or too near one for a hand";
         break;
-      case MissedBy::kTime:
+      case FailureReason::kTime:
         text = fmt::format("out of time: {:.1f} m in {:.1f} s is faster than a walk",
                            miss.distance_m, *options.time_s);
         break;
-      case MissedBy::kMotion:
+      case FailureReason::kMotion:
         text =
             "no motion that the network makes came closer: try more --samples, another --seed or "
             "--method latent-opt";

@@ -15,7 +15,7 @@ namespace holdfast {
 
 /// The person walks to the object on its table, takes it and carries it to the other places:
 /// TakeFromTable with motions of MakeReachMotions, which keep out of the table where latents are
-/// optimised. Side, seed and threads are the request's.
+/// optimized. Side, seed and threads are the request's.
 TakeReport ReachAndTake(const ReachPerson& person, const wandr::NetworkWeights& network,
                         const TakeRequest& request, const PreparedObject& object,
                         ReachOptions options = {}, const StagedProgress& progress = {});

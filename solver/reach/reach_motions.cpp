@@ -10,7 +10,7 @@
 
 #include "generator/wandr/motion_states.h"
 #include "solver/latent/motion_cost.h"
-#include "solver/latent/reach_by_optimisation.h"
+#include "solver/latent/reach_by_optimization.h"
 
 namespace holdfast {
 
@@ -51,7 +51,7 @@ struct ReachScene {
       : mirrored(options.side == Side::kLeft),
         network(weights),
         start(wandr::StartAtFrame(mirrored ? wandr::MirroredStates(person.states) : person.states,
-                                  person.Frame(), wandr::Normaliser<double>(weights.statistics))
+                                  person.Frame(), wandr::Normalizer<double>(weights.statistics))
                   .Cast<float>()),
         measures(mirrored ? MirroredMeasures(person.measures) : person.measures),
         goals(world_goals.begin(), world_goals.end()) {
@@ -96,9 +96,9 @@ std::vector<wandr::ReachSample> ByIntention(const ReachScene& scene, const Reach
   return ReachedByBest(slower) > ReachedByBest(samples) ? slower : samples;
 }
 
-std::vector<OptimisedReach> ByOptimisation(const ReachScene& scene, const ReachOptions& options,
+std::vector<OptimizedReach> ByOptimization(const ReachScene& scene, const ReachOptions& options,
                                            ReachWatch& watch) {
-  ReachByOptimisationOptions reach;
+  ReachByOptimizationOptions reach;
   reach.as_published = options.by == ReachBy::kVaeOpt;
   reach.refit = options.refit && !reach.as_published;
   reach.seed = options.seed;
@@ -116,7 +116,7 @@ std::vector<OptimisedReach> ByOptimisation(const ReachScene& scene, const ReachO
   for (const ReachObstacle& obstacle : options.obstacles) {
     reach.latent.obstacles.push_back({obstacle.distance});
   }
-  return ReachByOptimisation(scene.network, scene.measures, scene.start, scene.goals,
+  return ReachByOptimization(scene.network, scene.measures, scene.start, scene.goals,
                              options.NumSamples(), options.threads, reach,
                              [&](int done, int total) { watch.See(done, total); });
 }
@@ -134,7 +134,7 @@ ReachMotions MakeReachMotions(const ReachPerson& person, const wandr::NetworkWei
     if (options.by == ReachBy::kIntention) {
       made.samples = ByIntention(scene, options, watch);
     } else {
-      for (OptimisedReach& reach : ByOptimisation(scene, options, watch)) {
+      for (OptimizedReach& reach : ByOptimization(scene, options, watch)) {
         made.samples.push_back(std::move(reach.sample));
         made.refits.push_back(std::move(reach.refit));
         made.solves.push_back(std::move(reach.solves));

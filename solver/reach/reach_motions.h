@@ -26,7 +26,7 @@ struct ReachMotions {
   bool stopped = false;  ///< by `progress`
 };
 
-/// Makes motions through these goals of the wrist (world, metres, z up) by `options.by`. The
+/// Makes motions through these goals of the wrist (world, meters, z up) by `options.by`. The
 /// network reaches with the right wrist: for the left one all happens in the mirror.
 ReachMotions MakeReachMotions(const ReachPerson& person, const wandr::NetworkWeights& network,
                               std::span<const Eigen::Vector3d> goals, const ReachOptions& options,

@@ -67,7 +67,7 @@ OptionTable OptionsOf(ReachJob& job) {
   table.Number("iterations", "", job.iterations, {1, 100'000}, "lm 40, lbfgs-step1 80, others 200",
                "vae-opt: most iterations");
   table.Number("prior_weight", "", job.prior_weight, {0.0, 1e6}, "1e-6",
-               "vae-opt: lambda of lambda/2 |z|^2 beside 1/2 |wrist - goal|^2 in metres");
+               "vae-opt: lambda of lambda/2 |z|^2 beside 1/2 |wrist - goal|^2 in meters");
   table.Number("samples", "", options.samples, {1, 10'000}, "16, or 4 where each is optimized",
                "Motions to choose from");
   table.Flag("free_time", options.free_time,
@@ -75,7 +75,7 @@ OptionTable OptionsOf(ReachJob& job) {
   table.Flag(
       "refit", options.refit,
       "Pin the feet and place the wrist afterwards. Without it the network's motion is kept: "
-      "the wrist is some centimetres from the goal (latent-opt: millimetres)");
+      "the wrist is some centimeters from the goal (latent-opt: millimeters)");
   table.Flag("refit_all", options.refit_all, "In all motions, not in the best alone");
   AddStyleOption(table, "grasp", job.grasp,
                  "How the object is taken: by a power, precision or handle grasp, or whichever is "
@@ -83,7 +83,7 @@ OptionTable OptionsOf(ReachJob& job) {
   table.Number("object_yaw", "deg", job.object_yaw_deg, {-360.0, 360.0}, "chosen for the hand",
                "Yaw of the standing object, degrees");
   table.Number("object_scale", "", job.object_scale, kPositive,
-               "Multiplies the object's coordinates (0.001 for millimetres)");
+               "Multiplies the object's coordinates (0.001 for millimeters)");
   table.Number("sigma", "", options.sigma, {0.0, 3.0},
                "Standard deviation of the latents; 0: the mean motion");
   return table;

@@ -23,10 +23,10 @@ namespace holdfast {
 struct ReachObstacle {
   std::string name;
   TriangleMesh mesh;
-  /// What optimised joints keep out of; its own mirror image where the left wrist reaches.
+  /// What optimized joints keep out of; its own mirror image where the left wrist reaches.
   std::shared_ptr<const DistanceGrid> distance;
 
-  /// Metres from the surface, negative inside; `point` is in the world, not mirrored.
+  /// Meters from the surface, negative inside; `point` is in the world, not mirrored.
   double Distance(const Eigen::Vector3d& point, Side side) const;
 };
 
@@ -35,7 +35,7 @@ ReachObstacle MakeObstacle(std::string name, TriangleMesh mesh, Side side, int t
 
 enum class ReachBy {
   kIntention,  ///< the network is conditioned on the goal and runs once
-  kLatents,    ///< its latents are then optimised (LatentOptions)
+  kLatents,    ///< its latents are then optimized (LatentOptions)
   kVaeOpt,     ///< WANDR's baseline (VaeOptOptions)
 };
 
@@ -46,7 +46,7 @@ ReachBy ReachByName(std::string_view name);
 struct ReachOptions {
   ReachBy by = ReachBy::kIntention;
   Side side = Side::kRight;
-  std::optional<int> samples;    ///< motions to choose from; none: 16, or 4 where each is optimised
+  std::optional<int> samples;    ///< motions to choose from; none: 16, or 4 where each is optimized
   std::optional<double> time_s;  ///< for each goal; none: by WalkPace
   double sigma = 1.0;            ///< of the latents; 0: the mean motion
   bool refit = true;             ///< pin feet and place the wrist afterwards

@@ -55,7 +55,7 @@ ReachPerson PersonInClip(Clip clip, const ClipBody& body, std::optional<int> fra
                 "Give one of those");
   }
   ReachPerson person = PersonWith(body);
-  RequireMetres(source, clip, *body.model);
+  RequireMeters(source, clip, *body.model);
   person.states = wandr::StatesOfClip(clip);
   const double rate = wandr::kFramesPerSecond / clip.frame_rate;
   const int last = std::min(static_cast<int>(std::lround(frame.value_or(frames - 1) * rate)),

@@ -27,7 +27,7 @@ struct ReachPerson {
   int Frame() const { return static_cast<int>(states.cols()) - 1; }
   /// World, in the last of those frames.
   Eigen::Vector3d Pelvis() const;
-  /// Highest place that a wrist comes to with both soles on the ground, metres.
+  /// Highest place that a wrist comes to with both soles on the ground, meters.
   double HighestReach(Side side) const;
 };
 
@@ -35,7 +35,7 @@ struct ReachPerson {
 ReachPerson StandingPerson(std::shared_ptr<const BodyModel> body);
 
 /// Goes on from this frame of a clip (at the clip's rate, from 0), the last one if none is given.
-/// Throws Error, named `source`, for a frame that is not there and positions that are no metres,
+/// Throws Error, named `source`, for a frame that is not there and positions that are no meters,
 /// and for a hand alone.
 ReachPerson PersonInClip(Clip clip, const ClipBody& body, std::optional<int> frame = {},
                          const std::string& source = "the clip");

@@ -16,10 +16,10 @@
 namespace holdfast {
 namespace {
 
-constexpr double kFarthestGoal = 20.0;   // metres: nobody has been shown walking so far
-constexpr double kUsualDistance = 5.0;   // metres: as far as networks are trained and evaluated
+constexpr double kFarthestGoal = 20.0;   // meters: nobody has been shown walking so far
+constexpr double kUsualDistance = 5.0;   // meters: as far as networks are trained and evaluated
 constexpr double kFastestWalk = 2.0;     // m/s
-constexpr double kHandThickness = 0.03;  // metres
+constexpr double kHandThickness = 0.03;  // meters
 
 bool IsFasterThanWalking(double distance_m, const ReachOptions& options) {
   return options.time_s && distance_m / *options.time_s > kFastestWalk;
@@ -97,27 +97,27 @@ ReachMiss WhyMissed(const wandr::ReachSample& sample, const wandr::GoalOutcome& 
   if (outcome.taken_on < 0 || outcome.Reached()) return {};
   const Eigen::Vector3d from = sample.track.joints.block<3, 1>(0, outcome.taken_on).cast<double>();
   const double distance = (goal - from).head<2>().norm();
-  if (goal.z() > person.HighestReach(options.side)) return {MissedBy::kHeight, distance};
+  if (goal.z() > person.HighestReach(options.side)) return {FailureReason::kHeight, distance};
   for (const ReachObstacle& obstacle : options.obstacles) {
     if (obstacle.Distance(goal, options.side) < kHandThickness) {
-      return {MissedBy::kObstacle, distance};
+      return {FailureReason::kObstacle, distance};
     }
   }
-  if (IsFasterThanWalking(distance, options)) return {MissedBy::kTime, distance};
-  return {MissedBy::kMotion, distance};
+  if (IsFasterThanWalking(distance, options)) return {FailureReason::kTime, distance};
+  return {FailureReason::kMotion, distance};
 }
 
 void RequirePossible(const Eigen::Vector3d& goal, double distance_m, const ReachOptions& options) {
   const std::string where = "goal " + GoalText(goal);
   if (goal.z() < 0.0) {
     throw Error(where, fmt::format("is {:.2f} m below the ground z = 0", -goal.z()),
-                "Give a height of 0 or more: x and y are on the ground, z is up, metres");
+                "Give a height of 0 or more: x and y are on the ground, z is up, meters");
   }
   if (distance_m > kFarthestGoal) {
     throw Error(where,
                 fmt::format("is {:.1f} m away; {:.0f} m is the most that is tried", distance_m,
                             kFarthestGoal),
-                "Give metres, or go there by several goals");
+                "Give meters, or go there by several goals");
   }
   for (const ReachObstacle& obstacle : options.obstacles) {
     const double depth = -obstacle.Distance(goal, options.side);

@@ -41,7 +41,7 @@ struct ReachMotion {
   std::vector<LatentSolve> solves;  ///< of its latents, in order; none by intention
 };
 
-enum class MissedBy {
+enum class FailureReason {
   kNothing,   ///< it was reached, or never taken on
   kHeight,    ///< too high for this body
   kObstacle,  ///< in one, or too near one for a hand
@@ -50,7 +50,7 @@ enum class MissedBy {
 };
 
 struct ReachMiss {
-  MissedBy by = MissedBy::kNothing;
+  FailureReason by = FailureReason::kNothing;
   double distance_m = 0.0;  ///< on the ground, from where the goal was taken on
 };
 
@@ -73,7 +73,7 @@ struct ReachReport {
 std::vector<std::string> CheckReachGoals(std::span<const Eigen::Vector3d> goals,
                                          const ReachPerson& person, const ReachOptions& options);
 
-/// The motion that reaches most goals (world, metres, z up); of those that reach all, and
+/// The motion that reaches most goals (world, meters, z up); of those that reach all, and
 /// do not crouch twice, the one of least MotionCost, of others with the least sum of closest
 /// distances. Feet are pinned and the wrist is placed afterwards (`options.refit`), in the best or
 /// in all.

@@ -46,7 +46,7 @@ int ImosReferenceFrame(const ObjectTrack& track, int given_frames);
 /// left; the right one where the clip does not say.
 Side ImosCodeSide(const Clip& clip);
 
-/// First stage, one frame: the pose that minimises
+/// First stage, one frame: the pose that minimizes
 ///   1/2 sum_ij ( |R o_j + T - v_i| - D_ij )^2
 /// for hand vertices `state` is at, from `start`. `distance` has weight 1. Returns the iterations,
 /// or -1 if there was no usable solution (`pose` is then the start).

@@ -12,7 +12,7 @@
 namespace holdfast {
 
 /// The finger loss of IMoS's released code, of one hand with N vertices v_j, against the M vertices
-/// of an object held still, all in the world and in metres:
+/// of an object held still, all in the world and in meters:
 ///
 ///   L = 1/(3N) sum_j |w_j (D_j - D0_j)|^2  +  l_c mean{ d_p : p in S, d_p < tau }
 ///     + l_d/(3N) sum_j |v_j - v0_j|^2

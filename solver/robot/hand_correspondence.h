@@ -18,7 +18,7 @@ struct SkinPair {
   int part = 0;      ///< of it: 15 phalanges, then the palm
   bool pad = false;  ///< on the touching side
   int link = 0;
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();   ///< in the link's frame, metres
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();   ///< in the link's frame, meters
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< outwards, unit, in the link's frame
 };
 

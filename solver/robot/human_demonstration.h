@@ -19,7 +19,7 @@ namespace holdfast {
 
 /// A frame of the human hand, in the object's frame.
 struct HumanFrame {
-  Eigen::Matrix3Xd vertices;  ///< of the hand, metres
+  Eigen::Matrix3Xd vertices;  ///< of the hand, meters
   Eigen::VectorXd distance;   ///< signed, of those from the object; beyond 5 cm a lower bound
   Eigen::Isometry3d object_from_wrist = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
@@ -50,7 +50,7 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
                                      const SignedDistance& object, double touch_m);
 
 /// Whether the human's grasp is the same in both frames: the same parts touch, and no skin within
-/// 2 cm of the object has moved on it by more than a quarter of a millimetre.
+/// 2 cm of the object has moved on it by more than a quarter of a millimeter.
 bool SameGrasp(const HumanFrame& a, const HumanFrame& b);
 
 /// The hand of a clip that holds the object in more frames; without holding_hand the nearer one.

@@ -38,8 +38,8 @@ Eigen::Matrix4Xd NearSamples::BallsAround(const Eigen::Matrix3Xd& points) {
     const Eigen::Index begin = b * kSampleBlock;
     const auto block =
         points.middleCols(begin, std::min<Eigen::Index>(kSampleBlock, points.cols() - begin));
-    const Eigen::Vector3d centre = 0.5 * (block.rowwise().minCoeff() + block.rowwise().maxCoeff());
-    balls.col(b) << centre, (block.colwise() - centre).colwise().norm().maxCoeff();
+    const Eigen::Vector3d center = 0.5 * (block.rowwise().minCoeff() + block.rowwise().maxCoeff());
+    balls.col(b) << center, (block.colwise() - center).colwise().norm().maxCoeff();
   }
   return balls;
 }

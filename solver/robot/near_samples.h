@@ -20,25 +20,25 @@ inline constexpr int kSampleBlock = 16;
 /// The same points in another order.
 Eigen::Matrix3Xd InBlocks(const Eigen::Matrix3Xd& points);
 
-/// Points (InBlocks) as a solid's neighbours, in their frame, and a ball of which the smaller is
+/// Points (InBlocks) as a solid's neighbors, in their frame, and a ball of which the smaller is
 /// the better: around all of them, or around the solid as it is now and NearSamples::kAround_m
 /// beyond.
 struct SampleSet {
   const Eigen::Matrix3Xd& points;
-  Eigen::Vector3d centre;
+  Eigen::Vector3d center;
   double radius;
 };
 
 /// Which points of a set may be near a solid, remembered while the two move little against each
 /// other: a point that was d away and moved by m is at least d - m away. Solvers move a hand by
-/// millimetres, and of a link's points few are near anything. Scratch, for one set and one solid.
+/// millimeters, and of a link's points few are near anything. Scratch, for one set and one solid.
 class NearSamples {
  public:
   /// How far around a solid's ball points may come to matter before they are looked at again.
   static constexpr double kAround_m = 0.012;
 
   /// Calls visit(index, place in the solid's frame), in the set's order, for all points that may be
-  /// nearer than `reach` (metres, up to a few millimetres) to the solid, and for some others.
+  /// nearer than `reach` (meters, up to a few millimeters) to the solid, and for some others.
   template <typename Visit>
   void ForNear(const SampleSet& set, const DistanceGrid& solid,
                const Eigen::Isometry3d& solid_from_points, double reach, const Visit& visit) {
@@ -59,10 +59,10 @@ class NearSamples {
   static constexpr double kFarthest_m = 0.005, kSlack_m = 5e-4, kSlope = 1.5;
 
   // No point of the ball moved farther than this since Begin. Others are no nearer to the solid's
-  // centre than this less: turning about it does not bring them nearer.
+  // center than this less: turning about it does not bring them nearer.
   double Moved(const Eigen::Isometry3d& now) const {
     if (!begun_) return std::numeric_limits<double>::infinity();
-    return (now * centre_ - then_ * centre_).norm() +
+    return (now * center_ - then_ * center_).norm() +
            radius_ * (now.linear() - then_.linear()).norm();
   }
 
@@ -70,14 +70,14 @@ class NearSamples {
              const Eigen::Isometry3d& solid_from_points, double reach) {
     begun_ = true;
     then_ = solid_from_points;
-    centre_ = set.centre;
+    center_ = set.center;
     radius_ = set.radius + 1e-6;  // rounding
     near_.clear();
     const double most = reach + kSlack_m + kSlope * kFarthest_m;
     // Of what lies within `around` of a point, from the solid; infinity where that is too far.
     const auto distance = [&](const Eigen::Vector3d& point, double around) {
       constexpr double kFar = std::numeric_limits<double>::infinity();
-      if ((point - centre_).norm() > radius_ + around) return kFar;
+      if ((point - center_).norm() > radius_ + around) return kFar;
       const Eigen::Vector3d x = then_ * point;
       if (((solid.Min() - x).array().max((x - solid.Max()).array()) > most + around).any()) {
         return kFar;
@@ -97,12 +97,12 @@ class NearSamples {
     }
   }
 
-  // Centre and radius for each block.
+  // Center and radius for each block.
   static Eigen::Matrix4Xd BallsAround(const Eigen::Matrix3Xd& points);
 
   bool begun_ = false;
   Eigen::Isometry3d then_ = Eigen::Isometry3d::Identity();
-  Eigen::Vector3d centre_ = Eigen::Vector3d::Zero();  // of the set's ball at `then_`
+  Eigen::Vector3d center_ = Eigen::Vector3d::Zero();  // of the set's ball at `then_`
   double radius_ = 0.0;
   Eigen::Matrix4Xd balls_;                    // BallsAround the set
   std::vector<std::pair<double, int>> near_;  // distances at `then_`

@@ -34,8 +34,8 @@ struct RobotAnatomy {
   /// HandAxes of a human hand.
   Eigen::Matrix3d root_from_axes = Eigen::Matrix3d::Identity();
   Eigen::Vector3d knuckles = Eigen::Vector3d::Zero();  ///< mean of where fingers begin, no thumb
-  double palm_width = 0.0;                             ///< first to last knuckle, metres
-  double palm_length = 0.0;                            ///< knuckles to the heel, metres
+  double palm_width = 0.0;                             ///< first to last knuckle, meters
+  double palm_length = 0.0;                            ///< knuckles to the heel, meters
   Eigen::VectorXd closed;  ///< each number of the hand where its finger is most bent; those that
                            ///< bend none, as straight
 };

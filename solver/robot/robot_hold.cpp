@@ -12,13 +12,13 @@ namespace {
 constexpr double kTouching_m = 0.003;
 constexpr double kFriction = 0.6;  // below that of rubber on most
 constexpr double kDensity_kg_m3 = 500.0, kLightest_kg = 0.05, kHeaviest_kg = 0.5;
-constexpr double kSqueeze = 8.0, kLeastSqueeze_N = 10.0;  // weights of the object
+constexpr double kSqueeze = 8.0, kMinSqueeze_N = 10.0;  // weights of the object
 constexpr double kTurning_Nm = 3.0, kSliding_N_m = 1000.0;
 
 GrippedSolid SolidOf(const TriangleMesh& mesh) {
   GrippedSolid solid;
-  solid.centre = SolidCentroid(mesh);
-  solid.radius_m = (mesh.vertices.colwise() - solid.centre).colwise().norm().maxCoeff();
+  solid.center = SolidCentroid(mesh);
+  solid.radius_m = (mesh.vertices.colwise() - solid.center).colwise().norm().maxCoeff();
   solid.mass_kg =
       std::clamp(kDensity_kg_m3 * std::abs(SignedVolume(mesh)), kLightest_kg, kHeaviest_kg);
   return solid;
@@ -75,10 +75,10 @@ double RobotHold::Give_m(const PosedRobot& posed) const {
   GripGiveOptions options;
   options.friction = kFriction;
   GrippedSolid solid = solid_;
-  solid.centre = posed.Pose().ObjectFromRoot().inverse() * solid_.centre;
+  solid.center = posed.Pose().ObjectFromRoot().inverse() * solid_.center;
   std::vector<GripContact> contacts = TouchesOfRobot(setup_, posed, kTouching_m);
-  BalancePresses(solid.centre, solid.radius_m, options.friction,
-                 std::max(kLeastSqueeze_N, kSqueeze * solid.mass_kg * options.gravity_m_s2),
+  BalancePresses(solid.center, solid.radius_m, options.friction,
+                 std::max(kMinSqueeze_N, kSqueeze * solid.mass_kg * options.gravity_m_s2),
                  contacts);
   return GripGive(contacts, ContactSlopes(posed.State(), contacts), stiffness_, solid, options);
 }

@@ -20,12 +20,12 @@ Eigen::MatrixXd ContactSlopes(const RobotState& state, const std::vector<GripCon
 
 /// How well a robot's hand holds the object, by our own model (GripGive), for any pose: links
 /// closer than 3 mm press with 8 weights of the object in sum, at least 10 N; the object is filled
-/// with 500 kg/m^3, 0.05 to 0.5 kg; joints are springs of 3 N m a radian, or 1 N a millimetre;
+/// with 500 kg/m^3, 0.05 to 0.5 kg; joints are springs of 3 N m a radian, or 1 N a millimeter;
 /// friction is 0.6. Made once for a setup, which must outlive it.
 class RobotHold {
  public:
   explicit RobotHold(const RobotTransferSetup& setup);
-  /// How far the object's own weight moves it in the grip, metres; decimetres where it falls.
+  /// How far the object's own weight moves it in the grip, meters; decimeters where it falls.
   double Give_m(const PosedRobot& posed) const;
 
  private:

@@ -21,7 +21,7 @@ namespace holdfast {
 namespace {
 
 constexpr double kSpacing_m = 0.0025;
-constexpr int kMostOfLink = 600, kMostOfObject = 6000;
+constexpr int kMaxOfLink = 600, kMaxOfObject = 6000;
 constexpr double kTouch_m = 0.005;
 
 double AngleOf(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -64,9 +64,9 @@ class TransferMeter {
   explicit TransferMeter(const RobotTransferSetup& setup)
       : setup_(setup), keypoints_(setup.robot, setup.anatomy), hold_(setup) {
     for (const int link : setup.solids->Links()) {
-      samples_[link] = ContactSamples(setup.solids->Of(link).mesh, kSpacing_m, kMostOfLink);
+      samples_[link] = ContactSamples(setup.solids->Of(link).mesh, kSpacing_m, kMaxOfLink);
     }
-    object_samples_ = ContactSamples(setup.object, kSpacing_m, kMostOfObject);
+    object_samples_ = ContactSamples(setup.object, kSpacing_m, kMaxOfObject);
   }
 
   // What takes long: depths, and the give where it holds.
@@ -94,8 +94,8 @@ class TransferMeter {
     for (const int link : setup_.solids->Links()) {
       const LinkSolid& solid = setup_.solids->Of(link);
       const Eigen::Isometry3d& pose = posed.ObjectFromLink(link);
-      const Eigen::Vector3d centre = pose * solid.centre;
-      if (setup_.object_distance->Distance(centre) > solid.radius) continue;
+      const Eigen::Vector3d center = pose * solid.center;
+      if (setup_.object_distance->Distance(center) > solid.radius) continue;
       for (const auto sample : samples_.at(link).colwise()) {
         const Eigen::Vector3d x = pose * sample;
         if (setup_.object_grid->Linear(x) > 0.001) continue;
@@ -104,7 +104,7 @@ class TransferMeter {
       }
       const Eigen::Isometry3d link_from_object = pose.inverse();
       for (const auto x : object_samples_.colwise()) {
-        if ((x - centre).norm() > solid.radius) continue;
+        if ((x - center).norm() > solid.radius) continue;
         const Eigen::Vector3d in_link = link_from_object * x;
         if (solid.grid->Linear(in_link) > 0.001) continue;
         out.object_in_hand_mm =
@@ -118,7 +118,7 @@ class TransferMeter {
         const LinkSolid& solid = setup_.solids->Of(into);
         for (const auto sample : setup_.solids->Of(from).samples.colwise()) {
           const Eigen::Vector3d x = into_from * sample;
-          if ((x - solid.centre).norm() > solid.radius) continue;
+          if ((x - solid.center).norm() > solid.radius) continue;
           out.self_mm = std::max(out.self_mm, -1e3 * solid.grid->Distance(x));
         }
       }

@@ -140,12 +140,12 @@ void WriteRobotTable(const RobotTransferSetup& setup, const std::vector<RobotPos
 
 namespace {
 
-const Eigen::Vector3d kObjectColour(0.86, 0.62, 0.28), kSkinColour(0.80, 0.66, 0.58);
-const Eigen::Vector3d kPalmColour(0.42, 0.45, 0.50);
+const Eigen::Vector3d kObjectColor(0.86, 0.62, 0.28), kSkinColor(0.80, 0.66, 0.58);
+const Eigen::Vector3d kPalmColor(0.42, 0.45, 0.50);
 constexpr double kSeen_m = 0.13;  // around the middle of what is held
 
 // Thumb to little finger, told apart.
-Eigen::Vector3d ColourOf(const RobotAnatomy& anatomy, int link) {
+Eigen::Vector3d ColorOf(const RobotAnatomy& anatomy, int link) {
   for (const RobotFinger& finger : anatomy.fingers) {
     for (const auto& links : finger.links) {
       if (std::ranges::count(links, link) == 0) continue;
@@ -163,13 +163,13 @@ Eigen::Vector3d ColourOf(const RobotAnatomy& anatomy, int link) {
       }
     }
   }
-  return kPalmColour;
+  return kPalmColor;
 }
 
 // World coordinates with the camera's choice left to the picture: frames as the clip has them.
 std::vector<TriangleMesh> RobotMeshes(const RobotTransferSetup& setup, const RobotPose& pose,
                                       const Eigen::Isometry3d& world_from_object,
-                                      std::vector<Eigen::Vector3d>& colours) {
+                                      std::vector<Eigen::Vector3d>& colors) {
   PosedRobot posed(setup.robot);
   posed.Set(pose);
   std::vector<TriangleMesh> meshes;
@@ -177,16 +177,15 @@ std::vector<TriangleMesh> RobotMeshes(const RobotTransferSetup& setup, const Rob
     TriangleMesh mesh = setup.solids->Of(link).mesh;
     mesh.vertices = world_from_object * posed.ObjectFromLink(link) * mesh.vertices;
     meshes.push_back(std::move(mesh));
-    colours.push_back(ColourOf(setup.anatomy, link));
+    colors.push_back(ColorOf(setup.anatomy, link));
   }
   return meshes;
 }
 
-Image Draw(const std::vector<TriangleMesh>& meshes, const std::vector<Eigen::Vector3d>& colours,
+Image Draw(const std::vector<TriangleMesh>& meshes, const std::vector<Eigen::Vector3d>& colors,
            const Camera& camera, const RobotPictureOptions& options) {
   std::vector<RenderItem> items;
-  for (std::size_t k = 0; k < meshes.size(); ++k)
-    items.push_back({&meshes[k], colours[k], nullptr});
+  for (std::size_t k = 0; k < meshes.size(); ++k) items.push_back({&meshes[k], colors[k], nullptr});
   RenderOptions picture;
   picture.width = options.width;
   picture.height = options.height;
@@ -233,11 +232,11 @@ Image RobotFilm(const RobotTransferSetup& setup, const std::vector<RobotPose>& p
     camera.vertical_fov_rad = 0.42;
     std::vector<TriangleMesh> meshes{setup.object};
     meshes.front().vertices = world * meshes.front().vertices;
-    std::vector<Eigen::Vector3d> colours{kObjectColour};
-    for (TriangleMesh& mesh : RobotMeshes(setup, poses[t], world, colours)) {
+    std::vector<Eigen::Vector3d> colors{kObjectColor};
+    for (TriangleMesh& mesh : RobotMeshes(setup, poses[t], world, colors)) {
       meshes.push_back(std::move(mesh));
     }
-    tiles[k] = Draw(meshes, colours, camera, options);
+    tiles[k] = Draw(meshes, colors, camera, options);
     labels[k] = fmt::format("{:.2f} s", static_cast<double>(t) / setup.demonstration.frame_rate);
   });
   return ContactSheet(tiles, labels, options.columns);
@@ -271,16 +270,16 @@ Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& 
     camera.vertical_fov_rad = 0.42;
     TriangleMesh object = setup.object;
     object.vertices = world * object.vertices;
-    std::vector<Eigen::Vector3d> colours{kObjectColour};
+    std::vector<Eigen::Vector3d> colors{kObjectColor};
     std::vector<TriangleMesh> meshes{object};
-    for (TriangleMesh& mesh : RobotMeshes(setup, poses[t], world, colours)) {
+    for (TriangleMesh& mesh : RobotMeshes(setup, poses[t], world, colors)) {
       meshes.push_back(std::move(mesh));
     }
-    tiles[k * per] = Draw(meshes, colours, camera, options);
+    tiles[k * per] = Draw(meshes, colors, camera, options);
     labels[k * per] = fmt::format("{} {}", setup.robot.name, t);
     if (!options.human) return;
     const TriangleMesh hand{world * frame.vertices, setup.human->Surface().Faces()};
-    tiles[k * per + 1] = Draw({object, hand}, {kObjectColour, kSkinColour}, camera, options);
+    tiles[k * per + 1] = Draw({object, hand}, {kObjectColor, kSkinColor}, camera, options);
     labels[k * per + 1] = fmt::format("human {}", t);
   });
   return ContactSheet(tiles, labels, options.columns);

@@ -12,7 +12,7 @@
 namespace holdfast {
 
 /// The motion as arrays (`.npz`, float64): `joint_names` (a text, names between commas),
-/// `joint_angles (T,J)` of all joints, followers too, radians or metres; `wrist_trans (T,3)`,
+/// `joint_angles (T,J)` of all joints, followers too, radians or meters; `wrist_trans (T,3)`,
 /// `wrist_orient (T,3)` axis-angle of the robot's root in the world; `object_trans`,
 /// `object_orient`; `frame_rate`; and of all contacts: `contact_frame`, `contact_point (C,3)`,
 /// `contact_normal (C,3)` (world, of the robot's surface), `contact_link` (of `link_names`),

@@ -18,7 +18,7 @@ namespace holdfast {
 namespace {
 
 constexpr double kLinkSpacing_m = 0.005;
-constexpr int kMostSamples = 400;  // of a large palm, too
+constexpr int kMaxSamples = 400;  // of a large palm, too
 constexpr double kCell_m = 0.0015, kPadding_m = 0.006;
 
 bool SameShapes(const RobotLink& a, const RobotLink& b) {
@@ -36,9 +36,9 @@ std::shared_ptr<const LinkSolid> MakeSolid(const RobotLink& link) {
   solid->grid.emplace(
       *solid->distance,
       DistanceGridOptions{.cell_m = kCell_m, .padding_m = kPadding_m, .exact_within_m = 0.004});
-  solid->samples = InBlocks(ContactSamples(solid->mesh, kLinkSpacing_m, kMostSamples));
-  solid->centre = 0.5 * (solid->distance->Min() + solid->distance->Max());
-  solid->radius = (solid->mesh.vertices.colwise() - solid->centre).colwise().norm().maxCoeff();
+  solid->samples = InBlocks(ContactSamples(solid->mesh, kLinkSpacing_m, kMaxSamples));
+  solid->center = 0.5 * (solid->distance->Min() + solid->distance->Max());
+  solid->radius = (solid->mesh.vertices.colwise() - solid->center).colwise().norm().maxCoeff();
   return solid;
 }
 
@@ -95,7 +95,7 @@ namespace {
 
 constexpr double kPadReach_m = 0.006;     // of a pad around its paired points
 constexpr double kPadSpacing_m = 0.0015;  // of its points
-constexpr int kMostPadPoints = 250;       // of a patch
+constexpr int kMaxPadPoints = 250;        // of a patch
 
 bool IsOfPad(const TriangleMesh& mesh, Eigen::Index f, const std::vector<const SkinPair*>& pairs) {
   const Eigen::Vector3d normal = FaceCross(mesh, f).normalized();
@@ -129,7 +129,7 @@ RobotPads::RobotPads(const std::vector<SkinPair>& pairs, const RobotSolids& soli
     TriangleMesh mesh = PadFaces(solid.mesh, of_link);
     if (mesh.NumFaces() == 0 || !(SurfaceArea(mesh) > 0.0)) continue;
     auto tree = std::make_unique<TriangleTree>(mesh);
-    const Eigen::Matrix3Xd places = ContactSamples(mesh, kPadSpacing_m, kMostPadPoints);
+    const Eigen::Matrix3Xd places = ContactSamples(mesh, kPadSpacing_m, kMaxPadPoints);
     Eigen::Matrix<double, Eigen::Dynamic, 6> points(places.cols(), 6);
     for (Eigen::Index i = 0; i < places.cols(); ++i) {
       const TriangleTree::Hit hit = tree->Closest(places.col(i));

@@ -27,8 +27,8 @@ struct LinkSolid {
   TriangleMesh mesh;  ///< all its shapes; they may overlap
   std::optional<SignedDistance> distance;
   std::optional<DistanceGrid> grid;
-  Eigen::Matrix3Xd samples;                          ///< of its surface, a few millimetres apart
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  ///< of a ball around it
+  Eigen::Matrix3Xd samples;                          ///< of its surface, a few millimeters apart
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< of a ball around it
   double radius = 0.0;
 
   bool Empty() const { return !grid; }

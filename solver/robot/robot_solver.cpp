@@ -127,8 +127,8 @@ std::vector<RobotPose> RobotStarts(const HumanFrame& frame,
 
 int ChooseStart(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                 const std::vector<double>& costs) {
-  constexpr double kMostCost = 3.0;  // over the least
-  constexpr double kGive_m = 0.02;   // for which twice the cost is paid
+  constexpr double kMaxCost = 3.0;  // over the least
+  constexpr double kGive_m = 0.02;  // for which twice the cost is paid
   std::vector<std::size_t> order(poses.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t k) { return costs[k]; });
@@ -137,7 +137,7 @@ int ChooseStart(const RobotTransferSetup& setup, const std::vector<RobotPose>& p
   std::size_t best = order.front();
   double least = std::numeric_limits<double>::infinity();
   for (const std::size_t k : order) {
-    if (costs[k] > kMostCost * costs[order.front()] || costs[k] >= least) break;
+    if (costs[k] > kMaxCost * costs[order.front()] || costs[k] >= least) break;
     posed.Set(poses[k]);
     const double cost = costs[k] * (1.0 + hold.Give_m(posed) / kGive_m);
     if (cost >= least) continue;

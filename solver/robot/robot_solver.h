@@ -21,7 +21,7 @@ namespace holdfast {
 /// one row more than there are unknowns.
 ///
 /// Parameter blocks: orientation q (4; x y z w; root to object, with RotationManifold), translation
-/// T (3, metres, object's frame), the hand's numbers (dofs; radians or metres). Evaluate returns
+/// T (3, meters, object's frame), the hand's numbers (dofs; radians or meters). Evaluate returns
 /// false when the cost is not finite. For one thread at a time; the hand must outlive it.
 class RobotBlock final : public ceres::CostFunction {
  public:

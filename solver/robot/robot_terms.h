@@ -38,7 +38,7 @@ struct ContactSigmas {
 ///
 /// x and m the place of the part's pad and its outward normal that are nearest to the contact now
 /// (both measures together: the pad may roll along), p_c and n_c the object's. Object's frame,
-/// metres; 3 + 3 residuals a contact. Weights: sigma_d (metres) and sigma_n (radians).
+/// meters; 3 + 3 residuals a contact. Weights: sigma_d (meters) and sigma_n (radians).
 class RobotContactTerm final : public RobotTerm {
  public:
   RobotContactTerm(const RobotPads& pads, std::vector<PartContact> contacts,
@@ -81,7 +81,7 @@ class RobotContactTerm final : public RobotTerm {
 ///   E_d = sum_i w_i / M sum_j ( |x_i(pose) - o_j| - |v_i - o_j| )^2 / sigma^2
 ///
 /// x_i the robot's point, v_i the human's that it stands for, o_j the M object points; all in the
-/// object's frame, metres. Summed exactly to 3 x 3 a point (HandObjectDistance), then to 6 x 6 a
+/// object's frame, meters. Summed exactly to 3 x 3 a point (HandObjectDistance), then to 6 x 6 a
 /// link. Weights: w_i, 1 at the surface.
 class RobotDistanceTerm final : public RobotTerm {
  public:
@@ -121,7 +121,7 @@ class RobotDistanceTerm final : public RobotTerm {
 };
 
 /// Links stay out of each other: as RobotPenetrationTerm, for points of one link in the other, over
-/// the pairs that could meet (RobotSolids::Pairs). Metres; weight: sigma.
+/// the pairs that could meet (RobotSolids::Pairs). Meters; weight: sigma.
 class RobotSelfTerm final : public RobotTerm {
  public:
   RobotSelfTerm(const RobotSolids& solids, double sigma_m)
@@ -131,8 +131,8 @@ class RobotSelfTerm final : public RobotTerm {
     double cost = 0.0;
     for (std::size_t k = 0; k < solids_.Pairs().size(); ++k) {
       const auto& [a, b] = solids_.Pairs()[k];
-      const Eigen::Vector3d between = robot.ObjectFromLink(a) * solids_.Of(a).centre -
-                                      robot.ObjectFromLink(b) * solids_.Of(b).centre;
+      const Eigen::Vector3d between = robot.ObjectFromLink(a) * solids_.Of(a).center -
+                                      robot.ObjectFromLink(b) * solids_.Of(b).center;
       const double reach = solids_.Of(a).radius + solids_.Of(b).radius;
       if (between.squaredNorm() > reach * reach) continue;
       cost += AddInto(robot, a, b, near_[2 * k], normal) +
@@ -148,7 +148,7 @@ class RobotSelfTerm final : public RobotTerm {
     const LinkSolid &from = solids_.Of(first), &into = solids_.Of(second);
     const Eigen::Isometry3d& pose = robot.ObjectFromLink(second);
     double cost = 0.0;
-    near.ForNear({from.samples, from.centre, from.radius}, *into.grid,
+    near.ForNear({from.samples, from.center, from.radius}, *into.grid,
                  pose.inverse() * robot.ObjectFromLink(first), 0.0,
                  [&](int, const Eigen::Vector3d& in_second) {
                    Eigen::Vector3d gradient;
@@ -168,7 +168,7 @@ class RobotSelfTerm final : public RobotTerm {
 };
 
 /// Joint limits as walls: r_k = (low - q) / sigma below, (q - high) / sigma above. Radians (or
-/// metres) of each number of the hand; weight: sigma. What is left over is clamped.
+/// meters) of each number of the hand; weight: sigma. What is left over is clamped.
 class RobotLimitTerm final : public RobotTerm {
  public:
   explicit RobotLimitTerm(double sigma) : weight_(1.0 / (sigma * sigma)) {}
@@ -191,7 +191,7 @@ class RobotLimitTerm final : public RobotTerm {
 };
 
 /// The hand's numbers stay near others (the frame before's; at rest): r_k = (q_k - target_k) /
-/// sigma_k. Radians or metres.
+/// sigma_k. Radians or meters.
 class RobotPostureTerm final : public RobotTerm {
  public:
   RobotPostureTerm(Eigen::VectorXd target, Eigen::VectorXd sigma)
@@ -212,26 +212,26 @@ class RobotPostureTerm final : public RobotTerm {
 };
 
 /// The root stays near a pose (the frame before's; what the human wrist says): six residuals,
-/// log(R_target^T R) / sigma_turn (radians) and the way of the point `centre` of the root's frame /
-/// sigma (metres), so that a turn about it is free of way.
+/// log(R_target^T R) / sigma_turn (radians) and the way of the point `center` of the root's frame /
+/// sigma (meters), so that a turn about it is free of way.
 class RobotPlaceTerm final : public RobotTerm {
  public:
-  RobotPlaceTerm(Eigen::Isometry3d object_from_root, Eigen::Vector3d centre, double sigma_turn,
+  RobotPlaceTerm(Eigen::Isometry3d object_from_root, Eigen::Vector3d center, double sigma_turn,
                  double sigma_m)
       : target_(std::move(object_from_root)),
-        centre_(std::move(centre)),
+        center_(std::move(center)),
         turn_weight_(1.0 / (sigma_turn * sigma_turn)),
         weight_(1.0 / (sigma_m * sigma_m)) {}
 
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
     const RobotPose& pose = robot.Pose();
     const Eigen::Vector3d turn = LogSO3(target_.linear().transpose() * pose.R);
-    const Eigen::Vector3d way = pose.R * centre_ + pose.T - target_ * centre_;
+    const Eigen::Vector3d way = pose.R * center_ + pose.T - target_ * center_;
     if (normal != nullptr) {
       // R exp(delta): log moves by the inverse right Jacobian, that is the left one of -log.
       const Eigen::Matrix3d J_turn = InverseLeftJacobianSO3(-turn);
       Eigen::Matrix<double, 3, 6> J_way;
-      J_way << -pose.R * Skew(centre_), Eigen::Matrix3d::Identity();
+      J_way << -pose.R * Skew(center_), Eigen::Matrix3d::Identity();
       Eigen::Matrix<double, 6, 6> hessian = weight_ * J_way.transpose() * J_way;
       Eigen::Matrix<double, 6, 1> gradient = weight_ * J_way.transpose() * way;
       hessian.topLeftCorner<3, 3>() += turn_weight_ * J_turn.transpose() * J_turn;
@@ -243,7 +243,7 @@ class RobotPlaceTerm final : public RobotTerm {
 
  private:
   Eigen::Isometry3d target_;
-  Eigen::Vector3d centre_;
+  Eigen::Vector3d center_;
   double turn_weight_, weight_;
 };
 
@@ -257,7 +257,7 @@ struct RobotObstacle {
 ///
 ///   E_p = sum_i max(0, margin - d(x_i))^2 / sigma^2
 ///
-/// d the signed distance (negative inside) of the other solid. Metres; a residual for each point
+/// d the signed distance (negative inside) of the other solid. Meters; a residual for each point
 /// nearer than the margin. Weight: sigma. Not for
 /// use by several threads at a time.
 class RobotPenetrationTerm final : public RobotTerm {
@@ -282,7 +282,7 @@ class RobotPenetrationTerm final : public RobotTerm {
     return cost;
   }
 
-  /// The deepest of all points, metres; 0 where none is inside. Distances interpolated linearly.
+  /// The deepest of all points, meters; 0 where none is inside. Distances interpolated linearly.
   double Deepest(const PosedRobot& robot) const {
     double deepest = 0.0;
     ForNearLinks(robot,
@@ -309,7 +309,7 @@ class RobotPenetrationTerm final : public RobotTerm {
       const int link = solids_.Links()[k];
       const LinkSolid& solid = solids_.Of(link);
       const Eigen::Isometry3d& pose = robot.ObjectFromLink(link);
-      if (object_.grid->Linear(pose * solid.centre) > solid.radius + margin_ + kNear_m) continue;
+      if (object_.grid->Linear(pose * solid.center) > solid.radius + margin_ + kNear_m) continue;
       visit(link, solid, pose, near_[k]);
     }
   }
@@ -318,7 +318,7 @@ class RobotPenetrationTerm final : public RobotTerm {
   template <typename Visit>
   void ForLinkPoints(const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
                      const Visit& visit) const {
-    near.of_link.ForNear({solid.samples, solid.centre, solid.radius}, *object_.grid, pose, margin_,
+    near.of_link.ForNear({solid.samples, solid.center, solid.radius}, *object_.grid, pose, margin_,
                          [&](int, const Eigen::Vector3d& x) { visit(x); });
   }
 
@@ -327,7 +327,7 @@ class RobotPenetrationTerm final : public RobotTerm {
   void ForObjectPoints(const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
                        const Visit& visit) const {
     near.of_object.ForNear(
-        {object_.samples, pose * solid.centre, solid.radius + NearSamples::kAround_m}, *solid.grid,
+        {object_.samples, pose * solid.center, solid.radius + NearSamples::kAround_m}, *solid.grid,
         pose.inverse(), margin_, [&](int j, const Eigen::Vector3d& in_link) {
           if (InBox(*solid.grid, in_link)) visit(j, in_link);
         });

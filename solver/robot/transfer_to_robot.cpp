@@ -27,7 +27,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 
 constexpr double kObjectCell_m = 0.0015;
-constexpr int kMostObjectSamples = 1500;
+constexpr int kMaxObjectSamples = 1500;
 constexpr double kNear_m = 0.02;     // of skin that E_d is about
 constexpr double kFarWeight = 0.02;  // of skin elsewhere
 constexpr double kDeepest_m = 8e-4;  // more is pushed out again, harder
@@ -144,7 +144,7 @@ class ClipTransfer {
       terms.push_back(&*change);
       terms.push_back(&*movement);
     }
-    // Starts are compared by their costs; frames begin at their neighbours' solutions.
+    // Starts are compared by their costs; frames begin at their neighbors' solutions.
     ceres::Solver::Options options =
         DenseOptions(max_iterations, 1e-4, before != nullptr ? 1e-4 : 1e-5);
     // Where pads' nearest places change the first step often leads too far: trusted as before.
@@ -252,7 +252,7 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
   setup.object_grid = std::make_unique<DistanceGrid>(
       *setup.object_distance,
       DistanceGridOptions{.cell_m = kObjectCell_m, .threads = options.threads});
-  setup.object_samples = InBlocks(ContactSamples(setup.object, 0.004, kMostObjectSamples));
+  setup.object_samples = InBlocks(ContactSamples(setup.object, 0.004, kMaxObjectSamples));
   setup.object_vertices = ContactSamples(setup.object, 0.012, options.object_vertices);
   setup.wrist_from_root = WristFromRoot(*setup.axes, setup.robot, setup.anatomy);
   // What no pad stands for is no contact that could be kept.

@@ -21,7 +21,7 @@ struct RobotTransferOptions {
   DemonstrationOptions demonstration;
   std::vector<PartLink> correspondence;  ///< empty: found (FindAnatomy)
   std::string correspondence_source;     ///< its file, for messages
-  /// The wrist stays near where the human's is (the palms laid on each other), a centimetre and
+  /// The wrist stays near where the human's is (the palms laid on each other), a centimeter and
   /// five degrees; else it is free, drawn there weakly.
   bool on_path = false;
   // Standard deviations of the terms.

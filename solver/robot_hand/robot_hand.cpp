@@ -20,7 +20,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kLeastRange = 1e-4;  // radians or metres: less is none
+constexpr double kMinRange = 1e-4;  // radians or meters: less is none
 constexpr double kTurn_rad = 2.0 * std::numbers::pi, kSlide_m = 1.0;  // no joint needs more
 
 struct Followed {
@@ -80,7 +80,7 @@ void Narrow(RobotJointKind kind, RobotJointSource& joint, std::vector<std::strin
       turns ? fmt::format("joint '{}' may turn more than once: taken as half a turn "
                           "either way",
                           joint.name)
-            : fmt::format("joint '{}' may slide farther than a metre: taken as that", joint.name));
+            : fmt::format("joint '{}' may slide farther than a meter: taken as that", joint.name));
 }
 
 }  // namespace
@@ -111,7 +111,7 @@ void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand) {
     const RobotJointSource& joint = *found->second;
     const Followed followed = Resolve(by_name, hand.source, joint);
     const RobotJointSource& leader = *by_name.at(followed.leader);
-    if (followed.factor == 0.0 || leader.high - leader.low < kLeastRange) {
+    if (followed.factor == 0.0 || leader.high - leader.low < kMinRange) {
       link.offset =
           std::clamp(followed.factor * leader.low + followed.offset, joint.low, joint.high);
       hand.notes.push_back(fmt::format("joint '{}' has no range: it stands still", joint.name));
@@ -190,9 +190,9 @@ void RequireHandSized(const RobotHand& hand) {
   if (size <= kLargest_m && size >= kSmallest_m) return;
   throw Error(hand.source, fmt::format("spans {:.4g} m: no hand does", size),
               size > kLargest_m
-                  ? "URDF and MJCF are in metres: scale a file in millimetres by 0.001 "
+                  ? "URDF and MJCF are in meters: scale a file in millimeters by 0.001 "
                     "(mesh scale, origins), or name the file of the hand without its arm"
-                  : "URDF and MJCF are in metres: check the unit of its meshes and origins");
+                  : "URDF and MJCF are in meters: check the unit of its meshes and origins");
 }
 
 // Its tree is gone through in every frame.

@@ -17,7 +17,7 @@ namespace holdfast {
 
 enum class RobotJointKind { kFixed, kTurning, kSliding };
 
-/// A link and the joint that moves it. Values of joints are radians or metres.
+/// A link and the joint that moves it. Values of joints are radians or meters.
 struct RobotLink {
   std::string name;
   int parent = -1;  ///< an earlier link; -1: the root
@@ -38,7 +38,7 @@ struct RobotDof {
   double low = 0.0, high = 0.0;
 };
 
-/// A robot's hand as a tree of rigid links: parents before children, lengths in metres. Joints that
+/// A robot's hand as a tree of rigid links: parents before children, lengths in meters. Joints that
 /// follow others (URDF's mimic, MJCF's joint equalities) have no number of their own.
 struct RobotHand {
   std::string name;
@@ -67,7 +67,7 @@ struct RobotJointSource {
 
 /// Gives the links (with `joint` and `kind` set) their numbers: one for each joint that moves on
 /// its own, with bounds narrowed to what its followers allow. Joints without range stand still;
-/// bounds wider than a turn or a metre are narrowed, with a note. Throws Error (`hand.source`) for
+/// bounds wider than a turn or a meter are narrowed, with a note. Throws Error (`hand.source`) for
 /// a joint that follows itself or one that is not there, for numbers that are not finite, a lower
 /// bound above the upper, and bounds that leave nothing.
 void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand);
@@ -81,7 +81,7 @@ void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand);
 /// Throws Error for a file that is neither, is not well-formed, has no joint that moves or more
 /// than 200 that move on their own; for what CheckRobotFile and ReadInProcess refuse; for meshes
 /// that are missing or cannot be read; for mimics of joints that are not there; for a hand larger
-/// than 2 m or smaller than 2 cm (a file in millimetres); and where this build has no library for
+/// than 2 m or smaller than 2 cm (a file in millimeters); and where this build has no library for
 /// the format.
 RobotHand ReadRobotHand(const std::filesystem::path& path);
 

@@ -127,7 +127,7 @@ void RequireShapeSize(const std::string& source, const std::string& link,
   for (const double size : sizes) {
     if (size > 0.0 && size < kMaxSize_m) continue;
     throw Error(source, fmt::format("link '{}' has a shape of size {:.4g} m", link, size),
-                "Give its shapes sizes above 0, in metres");
+                "Give its shapes sizes above 0, in meters");
   }
 }
 

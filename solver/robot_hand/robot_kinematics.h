@@ -48,7 +48,7 @@ class RobotState {
   std::vector<Column> columns_;
 };
 
-/// Closed meshes of the primitives that robots are made of, about the origin; metres. Cylinders and
+/// Closed meshes of the primitives that robots are made of, about the origin; meters. Cylinders and
 /// capsules stand along z, `length` without a capsule's ends.
 TriangleMesh BoxMesh(const Eigen::Vector3d& size);
 TriangleMesh BallMesh(double radius);

@@ -233,7 +233,7 @@ class UrdfBuilder {
     }
     throw Error(hand_.source,
                 fmt::format("link '{}' has a capsule without radius and length", link),
-                "Give it a radius above 0 and a length, both in metres");
+                "Give it a radius above 0 and a length, both in meters");
   }
 
   // Links of one kind share their files.

@@ -255,7 +255,7 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
           "the largest of all frames, measured in the same way");
   contact(
       "intersection_volume_voxel_cm3", fmt::format("  by {:g} mm voxels", voxel), "cm3", 3, kHigher,
-      fmt::format("the mean counted in cubes of {:g} mm whose centres are inside both, on a grid "
+      fmt::format("the mean counted in cubes of {:g} mm whose centers are inside both, on a grid "
                   "fixed to the object's frame",
                   voxel));
   contact("exact_volume_frames_ratio", "  exact in frames", "%", 1, kLower,
@@ -287,8 +287,8 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
           "the largest drift of any vertex: how far contact points stray over the clip");
 
   jitter("jitter_acceleration_ratio", "object/hand acceleration", "", 3,
-         "mean acceleration of the object's centre (by surface area) over that of a point fixed to "
-         "the wrist at the centre's mean place: 1 when carried rigidly; undefined when the hand is "
+         "mean acceleration of the object's center (by surface area) over that of a point fixed to "
+         "the wrist at the center's mean place: 1 when carried rigidly; undefined when the hand is "
          "still (below 1 mm/s2)");
   jitter("jitter_jerk_ratio", "object/hand jerk", "", 3, "the same of jerk");
   jitter("jitter_angular_acceleration_ratio", "object/hand angular accel.", "", 3,
@@ -296,7 +296,7 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
   jitter("jitter_angular_jerk_ratio", "object/hand angular jerk", "", 3,
          "the same of angular jerk");
   jitter("object_acceleration_m_s2", "object acceleration", "m/s2", 3,
-         "mean norm of the central second difference of the object's centre at the clip's frame "
+         "mean norm of the central second difference of the object's center at the clip's frame "
          "rate, over frames in which the hand holds");
   jitter("object_jerk_m_s3", "object jerk", "m/s3", 2,
          "mean norm of the central third difference over five frames");
@@ -351,7 +351,7 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
   other(kReference, "mpjpe_left_hand_mm", "MPJPE, left hand", "mm", 2, kHigher,
         "the same of the left hand", true);
   other(kReference, "object_translation_error_mm", "object, translation", "mm", 2, kHigher,
-        "distance of the object's centre (by surface area) from the reference's");
+        "distance of the object's center (by surface area) from the reference's");
   other(kReference, "object_rotation_error_deg", "object, rotation", "deg", 2, kHigher,
         "angle between the rotations");
   other(kReference, "object_rotation_error_modulo_symmetry_deg", "  modulo symmetry", "deg", 2,

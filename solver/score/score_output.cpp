@@ -187,7 +187,7 @@ void AddScores(std::span<const ClipScore> scores, const ScoreOptions& options, b
 
 namespace {
 
-constexpr std::size_t kMostColumns = 4;  // clips beside each other in a terminal
+constexpr std::size_t kMaxColumns = 4;  // clips beside each other in a terminal
 constexpr std::size_t kWidestName = 22;
 
 std::string Number(const std::optional<double>& value, const MetricDefinition& metric) {
@@ -370,7 +370,7 @@ std::string TableOfRows(std::span<const ClipScore> scores, const ScoreOptions& o
 }  // namespace
 
 std::string ScoreTable(std::span<const ClipScore> scores, const ScoreOptions& options) {
-  std::string text = scores.size() <= kMostColumns
+  std::string text = scores.size() <= kMaxColumns
                          ? TableOfColumns(scores, options, scores.size() > 1)
                          : TableOfRows(scores, options);
   text += "\n";

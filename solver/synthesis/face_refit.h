@@ -21,7 +21,7 @@ std::optional<FaceDistance> NearestToFace(const ActionActor& actor, const Action
                                           std::string_view action, const Clip& clip);
 
 /// Brings what belongs at the face there: the rim to the lips, the phone to the ear, in all frames
-/// in which it is nearly there. Networks bring it within centimetres. Trunk, right arm and head
+/// in which it is nearly there. Networks bring it within centimeters. Trunk, right arm and head
 /// give, by least squares over all frames at once (Ceres): HeldAtFace, Gaze, TrunkLean, LegReach,
 /// Balance, JointRange and a prior over a cubic B-spline of changes; feet stay. The object goes
 /// along with the hand, which keeps its grasp. Leaves the clip as it is where the object never

@@ -42,7 +42,7 @@ HoldingStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObj
   if (body.model->LoneHand()) {
     throw Error(source, "shows a hand alone", "Give a clip of a whole body");
   }
-  RequireMetres(source, clip, *body.model);
+  RequireMeters(source, clip, *body.model);
   const int frames = clip.NumFrames();
   if (frame && *frame >= frames) {
     throw Error(source, fmt::format("has frames 0 to {}, and no {}", frames - 1, *frame),

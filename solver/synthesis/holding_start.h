@@ -28,7 +28,7 @@ struct HoldingStart {
 
 /// Goes on from this frame of a clip that shows the object in a hand, the last one if none is
 /// given. Throws Error, named `source`, for a frame that is not there or in which nobody holds the
-/// object, a hand alone, and positions that are no metres.
+/// object, a hand alone, and positions that are no meters.
 HoldingStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObject& object,
                          std::optional<int> frame = {}, int threads = 1,
                          const std::string& source = "the clip");

@@ -29,7 +29,7 @@ constexpr double kOffSide_rad = 20.0 * kDegree;  // that a brush may point off i
 // 0 where the hand was in the first frame, 1 where it is farthest from there, as the chest has it.
 std::vector<double> SharesOfWay(const std::vector<BodyPlacement>& placed) {
   std::vector<double> shares;
-  double farthest = 0.05;  // metres
+  double farthest = 0.05;  // meters
   const Isometry3d chest = placed.front().WorldFromJoint(kSpine3).inverse();
   const Vector3d first = chest * placed.front().joints.col(kRightWrist);
   for (const BodyPlacement& frame : placed) {
@@ -124,7 +124,7 @@ Stretch StretchOf(const HandWay& way, const Eigen::VectorXd& steps, double rate)
 
 }  // namespace
 
-void PaceHand(const Eigen::Matrix3Xd& rest_joints, Clip& clip) {
+void RetimeHand(const Eigen::Matrix3Xd& rest_joints, Clip& clip) {
   const std::vector<BodyFrame> body = BodyFrames(clip, rest_joints);
   const Eigen::Matrix3Xd path = HandPath(body, Place(rest_joints, body), Side::kRight);
   const HandWay way = MeasureHandWay(path, clip.frame_rate, 1);
@@ -178,7 +178,7 @@ int LastStill(const Eigen::Matrix3Xd& rest_joints, const Clip& clip) {
 
 }  // namespace
 
-int LeaveOutStill(const Eigen::Matrix3Xd& rest_joints, Clip& clip) {
+int TrimIdle(const Eigen::Matrix3Xd& rest_joints, Clip& clip) {
   const int last = LastStill(rest_joints, clip), count = clip.NumFrames();
   const int stay = std::max(1, static_cast<int>(std::lround(kStays_s * clip.frame_rate)));
   if (last <= stay || last + 1 >= count) return 0;
@@ -230,11 +230,11 @@ void Stylise(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, doub
 }  // namespace
 
 void ShiftWeight(const Eigen::Vector2d& weight, double share, BodyFrame& frame) {
-  constexpr double kRollPerMetre = 1.6;  // 4 degrees for 4.5 cm
+  constexpr double kRollPerMeter = 1.6;  // 4 degrees for 4.5 cm
   const Matrix3d heading = Eigen::AngleAxisd(Yaw(frame), Vector3d::UnitZ()).toRotationMatrix();
   frame.pelvis += share * (heading * Vector3d(weight.x(), -weight.y(), 0.0));
   const Vector3d ahead = heading * -Vector3d::UnitY();
-  const Quaterniond roll(Eigen::AngleAxisd(share * kRollPerMetre * weight.x(), ahead));
+  const Quaterniond roll(Eigen::AngleAxisd(share * kRollPerMeter * weight.x(), ahead));
   const Quaterniond before = frame.local[kPelvis];
   frame.local[kPelvis] = roll * before;
   frame.local[kSpine1] = before.conjugate() * roll.conjugate() * before * frame.local[kSpine1];
@@ -269,7 +269,7 @@ void ApplySampleStyle(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joi
     wrists.push_back(placed.WorldFromJoint(kRightWrist));
     hands.push_back(placed.WorldFromJoint(kSpine3).inverse() * placed.joints.col(kRightWrist));
   }
-  double farthest = 0.05;  // metres
+  double farthest = 0.05;  // meters
   for (const Vector3d& hand : hands) farthest = std::max(farthest, (hand - hands.front()).norm());
   for (std::size_t t = 0; t < frames.size(); ++t) {
     const double share = MinimumJerk((hands[t] - hands.front()).norm() / farthest);

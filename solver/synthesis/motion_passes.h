@@ -26,14 +26,14 @@ void EaseArm(const ActionActor& actor, const ActionProp& prop, std::string_view 
 /// are shown earlier or later, those of the whole body with the hand: where the hand goes, how long
 /// it takes and the number of frames stay. At most six times as fast as they were, where the
 /// hand halts. Leaves a clip as it is in which the hand has no way.
-void PaceHand(const Eigen::Matrix3Xd& rest_joints, Clip& clip);
+void RetimeHand(const Eigen::Matrix3Xd& rest_joints, Clip& clip);
 
 /// Leaves out frames at the start in which nothing happens yet: networks are given four key frames
 /// of somebody who stands still, and then wait as the scripts did. Of the frames in which the right
 /// hand is within 2 cm of where it was and turned by less than 8 degrees, so many stay, evenly, as
 /// make 0.3 s; the first is one of them. Leaves a clip as it is in which the hand never leaves.
 /// Returns how many were left out.
-int LeaveOutStill(const Eigen::Matrix3Xd& rest_joints, Clip& clip);
+int TrimIdle(const Eigen::Matrix3Xd& rest_joints, Clip& clip);
 
 /// How a person does something, apart from what is done: people differ in it, and so do the
 /// repetitions of one. Angles in radians, of the posture once the hand is where it goes.
@@ -44,7 +44,7 @@ struct SampleStyle {
   double elbow = 0.0;  ///< of the arm that acts, about the line from shoulder to wrist: out
   Eigen::Vector3d other_arm{0, 0, 0};  ///< of the other upper arm, in the chest's frame
   double other_elbow = 0.0;            ///< bend of the other elbow, 0 or more; its forearm comes in
-  /// Of the pelvis over the feet, to the left and forward, metres: onto one leg, whose hip rises.
+  /// Of the pelvis over the feet, to the left and forward, meters: onto one leg, whose hip rises.
   Eigen::Vector2d weight{0, 0};
 };
 

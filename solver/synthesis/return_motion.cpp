@@ -99,9 +99,9 @@ class Return {
     return static_cast<double>(part) / static_cast<double>(whole);
   }
   double FromEnd(std::size_t t) const {
-    constexpr double kMetresPerRadian = 0.15;
+    constexpr double kMetersPerRadian = 0.15;
     return (wrists_[t].translation() - wrists_.back().translation()).norm() +
-           kMetresPerRadian * AngleBetween(wrists_[t].linear(), wrists_.back().linear());
+           kMetersPerRadian * AngleBetween(wrists_[t].linear(), wrists_.back().linear());
   }
 
   const Eigen::Matrix3Xd& rest_joints_;

@@ -198,8 +198,8 @@ void AddSway(double frame_rate, std::uint64_t seed, std::vector<BodyFrame>& fram
   }
 }
 
-void AddTakingPart(const Eigen::Matrix3Xd& rest_joints, std::string_view action, std::uint64_t seed,
-                   Clip& clip) {
+void AddSecondaryMotion(const Eigen::Matrix3Xd& rest_joints, std::string_view action,
+                        std::uint64_t seed, Clip& clip) {
   std::vector<BodyFrame> frames = BodyFrames(clip, rest_joints);
   const double rate = clip.frame_rate, end = static_cast<double>(frames.size()) / rate;
   RandomDraws draws(seed);

@@ -22,7 +22,7 @@ void AddSway(double frame_rate, std::uint64_t seed, std::vector<BodyFrame>& fram
 /// of it: looks up and back at the thing, nods at the phone, aims the camera anew, shifts weight
 /// from leg to leg, moves the free arm. All of it smooth (minimum jerk), times and amounts drawn by
 /// `seed`. Feet and the grasp stay as they are; the object goes along with the hand that has it.
-void AddTakingPart(const Eigen::Matrix3Xd& rest_joints, std::string_view action, std::uint64_t seed,
-                   Clip& clip);
+void AddSecondaryMotion(const Eigen::Matrix3Xd& rest_joints, std::string_view action,
+                        std::uint64_t seed, Clip& clip);
 
 }  // namespace holdfast

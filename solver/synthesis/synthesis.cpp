@@ -68,7 +68,7 @@ class ObjectInHands {
   }
 
   // The world pose of the object for the next body.
-  ObjectPose Next(int frame, const wandr::Pose<double>& body, Synthesised& result) {
+  ObjectPose Next(int frame, const wandr::Pose<double>& body, Synthesized& result) {
     JointPose pose = last_pose_;
     for (int j = 0; j < kNumBodyJoints; ++j) {
       const Matrix3d R = j == 0 ? canonical_.RotationToWorld(body.rotation[0]) : body.rotation[j];
@@ -89,7 +89,7 @@ class ObjectInHands {
 
  private:
   // Lets the other hand take hold in the last frame, if it leaves the object now.
-  void PassOn(int frame, const JointPose& pose, Synthesised& result) {
+  void PassOn(int frame, const JointPose& pose, Synthesized& result) {
     const bool right = (holding_ & kHoldsRight) != 0;
     if (right == ((holding_ & kHoldsLeft) != 0)) return;
     const Side from = right ? Side::kRight : Side::kLeft, to = right ? Side::kLeft : Side::kRight;
@@ -161,7 +161,7 @@ Clip HistoryOf(const Clip& start, double seconds_per_key_frame) {
   return history;
 }
 
-std::vector<Synthesised> Synthesise(const imos::Network<float>& network,
+std::vector<Synthesized> Synthesize(const imos::Network<float>& network,
                                     const Eigen::Ref<const Eigen::MatrixXf>& action_table,
                                     const SynthesisScene& scene, const FitOptions& fit,
                                     int num_samples, std::uint64_t seed, std::uint64_t first_stream,
@@ -184,8 +184,8 @@ std::vector<Synthesised> Synthesise(const imos::Network<float>& network,
   }
   start.condition = imos::ConditionOf(scene.start.betas, scene.intent, action_table);
 
-  std::vector<Synthesised> results(num_samples);
-  for (Synthesised& result : results) {
+  std::vector<Synthesized> results(num_samples);
+  for (Synthesized& result : results) {
     result.clip = history;
     result.clip.trans.conservativeResize(3, scene.key_frames);
     result.clip.object->trans.conservativeResize(3, scene.key_frames);

@@ -37,7 +37,7 @@ struct SynthesisScene {
 };
 
 /// What came of one sample, in the world of the start.
-struct Synthesised {
+struct Synthesized {
   Clip clip;                         ///< key frames with object track and holding_hand
   std::vector<FrameReport> reports;  ///< of the key frames made, the given ones left out
   int switch_frame = -1;             ///< key frame in which the other hand takes over, or -1
@@ -59,7 +59,7 @@ Clip HistoryOf(const Clip& start, double seconds_per_key_frame);
 /// the grasp is computed (GraspsByTransfer) by the fit of all frames that follows.
 ///
 /// Throws what HistoryOf and RunSynthesis throw.
-std::vector<Synthesised> Synthesise(const imos::Network<float>& network,
+std::vector<Synthesized> Synthesize(const imos::Network<float>& network,
                                     const Eigen::Ref<const Eigen::MatrixXf>& action_table,
                                     const SynthesisScene& scene, const FitOptions& fit,
                                     int num_samples, std::uint64_t seed, std::uint64_t first_stream,

@@ -29,7 +29,7 @@
 namespace holdfast {
 namespace {
 
-// How far the right elbow is above 5 cm below its shoulder, decimetres, at most: nobody lifts it so
+// How far the right elbow is above 5 cm below its shoulder, decimeters, at most: nobody lifts it so
 // to hold something light.
 double ElbowLifted(const Eigen::Matrix3Xd& rest_joints, const Clip& clip) {
   double most = 0.0;
@@ -52,7 +52,7 @@ double FaultsOf(const HoldingStart& start, const Clip& motion) {
 
 // Sample `number`: key frames as motion, with all that is drawn for it.
 SynthesizedSample MotionOf(const HoldingStart& start, std::string_view action,
-                           const SynthesizeOptions& options, Synthesised keys, int number) {
+                           const SynthesizeOptions& options, Synthesized keys, int number) {
   const Eigen::Matrix3Xd& rest_joints = start.actor->Measures().rest_joints;
   const auto stream = static_cast<std::uint64_t>(number);
   SynthesizedSample sample;
@@ -67,7 +67,7 @@ SynthesizedSample MotionOf(const HoldingStart& start, std::string_view action,
   }
   sample.motion = MotionOfKeyFrames(sample.keys.clip, start.actor->Measures(), options.frame_rate,
                                     options.seed + stream);
-  AddTakingPart(rest_joints, action, MixSeed(options.seed, 500 + stream), sample.motion);
+  AddSecondaryMotion(rest_joints, action, MixSeed(options.seed, 500 + stream), sample.motion);
   if (!passes_on) {
     // Elbows go down by more than up.
     EaseArm(*start.actor, *start.prop, action, std::min(sample.style.elbow, 6.0 * kDegree),
@@ -102,9 +102,9 @@ bool StandsOnTable(const HoldingStart& start) {
 void Finish(const HoldingStart& start, std::string_view action, const SynthesizeOptions& options,
             SynthesizedSample& sample) {
   const Eigen::Matrix3Xd& rest_joints = start.actor->Measures().rest_joints;
-  if (!options.keep_pace) sample.hurried = LeaveOutStill(rest_joints, sample.motion);
+  if (!options.keep_pace) sample.hurried = TrimIdle(rest_joints, sample.motion);
   if (sample.keys.switch_frame >= 0) return;
-  PaceHand(rest_joints, sample.motion);
+  RetimeHand(rest_joints, sample.motion);
   const int there = sample.motion.NumFrames();
   if (options.and_back) AddReturn(rest_joints, StandsOnTable(start), sample.motion);
   AddStrokes(rest_joints, action, start.prop->marks,
@@ -137,8 +137,8 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
                              action == "offhand"};
   SynthesizedMotion result;
   const auto began = std::chrono::steady_clock::now();
-  std::vector<Synthesised> made =
-      Synthesise(imos::Network<float>(network),
+  std::vector<Synthesized> made =
+      Synthesize(imos::Network<float>(network),
                  options.action_table ? *options.action_table : imos::ActionTable(network), scene,
                  FitOptions(), options.samples, options.seed, 0, options.sigma, options.threads);
   result.loop_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - began).count();
@@ -179,7 +179,7 @@ OptionTable OptionsOf(SynthesisJob& job) {
   table.Text("object_class", job.object_class,
              "Class of the object for the networks: mug, waterbottle, ...; empty: its name");
   table.Number("object_scale", "", job.object_scale, kPositive,
-               "Multiplies the object's coordinates (0.001 for millimetres)");
+               "Multiplies the object's coordinates (0.001 for millimeters)");
   table.Choice<std::optional<bool>>(
       "start", job.standing.in_hand, {{"any", std::nullopt}, {"table", false}, {"hand", true}},
       "Where the object is at a generated start: on a table, in the hand, any");
@@ -204,8 +204,8 @@ OptionTable OptionsOf(SynthesisJob& job) {
 std::vector<std::string> OfferedActions(const SynthesisNetwork& network, bool makes_start) {
   std::vector<std::string> offered = network.Actions();
   std::erase_if(offered, [&](const std::string& action) {
-    return makes_start &&
-           std::ranges::find(MadeActions(), action, &MadeAction::name) == MadeActions().end();
+    return makes_start && std::ranges::find(ScriptedActions(), action, &ScriptedAction::name) ==
+                              ScriptedActions().end();
   });
   return offered;
 }

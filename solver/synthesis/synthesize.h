@@ -49,13 +49,13 @@ struct SynthesizeOptions {
 };
 
 struct SynthesizedSample {
-  Synthesised keys;
+  Synthesized keys;
   Clip motion;  ///< in the world of the start
   /// What is wrong with it, in units of what a synthetic clip may have at most; of the best three
   /// (all, with finish_all) once what belongs at the face is there.
   double faults = 0.0;
   int number = 0;   ///< before they were ranked
-  int hurried = 0;  ///< frames of standing still that were left out (LeaveOutStill)
+  int hurried = 0;  ///< frames of standing still that were left out (TrimIdle)
   SampleStyle style;
 };
 

@@ -44,7 +44,7 @@ enum class TakeStatus {
   kStopped,   ///< by `progress` or the motion's maker
   kNoGrasp,   ///< plan.status says why
   kNoMotion,  ///< motion.fault says why
-  kMissed,    ///< the hand stays centimetres from the grasp
+  kMissed,    ///< the hand stays centimeters from the grasp
 };
 
 struct TakeReport {

@@ -69,7 +69,7 @@ void Check(const TakeRequest& request) {
       throw Error("take",
                   fmt::format("the place ({}, {}, {}) is not above the ground z = 0", place.x(),
                               place.y(), place.z()),
-                  "Give metres, z up");
+                  "Give meters, z up");
     }
   }
 }

@@ -32,7 +32,7 @@ struct TakeRequest {
   int threads = 1;
 };
 
-/// The object, in its own frame (z up when it stands), metres.
+/// The object, in its own frame (z up when it stands), meters.
 struct TakeObject {
   const TriangleMesh& mesh;
   const SignedDistance& surface;
@@ -61,7 +61,7 @@ struct TakeCandidate {
 
 /// A place for the wrist joint.
 struct TakeGoal {
-  Eigen::Vector3d wrist = Eigen::Vector3d::Zero();       ///< world, metres
+  Eigen::Vector3d wrist = Eigen::Vector3d::Zero();       ///< world, meters
   Eigen::Matrix3d hand = Eigen::Matrix3d::Identity();    ///< wished world rotation of the wrist
   Eigen::Vector3d approach = -Eigen::Vector3d::UnitZ();  ///< unit: how the hand comes there
   double stay_s = 0.0;                                   ///< how long the body should stay for it
@@ -93,7 +93,7 @@ struct TakeBodyMotion {
 /// How good it is to take the object so, with this shoulder (world) and chest (rotation of spine3):
 ///
 ///   score = grasp.score - 0.5 discomfort of the arm (ArmChoice) - 0.15 through_mm - 0.1 below_mm
-///           - 10 (share of the arm's length beyond nine tenths) - 20 (metres of forearm in the
+///           - 10 (share of the arm's length beyond nine tenths) - 20 (meters of forearm in the
 ///           table, where it is over it)
 ///
 /// `fault` where it cannot be: the wrist more than 3 degrees beyond its limits, more than 12 cm out

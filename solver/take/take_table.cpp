@@ -118,7 +118,7 @@ SideTable TableAt(const Vector3d& bottom_middle, double yaw_rad, double ahead_m,
 TablePlacement PlaceTable(const Vector3d& bottom_middle, double yaw_rad, double margin_m,
                           const Eigen::Matrix3Xd& body_points) {
   const double width = SideTable().width_m;
-  // What can be met at all, once for each centimetre.
+  // What can be met at all, once for each centimeter.
   constexpr double kCell = 0.01;
   std::unordered_set<std::int64_t> seen;
   std::vector<Vector3d> points;
@@ -142,7 +142,7 @@ TablePlacement PlaceTable(const Vector3d& bottom_middle, double yaw_rad, double 
       for (int b = 0; b <= steps; ++b) {
         const double aside = (b % 2 == 0 ? 1 : -1) * ((b + 1) / 2) * kStep;
         const SideTable table = TableAt(bottom_middle, yaw_rad + turned, margin + a * kStep, aside);
-        // Metres: nearness to the plain place counts little.
+        // Meters: nearness to the plain place counts little.
         const double plain = 1e-3 * (a + std::abs(aside) / kStep) +
                              4e-3 * std::abs(turned) / (std::numbers::pi / 18.0);
         if (0.1 * plain >= least) continue;

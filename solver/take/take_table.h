@@ -21,7 +21,7 @@ struct SideTable {
   /// Closed solids that touch: top, column, foot. In the table's frame. A table too low for a
   /// column (its top on the ground) is the top alone.
   TriangleMesh Mesh() const;
-  /// Signed distance from those solids, world, metres: exact outside, negative inside.
+  /// Signed distance from those solids, world, meters: exact outside, negative inside.
   double Distance(const Eigen::Vector3d& point_world) const;
 };
 

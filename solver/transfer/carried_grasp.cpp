@@ -143,7 +143,7 @@ void GraspCarrier::Scene::Minimize(const HandGoals& goals, double goal_weight, b
   }
   HandPriorWeights prior_weights;
   prior_weights.limits = 10.0;
-  prior_weights.coupling = prior_weights.neighbours = 0.02;
+  prior_weights.coupling = prior_weights.neighbors = 0.02;
   prior_weights.stay = 0.02;
   prior_weights.spread = 0.05;
   const HandPriorTerm prior(anatomy.axes, preferred, prior_weights);
@@ -251,7 +251,7 @@ CarriedGrasp GraspCarrier::Scene::Measured(const HandGoals& goals, const HandOnO
 // The grasp of most score less what the way from the carried one costs.
 bool GraspCarrier::Scene::Search(const HandGoals& goals, const Vector3d& up_in_wrist,
                                  CarriedGrasp& carried) const {
-  constexpr double kScoreOfMetre = 8.0, kLever_m = 0.10;
+  constexpr double kScoreOfMeter = 8.0, kLever_m = 0.10;
   GraspOptions search = SearchOptions(options);
   search.up_in_wrist = {up_in_wrist};
   const bool near_surface =
@@ -278,7 +278,7 @@ bool GraspCarrier::Scene::Search(const HandGoals& goals, const Vector3d& up_in_w
       const Isometry3d wrist = grasp.wrist_from_object.inverse();
       const double way = (wrist.translation() - wanted.translation()).norm() +
                          kLever_m * AngleBetween(wrist.linear(), wanted.linear());
-      const double worth = grasp.score - kScoreOfMetre * way;
+      const double worth = grasp.score - kScoreOfMeter * way;
       if (worth <= most) continue;
       CarriedGrasp found = Measured(goals, {grasp.fingers, grasp.wrist_from_object});
       if (std::max(found.hand_in_object_mm, found.object_in_hand_mm) > 1e3 * options.max_depth_m) {

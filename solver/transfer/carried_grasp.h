@@ -79,7 +79,7 @@ class GraspCarrier {
   CarriedGrasp Carry(const HandOnObject& held, const Eigen::Vector3d& up_in_wrist) const;
 
   /// How deep the second object's surface is in the second hand (3 x N, any frame that
-  /// `frame_from_object` leads to), metres.
+  /// `frame_from_object` leads to), meters.
   double ObjectInHand(const Eigen::Matrix3Xd& vertices,
                       const Eigen::Isometry3d& frame_from_object) const;
 

@@ -158,7 +158,7 @@ Matrix3d MapFinder::Iterated(Matrix3d turn) {
     const Vector3d center = BoxOf(moved.at).center();
     Matrix3d covariance = Matrix3d::Zero();
     for (Eigen::Index i = 0; i < lifted.cols(); i += 2) {
-      const NearestPoints::Neighbour near = to_tree_->Nearest(lifted.col(i));
+      const NearestPoints::Neighbor near = to_tree_->Nearest(lifted.col(i));
       if (near.distance > 0.15 * size_) continue;
       covariance += (to_.at.col(near.id) - center) * (moved.at.col(i) - center).transpose();
     }
@@ -220,12 +220,12 @@ void MapFinder::BendToShape(double stiffness) {
   const double most = 0.2 * size_;
   std::vector<Match> matches;
   for (Eigen::Index i = 0; i < bent.Count(); ++i) {
-    const NearestPoints::Neighbour near = to_tree_->Nearest(lifted.col(i));
+    const NearestPoints::Neighbor near = to_tree_->Nearest(lifted.col(i));
     if (near.distance > most || to_.normal.col(near.id).dot(bent.normal.col(i)) < 0.2) continue;
     matches.push_back({map_.Placed(from_.at.col(i)), to_.at.col(near.id), to_.normal.col(near.id)});
   }
   for (Eigen::Index j = 0; j < to_.Count(); ++j) {
-    const NearestPoints::Neighbour near = tree.Nearest(lifted_to.col(j));
+    const NearestPoints::Neighbor near = tree.Nearest(lifted_to.col(j));
     if (near.distance > most || to_.normal.col(j).dot(bent.normal.col(near.id)) < 0.2) continue;
     matches.push_back({map_.Placed(from_.at.col(near.id)), to_.at.col(j), to_.normal.col(j)});
   }

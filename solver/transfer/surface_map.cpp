@@ -185,7 +185,7 @@ SurfaceMap SurfaceMap::Given(const TriangleMesh& from, const TriangleMesh& to,
       throw Error("map",
                   fmt::format("pair {}: its point on the {} object is {:.3g} m off the surface", i,
                               mesh == &from ? "first" : "second", off),
-                  "Give points of the surfaces in metres, in the objects' own frames");
+                  "Give points of the surfaces in meters, in the objects' own frames");
     }
   }
   SurfaceMap map = MapFinder(from, to, options).ByPairs(on_from, on_to);

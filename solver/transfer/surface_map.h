@@ -58,13 +58,13 @@ class SurfaceMap {
   /// normals, iterated (ICP) and then bent. Objects that turning leaves alike stay as they are.
   static SurfaceMap Registered(const TriangleMesh& from, const TriangleMesh& to,
                                const SurfaceMapOptions& options = {});
-  /// By pairs of points (3 x n, metres, n >= 4), the k-th of the first surface on the k-th of the
+  /// By pairs of points (3 x n, meters, n >= 4), the k-th of the first surface on the k-th of the
   /// second. Throws Error for other sizes and points farther than 2 cm from their surfaces.
   static SurfaceMap Given(const TriangleMesh& from, const TriangleMesh& to,
                           const Eigen::Matrix3Xd& on_from, const Eigen::Matrix3Xd& on_to,
                           const SurfaceMapOptions& options = {});
   /// The same of a text file: a row of six numbers for each pair (x y z on the first, x y z on the
-  /// second, metres), or one number for each vertex of the first, a vertex of the second, from 0;
+  /// second, meters), or one number for each vertex of the first, a vertex of the second, from 0;
   /// blanks or commas between, '#' begins a comment. Throws Error for anything else.
   static SurfaceMap FromFile(const TriangleMesh& from, const TriangleMesh& to,
                              const std::filesystem::path& path,

@@ -54,7 +54,7 @@ HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspC
   HandState state(hand.to);
   Matrix3Xd measured, skin;
   std::vector<int> near;
-  double least = 0.0, deepest = 0.0;  // metres, of the frame that was measured
+  double least = 0.0, deepest = 0.0;  // meters, of the frame that was measured
   for (int t = hold.begin; t < hold.end; ++t) {
     const auto frame = static_cast<std::size_t>(t);
     state.SetBody(clip.pose[frame], clip.trans.col(t));

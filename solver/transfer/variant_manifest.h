@@ -38,7 +38,7 @@ struct HoldMeasure {
 HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspCarrier& carrier,
                         const PreparedObject& object, const TransferredHold& hold, double touch_m);
 
-/// How deep the object is in the person's body, metres: the most of ten frames in which it is held.
+/// How deep the object is in the person's body, meters: the most of ten frames in which it is held.
 double DepthInBody(const Clip& clip, const BodySurface& skin, const OwnBody& obstacle,
                    const PreparedObject& object);
 

@@ -311,15 +311,15 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
   WriteAtomically(folder / kManifest, before.text);
   std::ofstream manifest(folder / kManifest, std::ios::app);
 
-  Clip labelled = clip;
-  if (labelled.holding_hand.empty()) {  // found once for all
+  Clip labeled = clip;
+  if (labeled.holding_hand.empty()) {  // found once for all
     const HandModel right(body.model, body.betas, Side::kRight),
         left(body.model, body.betas, Side::kLeft);
     HoldOptions search;
     search.threads = options.threads;
-    labelled.holding_hand = FindHolds(clip, right, left, *object.fit.distance, search).hands;
+    labeled.holding_hand = FindHolds(clip, right, left, *object.fit.distance, search).hands;
   }
-  VariantMaker maker(labelled, body, object, options);
+  VariantMaker maker(labeled, body, object, options);
   const int most = std::max(kFewestTries, options.most_tries_each * options.count);
   bool stopped = false;
   while (report.kept < options.count && report.tried < most && !stopped) {

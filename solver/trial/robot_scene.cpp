@@ -23,7 +23,7 @@ namespace fs = std::filesystem;
 // How joints of a kind are driven: as fingers in a trial, or as a gripper's jaws.
 struct Drive {
   const char* type;
-  double stiffness, most, damping, inertia;  // N m and kg m^2 a radian, or N and kg a metre
+  double stiffness, most, damping, inertia;  // N m and kg m^2 a radian, or N and kg a meter
 };
 constexpr Drive kTurning = {"hinge", 3.0, 1.5, 0.05, 2e-4};
 constexpr Drive kSliding = {"slide", 1000.0, 40.0, 10.0, 0.02};
@@ -141,7 +141,7 @@ class SceneWriter {
         "    <body name=\"object\" pos=\"{}\" quat=\"{}\">\n      <freejoint name=\"object\"/>\n"
         "      <inertial pos=\"{:.9g} {:.9g} {:.9g}\" mass=\"{:.9g}\" fullinertia=\"{:.9g} {:.9g} "
         "{:.9g} {:.9g} {:.9g} {:.9g}\"/>\n",
-        first.Place(), first.Turn(), mass.centre.x(), mass.centre.y(), mass.centre.z(),
+        first.Place(), first.Turn(), mass.center.x(), mass.center.y(), mass.center.z(),
         mass.mass_kg, I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2));
     for (const TriangleMesh& piece : solid_.pieces) {
       bodies_ += fmt::format(
@@ -275,7 +275,7 @@ std::vector<GripContact> GripOfRobot(const RobotTransferSetup& setup, const Robo
   PosedRobot posed(setup.robot);
   posed.Set(pose);
   std::vector<GripContact> contacts = TouchesOfRobot(setup, posed, protocol.touch_m);
-  BalancePresses(pose.ObjectFromRoot().inverse() * solid.mass.centre, solid.radius_m,
+  BalancePresses(pose.ObjectFromRoot().inverse() * solid.mass.center, solid.radius_m,
                  protocol.scene.friction,
                  std::max(protocol.least_grip_N,
                           protocol.grip_weights * solid.mass.mass_kg * protocol.gravity_m_s2),

@@ -18,8 +18,8 @@ struct Moved {
 };
 
 Moved Between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
-              const Eigen::Vector3d& centre) {
-  return {1e3 * (a * centre - b * centre).norm(), AngleBetween(a.linear(), b.linear()) / kDegree};
+              const Eigen::Vector3d& center) {
+  return {1e3 * (a * center - b * center).norm(), AngleBetween(a.linear(), b.linear()) / kDegree};
 }
 
 FingerPose FingersOf(const std::vector<Eigen::Quaterniond>& joints) {
@@ -40,13 +40,13 @@ std::vector<Eigen::Quaterniond> JointsOf(const FingerPose& fingers) {
 
 // Runs for `frames` of the recording; before each, `prepare` sets what that frame is about.
 template <typename Prepare>
-TrialCourse Follow(TrialRun& run, int frames, const Eigen::Vector3d& centre,
+TrialCourse Follow(TrialRun& run, int frames, const Eigen::Vector3d& center,
                    const TrialProtocol& protocol, const Prepare& prepare) {
   TrialCourse course;
   const auto record = [&] {
     course.hand_from_object.push_back(run.HandFromObject());
     course.fingers.push_back(FingersOf(run.Joints()));
-    const Moved moved = Between(course.hand_from_object.back(), course.hand_from_object[0], centre);
+    const Moved moved = Between(course.hand_from_object.back(), course.hand_from_object[0], center);
     course.slip_mm = moved.mm;
     course.slip_deg = moved.deg;
     course.most_slip_mm = std::max(course.most_slip_mm, moved.mm);
@@ -65,9 +65,9 @@ TrialCourse Follow(TrialRun& run, int frames, const Eigen::Vector3d& centre,
 }
 
 TrialCourse FollowField(TrialRun& run, double seconds, const FrameMotion& motion,
-                        const Eigen::Vector3d& centre, const TrialProtocol& protocol) {
+                        const Eigen::Vector3d& center, const TrialProtocol& protocol) {
   const int frames = std::max(1, static_cast<int>(std::lround(seconds * protocol.frame_rate)));
-  return Follow(run, frames, centre, protocol,
+  return Follow(run, frames, center, protocol,
                 [&](int) { run.Advance(1.0 / protocol.frame_rate, motion); });
 }
 
@@ -105,12 +105,12 @@ FrameMotion Blend(const FrameMotion& a, const FrameMotion& b, double s) {
 }
 
 // Settles under the first frame's gravity, then follows frame by frame.
-TrialCourse FollowClip(TrialRun run, const HandMotion& hand, const Eigen::Vector3d& centre,
+TrialCourse FollowClip(TrialRun run, const HandMotion& hand, const Eigen::Vector3d& center,
                        const TrialProtocol& protocol) {
   constexpr int kParts = 4;  // of a frame, in each of which the motion is constant
   const std::vector<FrameMotion> motions = FrameMotions(hand, protocol.gravity_m_s2);
   const int frames = static_cast<int>(motions.size()) - 1;
-  return Follow(run, frames, centre, protocol, [&](int t) {
+  return Follow(run, frames, center, protocol, [&](int t) {
     const auto k = static_cast<std::size_t>(t);
     const std::vector<Eigen::Quaterniond> from = JointsOf(hand.fingers[k]);
     const std::vector<Eigen::Quaterniond> to = JointsOf(hand.fingers[k + 1]);
@@ -139,14 +139,14 @@ HoldTrial TryLinks(const std::vector<TrialLink>& links, const std::vector<GripCo
     if (links[static_cast<std::size_t>(contact.link)].parent >= 0) ++trial.fingers_pressing;
   }
   TrialRun settled(scene);
-  const Eigen::Vector3d& centre = solid.mass.centre;
+  const Eigen::Vector3d& center = solid.mass.center;
   FrameMotion slow;
   slow.drag_per_s = protocol.settle_drag_per_s;
-  trial.settling = FollowField(settled, protocol.settle_s, slow, centre, protocol);
+  trial.settling = FollowField(settled, protocol.settle_s, slow, center, protocol);
   if (motion != nullptr) trial.clip.emplace();
   ParallelFor(kTrialDirections + (motion != nullptr ? 1 : 0), protocol.threads, [&](int k) {
     if (k == kTrialDirections) {
-      trial.clip = FollowClip(settled, *motion, centre, protocol);
+      trial.clip = FollowClip(settled, *motion, center, protocol);
       trial.clip->holds = trial.clip->holds && trial.settling.holds;
       return;
     }
@@ -154,7 +154,7 @@ HoldTrial TryLinks(const std::vector<TrialLink>& links, const std::vector<GripCo
     TrialCourse& course = trial.directions[static_cast<std::size_t>(k)];
     FrameMotion still;
     still.field = protocol.gravity_m_s2 * (hand_from_object.linear() * TrialDirection(k));
-    course = FollowField(run, protocol.hold_s, still, centre, protocol);
+    course = FollowField(run, protocol.hold_s, still, center, protocol);
     course.holds = course.holds && trial.settling.holds;
   });
   return trial;
@@ -186,7 +186,7 @@ TrialSolid MakeTrialSolid(const TriangleMesh& mesh, const SignedDistance& distan
       std::clamp(solid.mass.mass_kg, protocol.least_mass_kg, protocol.most_mass_kg);
   solid.mass.inertia *= wanted / solid.mass.mass_kg;
   solid.mass.mass_kg = wanted;
-  solid.radius_m = (mesh.vertices.colwise() - solid.mass.centre).colwise().norm().maxCoeff();
+  solid.radius_m = (mesh.vertices.colwise() - solid.mass.center).colwise().norm().maxCoeff();
   return solid;
 }
 
@@ -215,7 +215,7 @@ std::vector<GripContact> PressesOfHand(const HandState& state,
   const Eigen::Isometry3d wrist_from_object = state.WorldFromWrist().inverse() * world_from_object;
   std::vector<GripContact> contacts =
       ContactsOfHand(state, world_from_object, distance, protocol.touch_m);
-  BalancePresses(wrist_from_object * solid.mass.centre, solid.radius_m, protocol.scene.friction,
+  BalancePresses(wrist_from_object * solid.mass.center, solid.radius_m, protocol.scene.friction,
                  std::max(protocol.least_grip_N,
                           protocol.grip_weights * solid.mass.mass_kg * protocol.gravity_m_s2),
                  contacts);

@@ -50,7 +50,7 @@ struct TrialSolid {
   std::vector<TriangleMesh> pieces;
   double excess_mm = 0.0;       ///< farthest that a piece reaches out of the surface
   SolidMass mass;               ///< of the protocol
-  double radius_m = 0.0;        ///< of the object's vertices about the mass centre, largest
+  double radius_m = 0.0;        ///< of the object's vertices about the mass center, largest
   bool mass_of_pieces = false;  ///< the surface is open: mass and inertia are the pieces'
 };
 
@@ -63,7 +63,7 @@ struct TrialCourse {
   bool holds = false;
   bool touches = false;   ///< at the end
   bool stable = true;     ///< else MuJoCo gave up, and it does not hold
-  double slip_mm = 0.0;   ///< of the mass centre in the hand, from the start to the end
+  double slip_mm = 0.0;   ///< of the mass center in the hand, from the start to the end
   double slip_deg = 0.0;  ///< of the object in the hand
   double most_slip_mm = 0.0, most_slip_deg = 0.0;   ///< largest on the way
   std::vector<Eigen::Isometry3d> hand_from_object;  ///< at `frame_rate`, the start first

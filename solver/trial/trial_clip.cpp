@@ -184,7 +184,7 @@ std::optional<MjcfPhysics> PhysicsOfClip(const ClipScene& scene,
   MjcfPhysics physics;
   physics.object_pieces = solid.pieces;
   physics.mass_kg = solid.mass.mass_kg;
-  physics.centre = solid.mass.centre;
+  physics.center = solid.mass.center;
   physics.inertia = solid.mass.inertia;
   physics.mass_of_pieces = solid.mass_of_pieces;
   physics.step_s = protocol.scene.step_s;

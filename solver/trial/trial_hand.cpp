@@ -15,7 +15,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kLeastLinkPiece_m3 = 1e-10;
+constexpr double kMinLinkPiece_m3 = 1e-10;
 constexpr double kLinkSection_m = 0.015;
 
 // The finger along whose bone in the palm a point lies.
@@ -92,7 +92,7 @@ std::vector<TrialLink> LinksOfHand(const HandState& state, const FingerStrength&
     const std::vector<int> columns(ids.begin(), ids.end());
     const Eigen::Matrix3Xd points = link_from_world[link] * state.Vertices()(Eigen::all, columns);
     TriangleMesh hull = ConvexHull(points);
-    if (SignedVolume(hull) > kLeastLinkPiece_m3) links[link].pieces.push_back(std::move(hull));
+    if (SignedVolume(hull) > kMinLinkPiece_m3) links[link].pieces.push_back(std::move(hull));
   }
   return links;
 }

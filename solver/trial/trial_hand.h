@@ -12,7 +12,7 @@
 
 namespace holdfast {
 
-/// A rigid part of a hand in a trial. Its frame is the joint's; lengths are metres.
+/// A rigid part of a hand in a trial. Its frame is the joint's; lengths are meters.
 struct TrialLink {
   int parent = -1;  ///< an earlier link; -1: fixed, and its frame is the hand's
   Eigen::Vector3d joint = Eigen::Vector3d::Zero();  ///< in the parent's frame
@@ -34,7 +34,7 @@ struct FingerStrength {
 
 /// A hand as rigid links: 0 is the palm, fixed, in the wrist's frame; 1 to 15 the finger joints in
 /// file order. Pieces are convex hulls of the skin as `pose` has it (one for each phalanx, five
-/// strips of the palm, one for each finger), in which neighbours share the triangles between them.
+/// strips of the palm, one for each finger), in which neighbors share the triangles between them.
 /// `state` must have the pose set and evaluated.
 std::vector<TrialLink> LinksOfHand(const HandState& state, const FingerStrength& strength);
 

@@ -50,8 +50,8 @@ SolidMass MassOfSolids(const std::vector<TriangleMesh>& solids, double density_k
   }
   SolidMass out;
   out.mass_kg = density_kg_m3 * volume;
-  out.centre = first / volume;
-  const Eigen::Matrix3d spread = second - volume * out.centre * out.centre.transpose();
+  out.center = first / volume;
+  const Eigen::Matrix3d spread = second - volume * out.center * out.center.transpose();
   out.inertia = density_kg_m3 * (spread.trace() * Eigen::Matrix3d::Identity() - spread);
   return out;
 }
@@ -111,7 +111,7 @@ std::string ObjectBody(const TrialObject& object) {
              "<inertial pos=\"{}\" mass=\"{:.9g}\" fullinertia=\"{:.9g} {:.9g} {:.9g} {:.9g} "
              "{:.9g} {:.9g}\"/>\n",
              Numbers(object.hand_from_object.translation()), q.w(), q.x(), q.y(), q.z(),
-             Numbers(object.mass.centre), object.mass.mass_kg, I(0, 0), I(1, 1), I(2, 2), I(0, 1),
+             Numbers(object.mass.center), object.mass.mass_kg, I(0, 0), I(1, 1), I(2, 2), I(0, 1),
              I(0, 2), I(1, 2)) +
          Geoms(object.pieces, "object", "object") + "</body>\n";
 }
@@ -276,7 +276,7 @@ void ApplyJointTorques(const Model& model, const std::vector<Eigen::Quaterniond>
 }
 
 // Gravity and the inertial forces of the hand's frame, in which MuJoCo computes: at the mass
-// centre r, force m (field - turn_rate x r - turning x (turning x r) - 2 turning x v); of the
+// center r, force m (field - turn_rate x r - turning x (turning x r) - 2 turning x v); of the
 // spin w, torque -(I turn_rate + turning x I (turning + w) + w x I turning - I (turning x w)).
 void ApplyField(const mjModel* m, int body, const FrameMotion& motion, mjData* d) {
   const double mass = m->body_mass[body];

@@ -17,10 +17,10 @@ bool HasPhysics();
 /// Throws Error that says what to install unless HasPhysics().
 void RequirePhysics();
 
-/// Mass, mass centre and inertia about it, in the body's frame; kilograms and metres.
+/// Mass, mass center and inertia about it, in the body's frame; kilograms and meters.
 struct SolidMass {
   double mass_kg = 0.0;
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
 };
 
@@ -30,7 +30,7 @@ SolidMass MassOfSolids(const std::vector<TriangleMesh>& solids, double density_k
 
 /// A free body of convex pieces.
 struct TrialObject {
-  std::vector<TriangleMesh> pieces;  ///< in its own frame, metres
+  std::vector<TriangleMesh> pieces;  ///< in its own frame, meters
   SolidMass mass;
   Eigen::Isometry3d hand_from_object = Eigen::Isometry3d::Identity();  ///< as fitted
 };

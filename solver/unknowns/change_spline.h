@@ -19,7 +19,7 @@ namespace holdfast {
 ///
 ///   r = [c_1 / sigma;  (c_0 - 2 c_1 + c_2) / (bend sigma)],   56 residuals
 ///
-/// Parameter blocks: c_0, c_1, c_2 (28 each). `sigma`: per degree of freedom, metres or radians.
+/// Parameter blocks: c_0, c_1, c_2 (28 each). `sigma`: per degree of freedom, meters or radians.
 class ChangeSplinePrior final : public ceres::CostFunction {
  public:
   ChangeSplinePrior(const UpperBodyChange& sigma, double bend);

@@ -12,7 +12,7 @@ namespace holdfast {
 
 /// Which numbers of a frame's pose are solved for; the other joints keep their rest.
 ///
-///   root (6)  world position of the pelvis less its rest (metres), axis-angle of the root
+///   root (6)  world position of the pelvis less its rest (meters), axis-angle of the root
 ///   (radians) q (n)     three numbers a free joint (axis-angle, radians), in the order of
 ///   `joints`; then the
 ///             numbers h of each hand: its 45 finger numbers are rest + synergies h

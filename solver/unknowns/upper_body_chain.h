@@ -12,7 +12,7 @@ namespace holdfast {
 
 /// Changes to one frame's trunk, reaching arm and head, relative to the captured frame:
 ///
-///   0-2    pelvis moves (world, metres)
+///   0-2    pelvis moves (world, meters)
 ///   3-5    pelvis turns        6-8, 9-11, 12-14  spine1, spine2, spine3
 ///   15-17  collar of the arm   18-20  shoulder   21  elbow flexes
 ///   22-24  neck                25-27  head
@@ -24,7 +24,7 @@ struct UpperBodyDofs {
                        kElbow = 21, kNeck = 22, kHead = 25, kSize = 28;
 };
 using UpperBodyChange = Eigen::Matrix<double, UpperBodyDofs::kSize, 1>;
-/// How readily each degree of freedom is used, metres and radians: the arm first, then the trunk;
+/// How readily each degree of freedom is used, meters and radians: the arm first, then the trunk;
 /// neck and head by `head_turn`.
 UpperBodyChange UpperBodySigma(const Eigen::Vector3d& pelvis_move, double pelvis_turn,
                                double head_turn);

@@ -19,7 +19,7 @@ struct VertexQuadratic {
 };
 
 /// A term of the fit's energy that sees the hand only through its vertices in the object's frame,
-///   z_i = R^T (v_i(P) - T),  metres.
+///   z_i = R^T (v_i(P) - T),  meters.
 /// Whatever its number of residuals, it costs the solver 3 + 1 numbers a vertex: HandObjectBlock
 /// chains them to (R, T, P). To add such a term, derive from this in a header of its own under
 /// solver/terms and hand it to HandObjectBlock.
@@ -88,7 +88,7 @@ class SkinTerm {
   /// Forgets what was chosen: the next Watch chooses anew, whatever came before.
   virtual void Forget() {}
 
-  /// Adds the rows for hand vertices `z` (3 x N, object's frame, metres), weight included.
+  /// Adds the rows for hand vertices `z` (3 x N, object's frame, meters), weight included.
   /// Returns the energy without weight and without the solver's factor 1/2.
   virtual double Add(const Eigen::Matrix3Xd& z, SkinRows& rows) const = 0;
 };

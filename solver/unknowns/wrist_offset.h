@@ -12,7 +12,7 @@ namespace holdfast {
 /// Where a hand is relative to the wrist of the clip, in the clip's wrist frame.
 struct WristOffset {
   Eigen::Quaterniond rotation = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  ///< metres
+  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  ///< meters
 
   /// This offset, then another one in the frame of the hand that it has moved.
   WristOffset Compose(const WristOffset& next) const {
@@ -26,7 +26,7 @@ struct WristOffset {
 };
 
 /// Moves a hand of `pose` by an offset from where it is; the arm follows (MoveWrist). Returns the
-/// distance that the arm is too short, metres. A hand that hangs on no body (BodyModel::LoneHand)
+/// distance that the arm is too short, meters. A hand that hangs on no body (BodyModel::LoneHand)
 /// goes there itself: its root turns and `trans` changes, which stays what it is otherwise.
 double MoveHand(const HandModel& hand, const WristOffset& offset, Eigen::Ref<Eigen::Vector3d> trans,
                 JointPose& pose);

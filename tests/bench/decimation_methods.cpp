@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Compares the decimation methods on a folder of meshes:
 //   decimation_methods meshes/objects [VERTICES]
-// Distances in millimetres between each mesh and its decimation, by 200,000 points on each surface.
+// Distances in millimeters between each mesh and its decimation, by 200,000 points on each surface.
 #include <algorithm>
 #include <chrono>
 #include <cmath>

@@ -19,7 +19,7 @@ namespace holdfast::wandr {
 namespace {
 
 constexpr int kSteps = 240;
-constexpr int kMostBodies = 3750;  // of the paper's evaluation
+constexpr int kMaxBodies = 3750;  // of the paper's evaluation
 
 // Random weights make a chaotic loop; a damped last layer makes it comparable over 8 s.
 NetworkWeights Damped(const NetworkWeights& weights) {
@@ -34,7 +34,7 @@ NetworkWeights Residual(int width, int blocks) {
 struct Scene {
   explicit Scene(const NetworkWeights& from) : weights(from), network(weights) {
     nn::RandomStream random(5);
-    for (int i = 0; i < kMostBodies; ++i) {
+    for (int i = 0; i < kMaxBodies; ++i) {
       starts.push_back(testing::RandomStart(random).Cast<float>());
       plans.push_back({{Eigen::Vector3d(i % 5 - 2.0, i % 3 - 1.0, 0.45 * (i % 4)), kSteps}});
     }
@@ -141,7 +141,7 @@ void Register() {
         ->Args({64, 1})
         ->Args({750, 1})
         ->Args({750, 2})
-        ->Args({kMostBodies, 2})
+        ->Args({kMaxBodies, 2})
         ->Unit(benchmark::kMillisecond)
         ->UseRealTime()
         ->MeasureProcessCPUTime();

@@ -106,7 +106,7 @@ def rows12(R):
 
 
 class Step(torch.nn.Module):
-    """s, d, z, goal, eta -> s', d'. States (N, 135) in their own units, deltas normalised."""
+    """s, d, z, goal, eta -> s', d'. States (N, 135) in their own units, deltas normalized."""
 
     def __init__(self, tensors, rest_joints, detached_heading=False):
         super().__init__()

@@ -249,11 +249,11 @@ std::vector<Case> Cases() {
        mesh_fit + " -q",
        1,
        {"no size to hold", "--object-scale 1000"}},
-      {"AHandSizedThingInCentimetres",
+      {"AHandSizedThingInCentimeters",
        [](const TemporaryFolder& f) { WriteMesh(Tetrahedron(12.0), f / "mesh.obj"); },
        mesh_fit + " -q",
        1,
-       {"no size to hold", "centimetres", "--object-scale 0.01 makes it 12 x 12 x 12 cm"}},
+       {"no size to hold", "centimeters", "--object-scale 0.01 makes it 12 x 12 x 12 cm"}},
       // The searches take a minute to say so.
       {"NothingWithinAHandsSpan",
        [](const TemporaryFolder& f) {

@@ -24,7 +24,7 @@ using testing::ProgramResult;
 using testing::ReadText;
 using testing::RunHoldfast;
 
-// A set, networks that nobody trained and a recogniser that knows nothing.
+// A set, networks that nobody trained and a recognizer that knows nothing.
 class EvaluateSynthesis : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -34,11 +34,11 @@ class EvaluateSynthesis : public ::testing::Test {
     imos::Config plain = config;
     plain.self_attention = false;
     imos::WriteNetwork(imos::RandomNetwork(plain, 4), folder_ / "plain.safetensors");
-    imos::WriteRecogniser(imos::RandomRecogniser(1), folder_ / "recogniser.safetensors");
+    imos::WriteRecognizer(imos::RandomRecognizer(1), folder_ / "recognizer.safetensors");
   }
   ProgramResult Run(const std::string& more, const std::string& output = "out") {
     return RunHoldfast(folder_.Path(),
-                       "evaluate synthesis --data set --recogniser recogniser.safetensors -o " +
+                       "evaluate synthesis --data set --recognizer recognizer.safetensors -o " +
                            output + " " + more);
   }
   json Results(const std::string& output = "out") {
@@ -142,23 +142,23 @@ TEST_F(EvaluateSynthesis, RefusesWhatMakesNoSense) {
   EXPECT_THAT(error_of("--weights full@=full.safetensors"), HasSubstr("is not NAME=FILE"));
   EXPECT_THAT(error_of("--weights a/b=full.safetensors"), HasSubstr("is not NAME=FILE"));
   EXPECT_THAT(error_of("--weights real=full.safetensors"), HasSubstr("the name of another row"));
-  EXPECT_THAT(error_of("--weights full=recogniser.safetensors"),
-              HasSubstr("recogniser.safetensors"));
+  EXPECT_THAT(error_of("--weights full=recognizer.safetensors"),
+              HasSubstr("recognizer.safetensors"));
   EXPECT_THAT(error_of("--weights full=full.safetensors --held-out s7"),
               HasSubstr("no clip is of these subjects. Those of the data are s1, s10, s2"));
   EXPECT_EQ(Run("--weights full=full.safetensors --objects thrown").exit_code, 2);
 }
 
 #ifdef HOLDFAST_HAS_TRAINING
-TEST_F(EvaluateSynthesis, TakesARecogniserThatWasTrained) {
+TEST_F(EvaluateSynthesis, TakesARecognizerThatWasTrained) {
   const ProgramResult trained =
-      RunHoldfast(folder_.Path(), "train recogniser set -o known.safetensors --epochs 3 --json -q");
+      RunHoldfast(folder_.Path(), "train recognizer set -o known.safetensors --epochs 3 --json -q");
   ASSERT_EQ(trained.exit_code, 0) << trained.err;
   const json summary = json::parse(trained.out);
   EXPECT_EQ(summary["held out"]["sequences"], 4);
-  const imos::RecogniserWeights weights = imos::ReadRecogniser(folder_ / "known.safetensors");
+  const imos::RecognizerWeights weights = imos::ReadRecognizer(folder_ / "known.safetensors");
   EXPECT_EQ(weights.notes.at("held_out"), "s10");
-  EXPECT_EQ(RunHoldfast(folder_.Path(), "train recogniser set -o known.safetensors").exit_code, 1);
+  EXPECT_EQ(RunHoldfast(folder_.Path(), "train recognizer set -o known.safetensors").exit_code, 1);
 }
 #endif
 

@@ -71,7 +71,7 @@ const std::vector<Reduced> kReduced = {
     {"fit demo_drink mug -o held", "fit demo_drink mug --end 60 -o held", "it is looked at often"},
     {"fit walk.npz banana.obj", "fit walk.npz banana.obj --end 40", "eight seconds of motion"},
     {"-o hand_%03d.png", "-o hand_%03d.png --every 12", "a tenth of a second a picture"},
-    {"--optimised 800", "--optimised 1", "thirty reaches a minute"},
+    {"--optimized 800", "--optimized 1", "thirty reaches a minute"},
     {"-o held.mp4", "-o held.mp4 --every 12", "a tenth of a second a picture"},
     {"--actions clip_embeddings", "--actions clip_embeddings_8",
      "512 numbers an action; the fixtures' networks have 8"},
@@ -84,8 +84,8 @@ const std::vector<Reduced> kReduced = {
     {"--iterations 250", "--iterations 4 --frames 64 --unroll 4 --evaluate-every 4", "minutes"},
     {"reaches -o out/paper --paper --iterations 20000",
      "reaches -o out/paper --paper --iterations 4 --frames 64 --evaluate-every 4", "hours"},
-    {"train recogniser actions", "train recogniser actions --epochs 2", "minutes"},
-    {"train recogniser grab_clips", "train recogniser grab_clips --epochs 1", "minutes"},
+    {"train recognizer actions", "train recognizer actions --epochs 2", "minutes"},
+    {"train recognizer grab_clips", "train recognizer grab_clips --epochs 1", "minutes"},
 #endif
 };
 
@@ -94,7 +94,7 @@ const std::set<std::string> kSlowMotion = {"offhand", "reach",      "refine",
                                            "render",  "synthesize", "transfer"};
 const std::set<std::string> kSlowStudies = {"evaluate fit", "evaluate handovers", "evaluate reach",
                                             "evaluate synthesis", "make-actions"};
-const std::set<std::string> kTraining = {"train imos", "train recogniser", "train wandr"};
+const std::set<std::string> kTraining = {"train imos", "train recognizer", "train wandr"};
 
 std::vector<std::string> Lines(const std::string& text) {
   std::vector<std::string> lines;

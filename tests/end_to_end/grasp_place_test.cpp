@@ -25,7 +25,7 @@ using testing::ProgramResult;
 using testing::RunHoldfast;
 using testing::TemporaryFolder;
 
-// Groups "hilt", "guard" and "blade", the last of material "steel"; in millimetres.
+// Groups "hilt", "guard" and "blade", the last of material "steel"; in millimeters.
 void WriteSword(const std::filesystem::path& path) {
   std::ofstream out(path);
   int before = 1;

@@ -31,7 +31,7 @@ using testing::ReadText;
 using testing::TemporaryFolder;
 
 // Of a processor's time, and, for what waits, of the clock's: machines are shared.
-constexpr long kMostSeconds = 10;
+constexpr long kMaxSeconds = 10;
 constexpr std::chrono::seconds kLongestWait(40);
 constexpr int kThreads = 2;
 constexpr const char* kNone = "none";  // no files of any kind, only special ones
@@ -117,7 +117,7 @@ Outcome Run(const std::string& arguments) {
   }
   // A fit that succeeds may search for its grasp on all cores.
   const bool done = WIFEXITED(outcome.status) && WEXITSTATUS(outcome.status) == 0;
-  const auto most = done ? 3 * kMostSeconds : kMostSeconds;
+  const auto most = done ? 3 * kMaxSeconds : kMaxSeconds;
   if (usage.ru_utime.tv_sec + usage.ru_stime.tv_sec >= most) outcome.timed_out = true;
   outcome.out = ReadText(output / "out");
   outcome.err = ReadText(output / "err");
@@ -324,7 +324,7 @@ TEST(HostileInput, NumbersOfTheCommandLine) {
       {"evaluate markers", "evaluate markers a"},
       {"evaluate captures", "evaluate captures a"},
       {"evaluate naturalness", "evaluate naturalness a -o out"},
-      {"evaluate synthesis", "evaluate synthesis --data a --recogniser b -o out"}};
+      {"evaluate synthesis", "evaluate synthesis --data a --recognizer b -o out"}};
   std::vector<Case> cases;
   for (const auto& [command, line] : commands) {
     const auto options = NumberOptions(command);

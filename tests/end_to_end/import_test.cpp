@@ -66,7 +66,7 @@ TEST(ImportCommand, GrabNamesItsMeshOrCopiesIt) {
   EXPECT_TRUE(copied["has_table"]);
 }
 
-TEST(ImportCommand, ArcticsMeshInMillimetresComesInMetres) {
+TEST(ImportCommand, ArcticsMeshInMillimetersComesInMeters) {
   const TemporaryFolder folder;
   const nlohmann::json summary = ImportJson(
       folder, Quoted("parameters/arctic/data/arctic_data/data/raw_seqs/s01/box_grab_01.smplx.npy") +
@@ -75,7 +75,7 @@ TEST(ImportCommand, ArcticsMeshInMillimetresComesInMetres) {
   EXPECT_NEAR(ReadMesh(folder / "box_object.ply").vertices.row(0).maxCoeff(), 0.03, 1e-6);
 }
 
-TEST(ImportCommand, SaysWhatItRecognisedAndWhatItLeftOut) {
+TEST(ImportCommand, SaysWhatItRecognizedAndWhatItLeftOut) {
   const TemporaryFolder folder;
   const ProgramResult run = RunHoldfast(
       folder.Path(), "import " + Quoted("parameters/amass_smplh_poses.npz") + " -o a.npz");

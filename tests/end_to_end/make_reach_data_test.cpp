@@ -61,14 +61,14 @@ TEST_F(MakeReachDataTest, IsTheSameOnAnyNumberOfThreadsAndWhenItGoesOn) {
 }
 
 // A right wrist is at the goal in the frame that the file says, and stays there.
-TEST_F(MakeReachDataTest, OptimisedReachesAreAtTheirGoals) {
-  ASSERT_EQ(Make("-o one --hours 0.01 --optimised 4 --threads 1").exit_code, 0);
-  ASSERT_EQ(Make("-o parts --hours 0.01 --optimised 2 --threads 2").exit_code, 0);
-  std::filesystem::remove(folder_ / "parts" / "optimised" / "reach_00000.npz");  // is made again
-  ASSERT_EQ(Make("-o parts --hours 0.01 --optimised 4 --threads 2").exit_code, 0);
-  const std::filesystem::path folder = folder_ / "one" / "optimised";
+TEST_F(MakeReachDataTest, OptimizedReachesAreAtTheirGoals) {
+  ASSERT_EQ(Make("-o one --hours 0.01 --optimized 4 --threads 1").exit_code, 0);
+  ASSERT_EQ(Make("-o parts --hours 0.01 --optimized 2 --threads 2").exit_code, 0);
+  std::filesystem::remove(folder_ / "parts" / "optimized" / "reach_00000.npz");  // is made again
+  ASSERT_EQ(Make("-o parts --hours 0.01 --optimized 4 --threads 2").exit_code, 0);
+  const std::filesystem::path folder = folder_ / "one" / "optimized";
   const std::string text = ReadText(folder / "manifest.json");
-  EXPECT_EQ(ReadText(folder_ / "parts" / "optimised" / "manifest.json"), text);
+  EXPECT_EQ(ReadText(folder_ / "parts" / "optimized" / "manifest.json"), text);
   const auto manifest = nlohmann::json::parse(text);
   ASSERT_EQ(manifest["clips"].size(), 4u);
   int files = 0;
@@ -77,7 +77,7 @@ TEST_F(MakeReachDataTest, OptimisedReachesAreAtTheirGoals) {
     if (!line.contains("file")) continue;
     ++files;
     const std::string name = line["file"];
-    EXPECT_EQ(ReadText(folder_ / "parts" / "optimised" / name), ReadText(folder / name)) << name;
+    EXPECT_EQ(ReadText(folder_ / "parts" / "optimized" / name), ReadText(folder / name)) << name;
     const NpzReader archive(folder / name);
     const std::vector<double> goal = archive.Read("goal").AsDoubles();
     const auto due = static_cast<int>(archive.Read("goal_frame").AsDoubles().at(0));

@@ -104,7 +104,7 @@ TEST(FitBatch, NamesTheLineThatDoesNotRead) {
   EXPECT_THAT(fault("demo_drink"), HasSubstr("no object"));
   EXPECT_THAT(fault("demo_drink mug hand=third"), HasSubstr("third not in"));
   EXPECT_THAT(fault("demo_drink mug start=x"), HasSubstr("Value x"));
-  EXPECT_THAT(fault("demo_drink mug colour=red"), HasSubstr("unknown key"));
+  EXPECT_THAT(fault("demo_drink mug color=red"), HasSubstr("unknown key"));
   EXPECT_THAT(fault("demo_drink mug name=../out"), HasSubstr("file or folder name"));
   EXPECT_THAT(fault("demo_drink mug name=demo_drink_mug"), HasSubstr("repeats"));
   EXPECT_THAT(fault("\"demo_drink mug"), HasSubstr("not closed"));

@@ -52,7 +52,7 @@ class ReachMethods : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
-TEST_F(ReachMethods, LatentOptimisationPutsTheWristThere) {
+TEST_F(ReachMethods, LatentOptimizationPutsTheWristThere) {
   const ProgramResult result =
       Reach("--goal 0.3,-1.3,1.1 --method latent-opt --samples 2 --all -o out");
   ASSERT_EQ(result.exit_code, 0) << result.err;

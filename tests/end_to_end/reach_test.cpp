@@ -173,14 +173,14 @@ TEST_F(ReachCommand, GoesOnFromAClip) {
   EXPECT_EQ(Reach("--goal 0,-1,1 --from one.npz --samples 1 --no-report -o first").exit_code, 0);
 }
 
-TEST_F(ReachCommand, AClipInMillimetresIsRefusedForItsUnits) {
+TEST_F(ReachCommand, AClipInMillimetersIsRefusedForItsUnits) {
   Clip clip = ReadClip(HOLDFAST_MESHES_DIR "/clips/demo_drink.npz");
   clip.trans *= 1000.0;
   WriteClip(clip, Path("mm.npz"));
   const ProgramResult result = Reach("--goal 0,-1,1 --from mm.npz --samples 1 --no-report -o on");
   EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.err, HasSubstr("mm.npz: its positions are in millimetres"));
-  EXPECT_THAT(result.err, HasSubstr("holdfast import mm.npz --metres-per-unit 0.001"));
+  EXPECT_THAT(result.err, HasSubstr("mm.npz: its positions are in millimeters"));
+  EXPECT_THAT(result.err, HasSubstr("holdfast import mm.npz --meters-per-unit 0.001"));
 }
 
 TEST_F(ReachCommand, BadInputIsNamed) {
@@ -311,7 +311,7 @@ TEST_F(EvaluateReachCommand, ComparesMethodsOnSomeGoalsAndGoesOnFromThere) {
   EXPECT_EQ(adam["success_by_iteration"].size(), 201u);
   EXPECT_EQ(adam["success_by_iteration"].back(), adam["summary"]["success_ratio"]);
   EXPECT_EQ(six["methods"][1]["success_by_iteration"].size(), 1u);
-  // Latents of a sample are N(0, 1); optimised ones have moved from there.
+  // Latents of a sample are N(0, 1); optimized ones have moved from there.
   EXPECT_NEAR(six["methods"][1]["summary"]["latent_rms_mean"].get<double>(), 1.0, 0.05);
   EXPECT_NE(adam["summary"]["latent_rms_mean"], six["methods"][1]["summary"]["latent_rms_mean"]);
 

@@ -91,7 +91,7 @@ TEST_F(RenderVideo, AGifsRateIsLimited) {
 }
 
 TEST_F(RenderVideo, ShowsTheFramesInOrder) {
-  // Frame k is a grey of its own: the decoded averages must rise with k.
+  // Frame k is a gray of its own: the decoded averages must rise with k.
   const auto draw = [](std::span<const int> frames) {
     std::vector<Image> images;
     for (const int k : frames) {
@@ -101,18 +101,18 @@ TEST_F(RenderVideo, ShowsTheFramesInOrder) {
     }
     return images;
   };
-  // A .gif takes its palette from a dozen frames: with no more, every grey is in it.
-  for (const auto& [name, count] : {std::pair{"grey.mp4", 24}, {"grey.gif", 12}}) {
+  // A .gif takes its palette from a dozen frames: with no more, every gray is in it.
+  for (const auto& [name, count] : {std::pair{"gray.mp4", 24}, {"gray.gif", 12}}) {
     ASSERT_TRUE(WriteVideo(folder_ / name, count, {25.0, 5}, draw));
     const std::string raw = (folder_ / "raw").string();
     ASSERT_EQ(std::system(("ffmpeg -v error -y -i '" + (folder_ / name).string() +
                            "' -f rawvideo -pix_fmt gray '" + raw + "'")
                               .c_str()),
               0);
-    const std::string grey = ReadText(raw);
-    ASSERT_EQ(grey.size(), 1024u * static_cast<unsigned>(count)) << name;
+    const std::string gray = ReadText(raw);
+    ASSERT_EQ(gray.size(), 1024u * static_cast<unsigned>(count)) << name;
     for (int k = 0; k < count; ++k) {
-      EXPECT_NEAR(static_cast<std::uint8_t>(grey[static_cast<std::size_t>(k) * 1024 + 500]), 10 * k,
+      EXPECT_NEAR(static_cast<std::uint8_t>(gray[static_cast<std::size_t>(k) * 1024 + 500]), 10 * k,
                   4)
           << name << " frame " << k;
     }

@@ -22,7 +22,7 @@ using testing::ReadText;
 using testing::RunHoldfast;
 using testing::TemporaryFolder;
 
-// Nearest that the middle of the object's rim comes to the mouth, metres.
+// Nearest that the middle of the object's rim comes to the mouth, meters.
 double RimToMouth(const std::filesystem::path& result) {
   const Clip clip = ReadClip(result / "clip.npz");
   const BodySurface body(BodyModel::Default(), {});

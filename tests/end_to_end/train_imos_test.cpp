@@ -48,10 +48,10 @@ TEST_F(TrainImos, WritesWeightsThatTheEvaluationTakes) {
   EXPECT_EQ(weights.notes.at("key_frames"), "whole");
   EXPECT_EQ(json::parse(weights.notes.at("seen")).size(), 3u) << "three actions are composed";
 
-  imos::WriteRecogniser(imos::RandomRecogniser(1), folder_ / "recogniser.safetensors");
+  imos::WriteRecognizer(imos::RandomRecognizer(1), folder_ / "recognizer.safetensors");
   const ProgramResult rated = RunHoldfast(
       folder_.Path(),
-      "evaluate synthesis --data set --recogniser recogniser.safetensors --weights "
+      "evaluate synthesis --data set --recognizer recognizer.safetensors --weights "
       "full=out/best.safetensors --objects given --repeats 1 --object-cases 1 -o rated");
   ASSERT_EQ(rated.exit_code, 0) << rated.err;
   const json rows = json::parse(ReadText(folder_ / "rated/results.json"))["rows"];
@@ -88,11 +88,11 @@ TEST_F(TrainImos, GoesOnBitForBitAndRefusesOtherOptions) {
 TEST_F(TrainImos, WhatIsGivenGoesBeforeThePublishedRecipe) {
   const ProgramResult result =
       RunHoldfast(folder_.Path(),
-                  "train recogniser set --paper --epochs 2 --held-out s10 -o r.safetensors --json");
+                  "train recognizer set --paper --epochs 2 --held-out s10 -o r.safetensors --json");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(json::parse(result.out)["epochs"], 2);
   const ProgramResult other = RunHoldfast(folder_.Path(),
-                                          "train recogniser set --paper --epochs 2 --held-out s10 "
+                                          "train recognizer set --paper --epochs 2 --held-out s10 "
                                           "-o o.safetensors --learning-rate 1e-2");
   ASSERT_EQ(other.exit_code, 0) << other.err;
   EXPECT_NE(ReadText(folder_ / "r.safetensors"), ReadText(folder_ / "o.safetensors"));

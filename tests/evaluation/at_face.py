@@ -3,7 +3,7 @@
 
     tests/evaluation/at_face.py [--holdfast PROGRAM] [--seeds 3] [-o FOLDER]
 
-Prints a Markdown table: a row per action and object, millimetres over the seeds.
+Prints a Markdown table: a row per action and object, millimeters over the seeds.
 """
 import argparse
 import json

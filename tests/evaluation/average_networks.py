@@ -6,7 +6,7 @@
 
 Files are safetensors of 16- or 32-bit floats. A network and what was trained further from it are near
 enough for their average to be a network of its own; two that were trained apart are not. What both must
-agree in (names and shapes of tensors, statistics that inputs are normalised by, metadata of the shape) is compared.
+agree in (names and shapes of tensors, statistics that inputs are normalized by, metadata of the shape) is compared.
 """
 import json
 import os

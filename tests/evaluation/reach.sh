@@ -8,8 +8,8 @@
 # Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
 # ../shared/data), HOURS (of motion to generate, default 8), WITHOUT (captured subjects to leave out,
 # comma separated), WALK and REACH (iterations of the two stages, default 2000 and 500), ROUNDS (of learning
-# from its own optimiser before the last one, default 2), OPTIMISED (reaches to optimise in each, default 800;
-# LAST_OPTIMISED in the last, default 1024), FOLLOW and SETTLE (iterations, default 500 and 210; LAST_FOLLOW in the last
+# from its own optimizer before the last one, default 2), OPTIMIZED (reaches to optimize in each, default 800;
+# LAST_OPTIMIZED in the last, default 1024), FOLLOW and SETTLE (iterations, default 500 and 210; LAST_FOLLOW in the last
 # round, default 800), SHARE (of a round in the average, default 0.7), SEED (default 1).
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -43,7 +43,7 @@ train reach "$out/corpus" --from "$out/walk/latest.safetensors" --iterations "${
   --evaluate-every 50 --learning-rate 2e-4 --free-from 0.05 --free-share 0.3 --anchor 0.5 --skating 0.05 \
   --critic 1
 
-# Then it follows what its own optimiser makes of it, and goes to goals by itself for a short while: long enough
+# Then it follows what its own optimizer makes of it, and goes to goals by itself for a short while: long enough
 # to reach again, short enough to keep its steps. Each round begins anew from `reach`.
 learn() { # name iterations folders...
   local name=$1 iterations=$2
@@ -54,10 +54,10 @@ learn() { # name iterations folders...
     --iterations "${SETTLE:-210}" --evaluate-every 70 --learning-rate 1e-4 --free-from 0.01 \
     --free-share 0.3 --anchor 1 --skating 0.02 --critic 1
 }
-optimise() { # name network seed
-  make_data "$out/optimised$1" --hours 0.01 --optimised "${OPTIMISED:-800}" --weights "$2" --seed "$3"
+optimize() { # name network seed
+  make_data "$out/optimized$1" --hours 0.01 --optimized "${OPTIMIZED:-800}" --weights "$2" --seed "$3"
 }
-# What follows its optimiser takes longer steps, on bent knees, and answers less to other latents than the
+# What follows its optimizer takes longer steps, on bent knees, and answers less to other latents than the
 # network it came from. The average of both has the steps and answers.
 average() { # network output
   tests/evaluation/average_networks.py "$out/reach/latest_half.safetensors" "$1" "${SHARE:-0.7}" "$2"
@@ -65,8 +65,8 @@ average() { # network output
 
 from=$out/reach
 for ((round = 1; round <= ${ROUNDS:-2}; ++round)); do
-  optimise "$round" "$from/latest_half.safetensors" "$seed"
-  learn "$round" "${FOLLOW:-500}" "$out/optimised$round/optimised"
+  optimize "$round" "$from/latest_half.safetensors" "$seed"
+  learn "$round" "${FOLLOW:-500}" "$out/optimized$round/optimized"
   from=$out/settle$round
 done
 
@@ -76,8 +76,8 @@ if [ "${ROUNDS:-2}" = 0 ]; then # the first two stages alone
   cp "$out/reach/latest_half.safetensors" "$weights"
 else
   average "$from/latest_half.safetensors" "$out/average.safetensors"
-  OPTIMISED=${LAST_OPTIMISED:-1024} optimise _last "$out/average.safetensors" "$((seed + 2))"
-  learn _last "${LAST_FOLLOW:-800}" "$out"/optimised*/optimised
+  OPTIMIZED=${LAST_OPTIMIZED:-1024} optimize _last "$out/average.safetensors" "$((seed + 2))"
+  learn _last "${LAST_FOLLOW:-800}" "$out"/optimized*/optimized
   average "$out/settle_last/latest_half.safetensors" "$weights"
 fi
 

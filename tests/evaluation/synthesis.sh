@@ -15,13 +15,13 @@ out=${1:-out/synthesis}
 holdfast=${HOLDFAST:-build/release/apps/holdfast}
 data=${HOLDFAST_DATA:-../shared/data}
 jobs=${JOBS:-$(nproc)}
-recogniser=$out/recogniser.safetensors
+recognizer=$out/recognizer.safetensors
 mkdir -p "$out/networks"
 
 # The people: clips of four to learn from, of two others for the held-out subjects s9 and s10.
 "$holdfast" make-reach-data "$data/mocap" -o "$out/people" --hours 0.01 \
   --held-out cmu_08,cmu_39,cmu_49,cmu_expmap_train_walking_43
-# Twice, but for hammering the same: whole arms hammer in what is recognised and compared with, wrists
+# Twice, but for hammering the same: whole arms hammer in what is recognized and compared with, wrists
 # in what key frames are learnt from. People left out of these count as held out.
 for set in "actions arm" "learn wrist"; do
   read -r name blows <<<"$set"
@@ -31,8 +31,8 @@ for set in "actions arm" "learn wrist"; do
     --count 2500 --subjects 10 --blows "$blows" "${held_out[@]}"
 done
 
-[ -e "$recogniser" ] ||
-  "$holdfast" train recogniser "$out/actions" -o "$recogniser" --held-out s9,s10 --validation s8 \
+[ -e "$recognizer" ] ||
+  "$holdfast" train recognizer "$out/actions" -o "$recognizer" --held-out s9,s10 --validation s8 \
     --epochs 150 --patience 0 --batch 64
 
 train() { # name seed flags...
@@ -60,5 +60,5 @@ for seed in ${SEEDS:-1}; do
 done
 while [ -n "$(jobs -rp)" ]; do wait -n; done
 
-"$holdfast" evaluate synthesis --data "$out/actions" --held-out s9,s10 --recogniser "$recogniser" \
+"$holdfast" evaluate synthesis --data "$out/actions" --held-out s9,s10 --recognizer "$recognizer" \
   "${rows[@]}" --repeats 20 --fitted-repeats 2 --object-cases 40 -o "$out/table"

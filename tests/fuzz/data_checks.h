@@ -45,22 +45,22 @@ inline void Interrogate(const DataValue& value, bool with_numbers) {
 /// Walks through what was read, as far as a few hundred values: they may be in loops. Lists are
 /// asked for numbers only at first: in nested ones that share their items this takes some time.
 inline void InterrogateAll(const DataValue& root) {
-  constexpr int kMostValues = 200;
-  constexpr std::size_t kMostChildren = 40;
+  constexpr int kMaxValues = 200;
+  constexpr std::size_t kMaxChildren = 40;
   int lists_left = 2;
   std::deque<DataValue> open{root};
-  for (int seen = 0; seen < kMostValues && !open.empty(); ++seen) {
+  for (int seen = 0; seen < kMaxValues && !open.empty(); ++seen) {
     const DataValue value = std::move(open.front());
     open.pop_front();
     const DataKind kind = value.Kind();
     const bool nests = kind == DataKind::kList || kind == DataKind::kObject;
     Interrogate(value, !nests || lists_left-- > 0);
     const std::vector<std::string> names = value.Names();
-    for (std::size_t i = 0; i < std::min(names.size(), kMostChildren); ++i) {
+    for (std::size_t i = 0; i < std::min(names.size(), kMaxChildren); ++i) {
       Require(value.Has(names[i]), "a value has what it lists");
       open.push_back(value[names[i]]);
     }
-    for (std::size_t i = 0; i < std::min(value.Size(), kMostChildren); ++i) {
+    for (std::size_t i = 0; i < std::min(value.Size(), kMaxChildren); ++i) {
       open.push_back(value[i]);
     }
   }

@@ -216,7 +216,7 @@ def make_off():
         "".join("3 " + " ".join(map(str, f)) + "\n" for f in FACES)
     put("off", "tetrahedron.off", "OFF\n" + body)
     put("off", "on_the_first_line.off", "OFF " + body)
-    put("off", "colours.off", "COFF\n# c\n3 1 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n\n0 1 0 0 0 "
+    put("off", "colors.off", "COFF\n# c\n3 1 0\n0 0 0 255 0 0 255\n1 0 0 0 255 0 255\n\n0 1 0 0 0 "
         "1 1\n3 0 1 2 0.5 0.5 0.5\n")
     put("off", "promises_more.off", "OFF\n1000000000 4 6\n0 0 0\n")
     put("off", "polygon.off", "OFF\n5 1 0\n0 0 0\n1 0 0\n2 1 0\n1 2 0\n0 1 0\n5 0 1 2 3 4\n")

@@ -49,17 +49,16 @@ TEST(ValueRanges, HoldEveryNumberOfAClip) {
     std::function<double&(Clip&)> at;
   };
   const std::vector<Field> fields = {
-      {"a.npz[trans]: holds", kMostMetres, [](Clip& c) -> double& { return c.trans(1, 2); }},
-      {"a.npz: turns its right_knee by", kMostRadians,
+      {"a.npz[trans]: holds", kMaxMeters, [](Clip& c) -> double& { return c.trans(1, 2); }},
+      {"a.npz: turns its right_knee by", kMaxRadians,
        [](Clip& c) -> double& { return c.pose[2](0, 5); }},
-      {"a.npz[betas]", kMostBeta, [](Clip& c) -> double& { return c.betas[9]; }},
-      {"a.npz[v_template]", kMostMetres, [](Clip& c) -> double& { return c.v_template(2, 4); }},
-      {"a.npz[object_trans]", kMostMetres,
-       [](Clip& c) -> double& { return c.object->trans(0, 1); }},
-      {"a.npz[object_orient]", kMostRadians,
+      {"a.npz[betas]", kMaxBeta, [](Clip& c) -> double& { return c.betas[9]; }},
+      {"a.npz[v_template]", kMaxMeters, [](Clip& c) -> double& { return c.v_template(2, 4); }},
+      {"a.npz[object_trans]", kMaxMeters, [](Clip& c) -> double& { return c.object->trans(0, 1); }},
+      {"a.npz[object_orient]", kMaxRadians,
        [](Clip& c) -> double& { return c.object->orient(0, 1); }},
-      {"a.npz[table_trans]", kMostMetres, [](Clip& c) -> double& { return c.table->trans(0, 1); }},
-      {"a.npz[table_orient]", kMostRadians,
+      {"a.npz[table_trans]", kMaxMeters, [](Clip& c) -> double& { return c.table->trans(0, 1); }},
+      {"a.npz[table_orient]", kMaxRadians,
        [](Clip& c) -> double& { return c.table->orient(0, 1); }}};
   for (const Field& field : fields) {
     for (const double sound : {-field.most, field.most}) {

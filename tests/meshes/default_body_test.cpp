@@ -85,7 +85,7 @@ double WeightOnFinger(int vertex, Side side, int finger) {
   return sum;
 }
 
-/// Volume of the vertices that belong mostly to a finger, the cut closed by a fan about its centre.
+/// Volume of the vertices that belong mostly to a finger, the cut closed by a fan about its center.
 double FingerVolume(const Matrix3Xd& vertices, Side side, int finger) {
   std::map<std::pair<int, int>, int> open;
   double six_volumes = 0;
@@ -102,11 +102,11 @@ double FingerVolume(const Matrix3Xd& vertices, Side side, int finger) {
       if (open.erase({b, a}) == 0) open[{a, b}] = 1;
     }
   }
-  Vector3d centre = Vector3d::Zero();
-  for (const auto& [edge, count] : open) centre += vertices.col(edge.first);
-  centre /= static_cast<double>(open.size());
+  Vector3d center = Vector3d::Zero();
+  for (const auto& [edge, count] : open) center += vertices.col(edge.first);
+  center /= static_cast<double>(open.size());
   for (const auto& [edge, count] : open) {
-    six_volumes += centre.dot(vertices.col(edge.second).cross(vertices.col(edge.first)));
+    six_volumes += center.dot(vertices.col(edge.second).cross(vertices.col(edge.first)));
   }
   return six_volumes / 6.0;
 }
@@ -226,7 +226,7 @@ TEST(DefaultBody, WeightsAreAPartitionOverFourJoints) {
   }
 }
 
-TEST(DefaultBody, FingersDoNotPullTheirNeighbours) {
+TEST(DefaultBody, FingersDoNotPullTheirNeighbors) {
   for (const int i : Model().HandVertexIds(Side::kLeft)) {
     for (int finger = 0; finger < 5; ++finger) {
       // Past the web (the far half of the first segment) a vertex belongs to one finger alone.

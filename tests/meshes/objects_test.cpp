@@ -20,8 +20,8 @@
 namespace holdfast {
 namespace {
 
-/// What the real thing measures: sorted side lengths of the bounding box in millimetres, the volume
-/// of its material in cubic centimetres, and how far the 300-vertex version may be off.
+/// What the real thing measures: sorted side lengths of the bounding box in millimeters, the volume
+/// of its material in cubic centimeters, and how far the 300-vertex version may be off.
 struct Expected {
   std::string name;
   Eigen::Vector3d low_mm;

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Labelled markers as arrays, and solved for a body."""
+"""Labeled markers as arrays, and solved for a body."""
 import os
 from pathlib import Path
 

@@ -15,7 +15,7 @@
 /// Somebody who does something with an object, composed, not made: what IMoS learns from in tests.
 namespace holdfast::imos::testing {
 
-/// Where the right wrist of an action goes, in front of a body that faces -y, metres.
+/// Where the right wrist of an action goes, in front of a body that faces -y, meters.
 struct ComposedAction {
   std::string action, object;
   Eigen::Vector3d there;
@@ -27,7 +27,7 @@ inline const std::array<ComposedAction, 3> kComposedActions{{
 }};
 
 /// Two seconds at 30 fps: the wrist waits, goes there and stays; an object 10 cm from the wrist is
-/// carried with it. `style` moves start and end by a few centimetres.
+/// carried with it. `style` moves start and end by a few centimeters.
 inline Clip ComposedActionClip(int which, int style, const std::string& subject = "s2") {
   const ComposedAction& what = kComposedActions[which % kComposedActions.size()];
   const Eigen::Vector3d sway(0.01 * (style % 3), 0.015 * (style % 4), 0.01 * (style % 5));

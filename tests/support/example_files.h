@@ -136,7 +136,7 @@ class ExampleFiles {
     writer.Write(path);
   }
 
-  // What a tracker made of a clip: the object trembles by a millimetre.
+  // What a tracker made of a clip: the object trembles by a millimeter.
   void WriteCaptured(const Path& path) {
     Clip clip = ReadClip(Made("held") / "clip.npz");
     for (Eigen::Index t = 0; t < clip.object->trans.cols(); ++t) {
@@ -324,8 +324,8 @@ class ExampleFiles {
          Made("mocap");
          Run("make-reach-data mocap -o reaches --hours 0.02 --held-out cmu_08,cmu_39");
        }},
-      {"recogniser.safetensors",
-       [](const Path& path) { imos::WriteRecogniser(imos::RandomRecogniser(1), path); }},
+      {"recognizer.safetensors",
+       [](const Path& path) { imos::WriteRecognizer(imos::RandomRecognizer(1), path); }},
       {"arms.p", Fixture("imos/arms.p")},
       {"body.p", Fixture("imos/body.p")},
       {"exp_80_001600.p", Fixture("imos/arms.p")},

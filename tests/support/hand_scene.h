@@ -13,7 +13,7 @@
 namespace holdfast::testing {
 
 /// `count` points on an ellipsoid of a bottle's size (3 x count), evenly spread, object frame,
-/// metres.
+/// meters.
 inline Eigen::Matrix3Xd EllipsoidPoints(int count) {
   Eigen::Matrix3Xd points(3, count);
   for (int k = 0; k < count; ++k) {

@@ -160,8 +160,8 @@ class HostileFolder {
       one(std::string("1e300_") + key, key, columns, 1e300);
       one(std::string("1e30_") + key, key, columns, -1e30);
       // Just within the ranges: nobody does that, but it is not refused.
-      const bool metres = std::string_view(key).ends_with("trans");
-      one(std::string("edge_") + key, key, columns, metres ? -1e5 : 1e3, true);
+      const bool meters = std::string_view(key).ends_with("trans");
+      one(std::string("edge_") + key, key, columns, meters ? -1e5 : 1e3, true);
     }
     for (const double rate : {0.0, -30.0, 1e-9, 1e-300, 1e300, kInfinity, double(NAN)}) {
       AddClip("rate_" + std::to_string(clips_.size()),
@@ -267,8 +267,8 @@ class HostileFolder {
     obj("faces_only", "f 1 2 3\n");
     obj("line", "v 0 0 0\nv 0.1 0 0\nv 0.2 0 0\nf 1 2 3\n");
     obj("one_place", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n");
-    obj("eighty_metres", "v 0 0 0\nv 80 0 0\nv 0 80 0\nv 0 0 80\n" + sides, true);
-    obj("a_micrometre", "v 0 0 0\nv 1e-6 0 0\nv 0 1e-6 0\nv 0 0 1e-6\n" + sides, true);
+    obj("eighty_meters", "v 0 0 0\nv 80 0 0\nv 0 80 0\nv 0 0 80\n" + sides, true);
+    obj("a_micrometer", "v 0 0 0\nv 1e-6 0 0\nv 0 1e-6 0\nv 0 0 1e-6\n" + sides, true);
     obj("one_triangle", corners + "f 1 2 3\n", true);
     obj("polygon_100k", Disc(100'000, true), true);
     obj("fan_100k", Disc(100'000, false), true);

@@ -14,7 +14,7 @@ struct BoxHand {
   int fingers = 4;  ///< besides the thumb, from its side outwards
   bool left = false;
   bool coupled = false;    ///< each end phalanx follows the middle one
-  double scale = 1.0;      ///< 1000: somebody wrote millimetres
+  double scale = 1.0;      ///< 1000: somebody wrote millimeters
   std::string extra = "";  ///< elements at the end
 
   std::string Urdf() const {

@@ -23,7 +23,7 @@ inline const BodyMeasures& DefaultBody() {
 
 inline BoneOffsets<double> DefaultBones() { return BoneOffsetsOf(DefaultBody().rest_joints); }
 
-/// Any pose at all, joints up to `spread` radians per axis, within two metres of the origin.
+/// Any pose at all, joints up to `spread` radians per axis, within two meters of the origin.
 inline Pose<double> RandomPose(nn::RandomStream& random, double spread = 0.5) {
   const auto draw = [&] {
     return Eigen::Vector3d::NullaryExpr([&] { return 2.0 * random.Uniform() - 1.0; });

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """blender -b -P show_gltf_blender.py -- FILE.glb: what Blender's importer makes of an exported clip
-against frame_%04d.ply and frame_object_%04d.ply beside it (metres, z up, as Blender has it). Fails
+against frame_%04d.ply and frame_object_%04d.ply beside it (meters, z up, as Blender has it). Fails
 beyond 0.1 mm in any frame, and for objects in the scene that nobody asked for."""
 import glob
 import sys

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // node show_gltf_three.mjs FILE.glb: what three.js makes of an exported clip against frame_%04d.ply
-// and frame_object_%04d.ply beside it (metres, z up). Fails beyond 0.1 mm in any frame.
+// and frame_object_%04d.ply beside it (meters, z up). Fails beyond 0.1 mm in any frame.
 import { readFileSync, readdirSync } from 'node:fs';
 import { AnimationMixer, LoopOnce, Vector3 } from 'three';
 import { GLTFLoader } from 'three/addons/loaders/GLTFLoader.js';

@@ -88,8 +88,8 @@ const difference = (a, b) =>
     [a, b],
   );
 
-// Distance of two sRGB colours (0 to 1) in CIE Lab: 2 is just seen, 20 is another colour.
-function colourDistance(a, b) {
+// Distance of two sRGB colors (0 to 1) in CIE Lab: 2 is just seen, 20 is another color.
+function colorDistance(a, b) {
   const lab = (rgb) => {
     const [r, g, bl] = rgb.map((c) => (c > 0.04045 ? ((c + 0.055) / 1.055) ** 2.4 : c / 12.92));
     const f = (t) => (t > 216 / 24389 ? Math.cbrt(t) : (t * 24389) / 27 / 116 + 16 / 116);
@@ -208,7 +208,7 @@ const tests = {
     const page = await open("one.html");
     const playing = () => page.evaluate(() => window.holdfast.player.playback.playing);
     await page.keyboard.press("Space");
-    for (const id of ["[data-view=side]", "#wireframe", "#loop", "[data-colours=penetration]"]) {
+    for (const id of ["[data-view=side]", "#wireframe", "#loop", "[data-colors=penetration]"]) {
       const button = page.locator(id);
       await button.click();
       const pressed = await button.getAttribute("aria-pressed");
@@ -252,20 +252,20 @@ const tests = {
     await close(page);
   },
 
-  async "tells contact, object and skin apart by colour"() {
+  async "tells contact, object and skin apart by color"() {
     const page = await open("one.html");
     const { object, skin, contact } = await page.evaluate(() => {
       const { player } = window.holdfast;
       const actor = player.actors[0];
-      const style = (colour) => {
-        const plain = colour.getHexString(); // sRGB
+      const style = (color) => {
+        const plain = color.getHexString(); // sRGB
         return [0, 2, 4].map((k) => parseInt(plain.slice(k, k + 2), 16) / 255);
       };
       const of = (table, k) => {
-        const colour = actor.object.material.color.clone();
-        return style(colour.setRGB(table[3 * k], table[3 * k + 1], table[3 * k + 2]));
+        const color = actor.object.material.color.clone();
+        return style(color.setRGB(table[3 * k], table[3 * k + 1], table[3 * k + 2]));
       };
-      const within = Math.floor(10 * player.scales.threshold) - 1; // tenths of a millimetre
+      const within = Math.floor(10 * player.scales.threshold) - 1; // tenths of a millimeter
       return {
         object: style(actor.object.material.color),
         skin: of(actor.table, 254),
@@ -273,11 +273,11 @@ const tests = {
       };
     });
     assert.ok(object[2] > object[0] + 0.2, "the object is blue");
-    assert.ok(colourDistance(object, skin) > 20, `object and skin: ${colourDistance(object, skin)}`);
-    for (const colour of contact) {
-      assert.ok(colourDistance(object, colour) > 30, `object and contact: ${colourDistance(object, colour)}`);
+    assert.ok(colorDistance(object, skin) > 20, `object and skin: ${colorDistance(object, skin)}`);
+    for (const color of contact) {
+      assert.ok(colorDistance(object, color) > 30, `object and contact: ${colorDistance(object, color)}`);
     }
-    assert.ok(colourDistance(contact[0], skin) > 50);
+    assert.ok(colorDistance(contact[0], skin) > 50);
     await close(page);
   },
 
@@ -385,8 +385,8 @@ const tests = {
     await changes(page, "the hand's view", () => press("3"), 0.02);
     await changes(page, "the see-through object", () => press("o"), 0.005);
     await picture(page, "report_hand.png");
-    await changes(page, "another colouring", () => press("c"));
-    await changes(page, "no colouring", () => press("c"));
+    await changes(page, "another coloring", () => press("c"));
+    await changes(page, "no coloring", () => press("c"));
     await press("f");
     assert.equal(await page.getAttribute("#follow", "aria-pressed"), "false");
     await press("l");
@@ -454,7 +454,7 @@ const tests = {
 
   async "shows motion without an object"() {
     const page = await open("motion.html");
-    assert.ok(await page.locator("#colour-group").isHidden());
+    assert.ok(await page.locator("#color-group").isHidden());
     assert.ok(await page.locator("#legend").isHidden());
     assert.ok((await page.locator(".chart").count()) >= 1);
     await page.keyboard.press("c");

@@ -38,7 +38,7 @@ def row(variant, group, name, steps, score):
     return {"variant": variant, "group": group, "name": name, "status": status, "fault": fault, **known}
 
 
-# A centimetre of depth counts as much as no contact in any frame.
+# A centimeter of depth counts as much as no contact in any frame.
 def badness(r):
     depth = float(r["penetration_max_mm"] or 0.0)
     lost = 1.0 - float(r["contact_frames_ratio"] or 0.0)

@@ -52,7 +52,7 @@ struct FinishArguments {
   bool rectified;
 };
 
-/// The backward pass of a layer's normalisation. Column j of `gradient` is that of the normalised
+/// The backward pass of a layer's normalization. Column j of `gradient` is that of the normalized
 /// input xhat = (x - mean) inverse_deviation and becomes that of x,
 ///   inverse_deviation (g - avg(g) - xhat avg(xhat g)),
 /// and 0 where x is not positive when x came out of a rectifier. Column j belongs to column
@@ -74,7 +74,7 @@ struct NormBackwardArguments {
 /// Y = gain (X - mean) inverse_deviation + offset, rows with a gain and offset of zero becoming
 /// zero.
 template <typename Real>
-struct NormaliseArguments {
+struct NormalizeArguments {
   const Real* x;
   long x_stride;
   int padded_rows;
@@ -157,7 +157,7 @@ struct LayerLoops {
   void (*moments)(const MomentArguments<Real>&);
   void (*finish)(const FinishArguments<Real>&);
   void (*norm_backward)(const NormBackwardArguments<Real>&);
-  void (*normalise)(const NormaliseArguments<Real>&);
+  void (*normalize)(const NormalizeArguments<Real>&);
   void (*sum)(const SumArguments<Real>&);
   void (*silu)(const SiluArguments<Real>&);
   void (*silu_backward)(const SiluBackwardArguments<Real>&);

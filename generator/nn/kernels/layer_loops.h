@@ -54,7 +54,7 @@ inline typename S::Vector Exp(typename S::Vector x) {
 }
 
 template <typename S>
-void Normalise(const NormaliseArguments<typename S::Real>& in) {
+void Normalize(const NormalizeArguments<typename S::Real>& in) {
   for (int j = 0; j < in.num_columns; ++j) {
     const typename S::Real* x = in.x + j * in.x_stride;
     typename S::Real* y = in.y + j * in.y_stride;
@@ -344,7 +344,7 @@ void NormBackward(const NormBackwardArguments<typename S::Real>& in) {
 
 template <typename S>
 LayerLoops<typename S::Real> LoopsOf() {
-  return {&Product<S>, &Moments<S>, &Finish<S>,       &NormBackward<S>, &Normalise<S>,
+  return {&Product<S>, &Moments<S>, &Finish<S>,       &NormBackward<S>, &Normalize<S>,
           &Sum<S>,     &Silu<S>,    &SiluBackward<S>, &Leaky<S>,        &LeakyBackward<S>};
 }
 

@@ -11,8 +11,8 @@ constexpr int kFrames = kNumKeyFrames - kHistory + 1;
 constexpr int kFrameSize = 3 * kNumPoseJoints + kObjectSize;
 constexpr int kMotionSize = (2 * kFrames - 1) * kFrameSize;
 constexpr double kRate = 4e-4;
-constexpr double kLever = 0.1;            // metres: what turns a point this far off by a blur
-constexpr double kLeastDeviation = 0.01;  // metres: what hardly moves is not blown up
+constexpr double kLever = 0.1;          // meters: what turns a point this far off by a blur
+constexpr double kMinDeviation = 0.01;  // meters: what hardly moves is not blown up
 
 torch::Tensor Unscaled(const std::vector<torch::Tensor>& frames) {
   std::vector<torch::Tensor> parts = frames;
@@ -27,7 +27,7 @@ ActionCritic::ActionCritic(const SequenceTensors& data, std::uint64_t seed)
                          kRate) {
   const torch::Tensor motions = Unscaled(TrueFrames(data));
   mean_ = motions.mean(0);
-  deviation_ = motions.std(0).clamp_min(kLeastDeviation);
+  deviation_ = motions.std(0).clamp_min(kMinDeviation);
   for (std::int64_t action = 0; action < kNumActions; ++action) {
     if (data.action.eq(action).any().item<bool>()) known_.push_back(action);
   }

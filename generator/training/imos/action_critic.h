@@ -31,8 +31,8 @@ class ActionCritic : public LeastSquaresCritic {
   static std::vector<torch::Tensor> TrueFrames(const SequenceTensors& batch);
   static torch::Tensor Frame(const torch::Tensor& joints, const torch::Tensor& object_T,
                              const torch::Tensor& object_R);
-  /// The same with draws of N(0, blur_m^2) added to all positions (metres), and a tenth of a radian
-  /// a centimetre to the rotation: what the tremor of a hand is cannot tell the two apart then.
+  /// The same with draws of N(0, blur_m^2) added to all positions (meters), and a tenth of a radian
+  /// a centimeter to the rotation: what the tremor of a hand is cannot tell the two apart then.
   static std::vector<torch::Tensor> Blurred(std::vector<torch::Tensor> frames, double blur_m,
                                             at::Generator& generator);
   /// (B x 1725) of 12 key frames.

@@ -8,10 +8,10 @@
 namespace holdfast::imos {
 namespace {
 
-constexpr double kLeastNorm = 1e-9;
+constexpr double kMinNorm = 1e-9;
 
-torch::Tensor Normalised(const torch::Tensor& v) {
-  return v / torch::sqrt((v * v).sum(-1, true) + kLeastNorm * kLeastNorm);
+torch::Tensor Normalized(const torch::Tensor& v) {
+  return v / torch::sqrt((v * v).sum(-1, true) + kMinNorm * kMinNorm);
 }
 
 // The joints by their distance from the pelvis: each level follows from the one before at once.
@@ -52,8 +52,8 @@ struct Levels {
 
 torch::Tensor RotationsOf(const torch::Tensor& six) {
   const torch::Tensor a1 = six.narrow(-1, 0, 3), a2 = six.narrow(-1, 3, 3);
-  const torch::Tensor b1 = Normalised(a1);
-  const torch::Tensor b2 = Normalised(a2 - (b1 * a2).sum(-1, true) * b1);
+  const torch::Tensor b1 = Normalized(a1);
+  const torch::Tensor b2 = Normalized(a2 - (b1 * a2).sum(-1, true) * b1);
   return torch::stack({b1, b2, torch::cross(b1, b2, -1)}, -2);
 }
 

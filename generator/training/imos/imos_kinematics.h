@@ -4,7 +4,7 @@
 #include <torch/torch.h>
 
 /// Poses of a batch in LibTorch, with gradients: what body_kinematics.h and rotation_6d.h do for
-/// one. B rows; metres; columns are turned, x_world = R x.
+/// one. B rows; meters; columns are turned, x_world = R x.
 namespace holdfast::imos {
 
 /// R (.. x 3 x 3) of six numbers (.. x 6) by GS: the rows of R.

@@ -77,7 +77,7 @@ nn::TensorMap Start(const TrainingOptions& options, const SequenceTensors& data,
     float* const row = skip.data() + i * inputs;
     for (std::size_t c = 0; c < inputs; ++c) row[c] *= kSkipStart;
     if (i >= static_cast<std::size_t>(size)) {
-      scale[i] = kRootStart;  // steps of millimetres
+      scale[i] = kRootStart;  // steps of millimeters
       continue;
     }
     const auto k = static_cast<std::int64_t>(i);
@@ -125,7 +125,7 @@ void PlateauSchedule::Observe(double loss) {
   if (loss < best * (1.0 - kThreshold)) {
     best = loss;
     bad_epochs = 0;
-  } else if (++bad_epochs > kPatience) {
+  } else if (++bad_epochs > kWaitDiscount) {
     rate = std::max(kFloor, rate * kFactor);
     bad_epochs = 0;
   }

@@ -40,7 +40,7 @@ struct TrainingOptions {
   double present_share = 0.5;     ///< of rows (published: of calls) driven by the present encoder
 
   // Ours alone
-  double history_noise = 0.02;  ///< N(0, s^2) in the true history's 6D; a third of it in metres
+  double history_noise = 0.02;  ///< N(0, s^2) in the true history's 6D; a third of it in meters
   /// N(0, s^2) on betas: there are few subjects, which must not be known by their shape.
   double shape_noise = 1.0;
   /// Of the rotations that DisturbStances puts into each sequence: nor by how they stand.
@@ -54,7 +54,7 @@ struct TrainingOptions {
   double critic = 0.06;
   /// From this share of the iterations on; the windows are whole then.
   double critic_from = 0.5;
-  /// Noise in the motions that the critic sees, the data's and the networks', metres
+  /// Noise in the motions that the critic sees, the data's and the networks', meters
   /// (ActionCritic::Blurred).
   double critic_blur_m = 0.01;
   int shard = 64;  ///< rows that are unrolled together, on one thread

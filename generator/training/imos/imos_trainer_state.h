@@ -21,7 +21,7 @@ inline constexpr int kSteps = kNumKeyFrames - kHistory;  ///< of a whole motion
 /// threshold.
 struct PlateauSchedule {
   static constexpr double kFactor = 0.999, kThreshold = 0.05, kFloor = 2e-7;
-  static constexpr int kPatience = 3;
+  static constexpr int kWaitDiscount = 3;
 
   double rate = 0.0;
   double best = 1e300;
@@ -30,7 +30,7 @@ struct PlateauSchedule {
   void Observe(double loss);
 };
 
-/// An optimiser, what it moves, and under which name it is kept.
+/// An optimizer, what it moves, and under which name it is kept.
 struct OptimizerOf {
   std::string name;
   std::vector<torch::Tensor> parameters;
@@ -62,7 +62,7 @@ struct Trainer::Impl {
   /// whole motions are shown to the critic.
   struct Window {
     int first, steps;
-    bool criticised;
+    bool criticized;
   };
   void UnrollShard(SequenceTensors batch, double share, const Window& window, std::uint64_t seed,
                    Shard& out) const;

@@ -48,11 +48,11 @@ void Trainer::Impl::UnrollShard(SequenceTensors batch, double share, const Windo
   Unroller unroller(networks, batch, window.first, options.history_noise, out.pass, generator);
   StepOptions how;
   // The critic sees motions as they are made at run time, where nobody knows the answer.
-  how.present_share = options.config.HasArms() && !window.criticised ? options.present_share : 0.0;
+  how.present_share = options.config.HasArms() && !window.criticized ? options.present_share : 0.0;
   how.true_object_now = true;
   torch::Tensor loss = torch::zeros({});
   std::vector<torch::Tensor> seen;
-  if (window.criticised) {
+  if (window.criticized) {
     const std::vector<torch::Tensor> truth = ActionCritic::TrueFrames(batch);
     out.true_motions =
         critic.Motions(ActionCritic::Blurred(truth, options.critic_blur_m, generator));
@@ -64,13 +64,13 @@ void Trainer::Impl::UnrollShard(SequenceTensors batch, double share, const Windo
     loss = loss + losses.body_total;
     if (losses.arms_total.defined()) loss = loss + losses.arms_total;
     out.losses.Add(losses.values, share / window.steps);
-    if (window.criticised) {
+    if (window.criticized) {
       seen.push_back(ActionCritic::Frame(frame.body.joints, frame.object.T, frame.object.R));
     }
     unroller.Advance(frame);
   }
   loss = loss * (share / window.steps);
-  if (window.criticised) loss = loss + DoubtOf(seen, batch, share, out);
+  if (window.criticized) loss = loss + DoubtOf(seen, batch, share, out);
   out.gradients = torch::autograd::grad({loss}, optimizers[0].parameters, {}, false, false, true);
   out.pass.generator = nullptr;
 }
@@ -82,7 +82,7 @@ Losses Trainer::Impl::StepTogether(nn::RandomStream& random) {
   window.steps = std::min(kSteps, 1 + static_cast<int>(lengthening * kSteps));
   window.first = kHistory + static_cast<int>(random.Uniform() *
                                              static_cast<double>(kSteps - window.steps + 1));
-  window.criticised =
+  window.criticized =
       options.critic > 0.0 && window.steps == kSteps && Progress() >= options.critic_from;
   const std::vector<std::int64_t> rows = DrawRows();
   const int shards = std::max(1, static_cast<int>(rows.size()) / options.shard);
@@ -116,7 +116,7 @@ Losses Trainer::Impl::StepTogether(nn::RandomStream& random) {
   networks.TakeStatistics(passes);
   losses.gradient =
       torch::nn::utils::clip_grad_norm_(optimizer.parameters, options.largest_gradient);
-  if (window.criticised) {
+  if (window.criticized) {
     std::vector<torch::Tensor> true_motions, own_motions, actions;
     for (const Shard& shard : done) {
       true_motions.push_back(shard.true_motions);

@@ -140,8 +140,8 @@ torch::Tensor Unroller::BodyInput(const SeenArms& arms, const StepOptions& optio
     parts.push_back(arms.past);
     if (config_.body_sees_arms_now) parts.push_back(arms.now);
   }
-  if (config_.object_now != ObjectNow::kAbsent) {
-    const bool true_now = config_.object_now == ObjectNow::kTrue && options.true_object_now;
+  if (config_.object_now != ObjectInput::kAbsent) {
+    const bool true_now = config_.object_now == ObjectInput::kTrue && options.true_object_now;
     parts.push_back(ObjectNumbers(true_now ? Truth(t_).object : history_.back().object, true));
   }
   for (const TorchFrame& frame : history_) parts.push_back(ObjectNumbers(frame.object, true));

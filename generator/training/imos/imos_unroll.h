@@ -45,7 +45,7 @@ struct StepLosses {
 class Unroller {
  public:
   /// Begins before key frame `first` (4 .. 14), with the true ones `first` - 4 .. `first` - 1 as
-  /// history, disturbed by N(0, noise^2) in 6D (a third of it, metres, in translations).
+  /// history, disturbed by N(0, noise^2) in 6D (a third of it, meters, in translations).
   Unroller(const TorchNetworks& networks, const SequenceTensors& batch, int first, double noise,
            Pass& pass, at::Generator& generator);
 

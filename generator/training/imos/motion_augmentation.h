@@ -6,7 +6,7 @@
 #include "generator/nn/random_stream.h"
 
 /// Other motions of the same meaning, for networks that are to tell actions from joints: (N x T x
-/// 66) metres, in and out.
+/// 66) meters, in and out.
 namespace holdfast::imos {
 
 /// Of people who stand otherwise and are of other size: each coordinate of a motion shifted by a

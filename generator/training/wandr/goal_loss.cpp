@@ -13,8 +13,8 @@ using Eigen::Vector3f;
 
 constexpr int kBeforeDeadline = 20;  // frames
 constexpr float kSharpness = 0.2f, kNear = 0.03f;
-constexpr float kSlideFree = 0.004f, kSlideUnit = 0.004f;  // metres a frame
-constexpr float kHeightUnit = 0.02f, kAirborne = 0.05f;    // metres
+constexpr float kSlideFree = 0.004f, kSlideUnit = 0.004f;  // meters a frame
+constexpr float kHeightUnit = 0.02f, kAirborne = 0.05f;    // meters
 constexpr float kFastest = 1.6f / 30.0f, kSpeedUnit = 0.5f / 30.0f;
 constexpr std::array<int, 4> kFeet = {kLeftAnkle, kRightAnkle, kLeftFoot, kRightFoot};
 // A hinge's square grows no faster than linearly beyond this many units.

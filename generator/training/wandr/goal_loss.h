@@ -11,14 +11,14 @@ namespace holdfast::wandr {
 
 /// What a motion that is left to itself on its way to a goal is judged by.
 struct GoalLossWeights {
-  float distance = 1.0f;   ///< per metre between wrist and goal about the deadline
+  float distance = 1.0f;   ///< per meter between wrist and goal about the deadline
   float skating = 0.02f;   ///< the lowest foot joint slides, in units of 4 mm a frame
   float floor = 0.02f;     ///< foot joints below the ground they are to stand on, units of 2 cm
   float airborne = 0.02f;  ///< both feet far above it, units of 2 cm
   float speed = 0.05f;     ///< pelvis faster than 1.6 m/s, units of 0.5 m/s
 };
 
-/// Heights of foot joints (ankles and balls) of somebody who stands, metres: from the body's rest.
+/// Heights of foot joints (ankles and balls) of somebody who stands, meters: from the body's rest.
 struct FootHeights {
   float ankle = 0.0f;
   float ball = 0.0f;

@@ -14,7 +14,7 @@ namespace holdfast::wandr {
 /// true and -1 for its own, and a penalty on gradients at true ones (Mescheder et al. 2018).
 ///
 /// A moment is what a condition says but the intention, and the delta that follows: the pose, how
-/// it was come to, how it goes on (403 numbers, normalised). Feet that slide, bodies that lean and
+/// it was come to, how it goes on (403 numbers, normalized). Feet that slide, bodies that lean and
 /// steps that are none show in it.
 class MotionCritic : public LeastSquaresCritic {
  public:

@@ -13,7 +13,7 @@ using nlohmann::json;
 json Evaluate(const Trainer& trainer, const Corpus* held_out, const BodyMeasures& body) {
   const NetworkWeights weights = trainer.Weights(false);
   const Network<float> network(weights);
-  const Normaliser<double> norms(weights.statistics);
+  const Normalizer<double> norms(weights.statistics);
   const auto starts = AsFloat(ComposedStarts(body, norms));
   ReachProtocol protocol = ReachProtocol::Adaptive();
   protocol.num_samples = 1;
@@ -21,7 +21,7 @@ json Evaluate(const Trainer& trainer, const Corpus* held_out, const BodyMeasures
   protocol.intention.wrist = trainer.Options().intention.wrist;
   const auto outcomes = RunReachProtocol(network, BoneOffsetsOf(body.rest_joints).Cast<float>(),
                                          starts, protocol, {.threads = trainer.Options().threads});
-  const ReachSummary summary = Summarise(outcomes);
+  const ReachSummary summary = Summarize(outcomes);
   json line{{"success", summary.success},
             {"distance_m", summary.distance_mean_m},
             {"distance_median_m", summary.distance_median_m},

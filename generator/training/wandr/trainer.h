@@ -68,7 +68,7 @@ TrainingOptions PaperOptions();
 
 /// Means over what was trained since the last report.
 struct TrainingLosses {
-  double translation = 0.0, orientation = 0.0, pose = 0.0;  ///< normalised deltas, block means
+  double translation = 0.0, orientation = 0.0, pose = 0.0;  ///< normalized deltas, block means
   double kl = 0.0;
   double joints = 0.0;
   double goal = 0.0;    ///< of free motions; translation, orientation and pose are straying then

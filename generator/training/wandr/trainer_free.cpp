@@ -9,13 +9,13 @@
 namespace holdfast::wandr {
 namespace {
 
-// Goals this far along the ground and this high, metres; starts that stand or walk.
+// Goals this far along the ground and this high, meters; starts that stand or walk.
 constexpr double kNearest = 0.25, kFarthest = 5.2, kHighest = 1.9;
 constexpr float kLowestPelvis = 0.7f;
 constexpr int kAfterDeadline = 8;      // frames
 constexpr long kReferenceLasts = 500;  // iterations
 constexpr int kCriticEvery = 12;       // frames
-constexpr float kLargestBar = 60.0f;   // of one body's pose, where a metre of distance gives 1
+constexpr float kLargestBar = 60.0f;   // of one body's pose, where a meter of distance gives 1
 
 }  // namespace
 

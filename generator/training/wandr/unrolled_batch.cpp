@@ -15,8 +15,8 @@ namespace {
 
 constexpr int kChunk = 16;  // bodies per task
 constexpr int kFootJoints[] = {kLeftAnkle, kRightAnkle, kLeftFoot, kRightFoot};
-constexpr float kPositionUnit = 0.02f, kFootUnit = 0.004f;  // metres
-// A foot of the truth stands: it moves less than this in a frame, metres along the ground.
+constexpr float kPositionUnit = 0.02f, kFootUnit = 0.004f;  // meters
+// A foot of the truth stands: it moves less than this in a frame, meters along the ground.
 constexpr float kStandingStep = 0.005f;
 
 // rho of a squared error, and its slope.
@@ -99,7 +99,7 @@ void UnrolledBatch::Begin(std::span<const TrainingWindow> windows, int steps) {
         window.before ? DeltaBetween(Perturbed(*window.before, window.perturbation, -1.0f),
                                      poses_[Index(i, 0)])
                       : RestDelta<float>();
-    deltas_.col(Index(i, 0)) = NormalisedDelta<float>(norms_, led_here);
+    deltas_.col(Index(i, 0)) = NormalizedDelta<float>(norms_, led_here);
   }
 }
 
@@ -120,7 +120,7 @@ void UnrolledBatch::WriteInputs(int step, Eigen::Ref<Matrix> conditions, Eigen::
       targets.col(i).setZero();
     } else {
       targets.col(i) =
-          NormalisedDelta<float>(norms_, DeltaBetween(pose, truth_[Index(i, step + 1)]));
+          NormalizedDelta<float>(norms_, DeltaBetween(pose, truth_[Index(i, step + 1)]));
     }
   });
 }
@@ -134,7 +134,7 @@ double UnrolledBatch::Advance(int step, const Eigen::Ref<const Matrix>& deltas,
     const std::size_t now = Index(i, step), next = Index(i, step + 1);
     deltas_.col(next) = deltas.col(i);
     ApplyDelta<float>(poses_[now], HeadingOf<float>(poses_[now].rotation[0]),
-                      DeltaOfNormalised<float>(norms_, deltas.col(i)), poses_[next]);
+                      DeltaOfNormalized<float>(norms_, deltas.col(i)), poses_[next]);
     ForwardKinematics(bones_, poses_[next], placed_[next]);
     if (window.free) return;
     BodyKinematics<float> true_now, true_next;
@@ -197,7 +197,7 @@ void UnrolledBatch::OutputGradient(int step, Eigen::Ref<Matrix> deltas_bar, int 
     TangentVector<float> bar = TangentVector<float>::Zero();
     StateVector<float> step_bar;
     ApplyDeltaVjp<float>(HeadingOf<float>(poses_[now].rotation[0]),
-                         DeltaOfNormalised<float>(norms_, deltas_.col(next)), next_bar, false, bar,
+                         DeltaOfNormalized<float>(norms_, deltas_.col(next)), next_bar, false, bar,
                          step_bar);
     pose_bar_.col(i) = bar;
     deltas_bar.col(i) = step_bar.cwiseProduct(norms_.delta.deviation) + previous_bar_.col(i);

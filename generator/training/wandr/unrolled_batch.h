@@ -57,10 +57,10 @@ class UnrolledBatch {
   int ConditionSize() const { return wandr::ConditionSize(layout_); }
 
   /// Conditions of step a, and the *corrective* deltas: those that would carry the bodies, wherever
-  /// they have come to, to where the truth is one frame later. Both normalised.
+  /// they have come to, to where the truth is one frame later. Both normalized.
   void WriteInputs(int step, Eigen::Ref<Matrix> conditions, Eigen::Ref<Matrix> targets,
                    int threads);
-  /// Applies the network's deltas u (135 x N, normalised); returns the joints' losses of this step,
+  /// Applies the network's deltas u (135 x N, normalized); returns the joints' losses of this step,
   /// each body's times its `weights` entry, summed.
   double Advance(int step, const Eigen::Ref<const Matrix>& deltas, const JointLossWeights& losses,
                  const Eigen::Ref<const Eigen::VectorXf>& weights, int threads);
@@ -88,7 +88,7 @@ class UnrolledBatch {
     return static_cast<std::size_t>(step) * max_bodies_ + body;
   }
 
-  Normaliser<float> norms_;
+  Normalizer<float> norms_;
   BoneOffsets<float> bones_;
   IntentionLayout layout_;
   IntentionOptions intention_;

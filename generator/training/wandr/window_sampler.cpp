@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kSoonest = 15, kLatest = 240;  // frames to a hindsight goal
 constexpr double kSureWithin = 30.0;         // frames before a deadline that are told rightly
-constexpr float kHeightPerAngle = 0.15f;     // metres the body is too high or low, per radian
+constexpr float kHeightPerAngle = 0.15f;     // meters the body is too high or low, per radian
 constexpr int kLegs[] = {0, 1, 2, 4, 5, 7, 8, 10, 11};
 
 }  // namespace

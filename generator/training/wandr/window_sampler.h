@@ -9,7 +9,7 @@
 
 namespace holdfast::wandr {
 
-/// What share of windows has which goal; the rest of those with a labelled goal ahead keep it.
+/// What share of windows has which goal; the rest of those with a labeled goal ahead keep it.
 struct GoalMixture {
   double none = 0.1;        ///< no intention: with the flag 0 the network is a motion prior
   double hindsight = 0.15;  ///< where the wrist comes to in 0.5 to 8 s, drawn anew
@@ -23,7 +23,7 @@ struct GoalMixture {
   double captured = 0.2;  ///< share of windows from captured motion, if any is synthetic
 };
 
-/// Draws windows of a corpus, clips by their length, goals by the mixture. Clips without labelled
+/// Draws windows of a corpus, clips by their length, goals by the mixture. Clips without labeled
 /// goals take hindsight ones in their stead.
 class WindowSampler {
  public:

@@ -32,7 +32,7 @@ inline constexpr int kTileVertices = 64;  ///< at most; their numbers stay in th
 /// Vertices [begin, end) in all frames: v_p and v, 3 rows a vertex. `next` has, for every block,
 /// the first of its vertices that is not below `begin`, and is moved on to `end`. What the blend
 /// shapes add is summed in single precision, and fused where the instruction set has it: a
-/// millionth of the millimetres that it is. `offsets` is scratch, 3 rows a vertex. All other sums
+/// millionth of the millimeters that it is. `offsets` is scratch, 3 rows a vertex. All other sums
 /// are double, in the same order for every instruction set, without fused multiply-adds.
 using PoseTileLoop = void(const SkinningArguments& in, int begin, int end, long* next,
                           float* offsets, double* posed_rest, double* vertices);

@@ -308,7 +308,7 @@ NpyMember SafetensorsReader::Read(std::string_view name) const {
   return member;
 }
 
-bool SafetensorsReader::Recognises(std::string_view head, std::uint64_t file_bytes) {
+bool SafetensorsReader::Recognizes(std::string_view head, std::uint64_t file_bytes) {
   if (head.size() < kLengthBytes + 2) return false;
   std::uint64_t header_bytes = 0;
   for (std::size_t i = kLengthBytes; i-- > 0;) {

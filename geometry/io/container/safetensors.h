@@ -51,7 +51,7 @@ class SafetensorsReader {
 
   /// Whether a file of `file_bytes` that begins with `head` (16 bytes or more) may be of the
   /// format.
-  static bool Recognises(std::string_view head, std::uint64_t file_bytes);
+  static bool Recognizes(std::string_view head, std::uint64_t file_bytes);
 
  private:
   const SafetensorsEntry* Find(std::string_view name) const;

@@ -41,7 +41,7 @@ constexpr std::uint64_t kTrustedUnpackedBytes = std::uint64_t{32} << 20;
 constexpr std::size_t kCheckedBytes = std::size_t{4} << 20;
 constexpr std::size_t kPackedChunkBytes = std::size_t{64} << 10;
 // Members are unpacked in one go when their packed bytes may stand in memory beside the others.
-constexpr std::uint64_t kMostPackedInOneGo = std::uint64_t{256} << 20;
+constexpr std::uint64_t kMaxPackedInOneGo = std::uint64_t{256} << 20;
 constexpr std::size_t kLargePageBytes = std::size_t{2} << 20;
 
 // Little-endian number of `bytes` bytes.
@@ -356,7 +356,7 @@ bool ZipArchive::Stream::InflateWhole(std::span<std::byte> target) const {
 std::vector<std::byte> ZipArchive::Stream::ReadRest(std::size_t count) {
   if (count > Remaining()) Damaged("ends too early");
   const bool in_one_go = member_.method == kDeflated && count > 0 && count == Remaining() &&
-                         member_.packed_size <= kMostPackedInOneGo;
+                         member_.packed_size <= kMaxPackedInOneGo;
   std::vector<std::byte> data =
       LargeBuffer(in_one_go ? static_cast<std::size_t>(member_.size) : count);
   if (in_one_go && InflateWhole(data)) {

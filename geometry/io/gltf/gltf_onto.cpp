@@ -22,7 +22,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Neighbours in the same half of the sphere.
+// Neighbors in the same half of the sphere.
 GltfQuaternions Smooth(const std::vector<Eigen::Quaterniond>& rotations) {
   GltfQuaternions result(4, static_cast<Eigen::Index>(rotations.size()));
   Eigen::Quaterniond previous = Eigen::Quaterniond::Identity();

@@ -19,9 +19,9 @@ namespace holdfast {
 namespace {
 
 constexpr std::size_t kFewestBodyJoints = 13;  // pelvis, and three of each limb
-constexpr double kMostBytesPerFileByte = 10;
+constexpr double kMaxBytesPerFileByte = 10;
 constexpr double kFreeBytes = 48 << 20;
-constexpr double kFarthest = 1e5;  // metres from the origin that anything may be
+constexpr double kFarthest = 1e5;  // meters from the origin that anything may be
 
 std::string Quoted(const std::vector<std::string>& names) {
   return fmt::format("'{}'", fmt::join(names, "', '"));
@@ -316,8 +316,7 @@ class GltfMotionReader {
     const double joints = static_cast<double>(skeleton_.nodes.size());
     const double bytes =
         frames * (joints * (sizeof(Eigen::Quaterniond) + sizeof(Eigen::Vector3d)) + 160);
-    const double limit =
-        kMostBytesPerFileByte * static_cast<double>(asset_.NumBytes()) + kFreeBytes;
+    const double limit = kMaxBytesPerFileByte * static_cast<double>(asset_.NumBytes()) + kFreeBytes;
     if (!(bytes < limit) || frames * joints > kMaxJointFrames) {
       throw Error(asset_.Where(),
                   fmt::format("{:.1f} s at {:g} Hz make {:.0f} frames, far more than a file of {} "
@@ -395,7 +394,7 @@ class GltfMotionReader {
       for (std::size_t k = 0; k < joints; ++k) {
         const Eigen::Affine3d& world = World(skeleton_.nodes[k]);
         positions.col(static_cast<Eigen::Index>(k)) =
-            options_.metres_per_unit * (unmirror * world.translation());
+            options_.meters_per_unit * (unmirror * world.translation());
         motion_.rotations.emplace_back(RotationWithin(unmirror * world.linear()) *
                                        joint_from_rest[k]);
         motion_.rotations.back().normalize();
@@ -404,7 +403,7 @@ class GltfMotionReader {
         throw Error(
             asset_.Where(),
             fmt::format("frame {} lies more than {:g} km from the origin", t, 1e-3 * kFarthest),
-            "Correct the unit (--metres-per-unit), or export the animation again");
+            "Correct the unit (--meters-per-unit), or export the animation again");
       }
       motion_.positions.push_back(std::move(positions));
       if (prop_) PlaceProp(t, unmirror);
@@ -439,7 +438,7 @@ class GltfMotionReader {
     SourceMotion::Prop& prop = *motion_.prop;
     const Eigen::Affine3d& world = World(*prop_);
     const Eigen::Matrix3d linear = unmirror * world.linear();
-    prop.positions.col(frame) = options_.metres_per_unit * (unmirror * world.translation());
+    prop.positions.col(frame) = options_.meters_per_unit * (unmirror * world.translation());
     const Eigen::Matrix3d R = RotationWithin(linear);
     prop.rotations.emplace_back(R);
     prop.rotations.back().normalize();
@@ -451,7 +450,7 @@ class GltfMotionReader {
     if (frame > 0 || asset_.NodeAt(*prop_).mesh < 0) return;
     // Scale and shear go into the mesh: what is left is rigid.
     prop.mesh = ReadGltfMesh(asset_, asset_.NodeAt(*prop_).mesh);
-    const Eigen::Matrix3d shape = options_.metres_per_unit * R.transpose() * linear;
+    const Eigen::Matrix3d shape = options_.meters_per_unit * R.transpose() * linear;
     prop.mesh.vertices = (shape * prop.mesh.vertices).eval();
     if (shape.determinant() < 0 && prop.mesh.NumFaces() > 0) {
       prop.mesh.faces.row(1).swap(prop.mesh.faces.row(2));
@@ -460,7 +459,7 @@ class GltfMotionReader {
     if (prop.look) Transform(shape, *prop.look);
   }
 
-  // The bind pose may be in other units than the scene (centimetres below a node that scales).
+  // The bind pose may be in other units than the scene (centimeters below a node that scales).
   void ScaleRest() {
     const auto joints = static_cast<Eigen::Index>(skeleton_.nodes.size());
     std::vector<double> ratios;

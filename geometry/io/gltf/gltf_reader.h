@@ -15,7 +15,7 @@ namespace holdfast {
 
 struct GltfMotionOptions {
   double frame_rate = 0;       ///< Hz; 0: that of the keys
-  double metres_per_unit = 1;  ///< glTF's unit is the metre
+  double meters_per_unit = 1;  ///< glTF's unit is the meter
   std::string animation;       ///< by name; empty: the longest that moves the character
   std::string character;       ///< by name of its skin, mesh or topmost joint; empty: the only one
   std::string prop;  ///< node of the thing beside the body; empty: the only one that moves

@@ -98,7 +98,7 @@ std::vector<int> CountJoints(const GltfAsset& asset, const std::vector<int>& joi
   return count;
 }
 
-// Rest transforms of all nodes: the bind pose's where it is told, the others from their neighbours
+// Rest transforms of all nodes: the bind pose's where it is told, the others from their neighbors
 // as the file poses them.
 std::vector<Eigen::Affine3d> RestOf(const GltfAsset& asset, const GltfCharacter& character,
                                     const GltfSkeleton& skeleton,

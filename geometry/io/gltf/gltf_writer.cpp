@@ -19,7 +19,7 @@ namespace holdfast {
 namespace {
 
 // Weights dropped from a vertex move it by at most this share of the distance between the places
-// where its joints would carry it: well under a hundredth of a millimetre.
+// where its joints would carry it: well under a hundredth of a millimeter.
 constexpr double kNegligibleWeight = 1e-5;
 
 // Each vertex's largest weights first, `sets` times four of them, summing to one.

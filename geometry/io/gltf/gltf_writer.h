@@ -35,7 +35,7 @@ struct GlbOptions {
 struct GlbReport {
   int morph_targets = 0;
   int influences = 4;             ///< joints per vertex: 4, or 8 where 4 would not do
-  double corrective_error_m = 0;  ///< largest distance from the body model's surface, metres
+  double corrective_error_m = 0;  ///< largest distance from the body model's surface, meters
 };
 
 /// Writes a clip as a glTF 2.0 binary: the skinned and animated body of `surface` and, when the
@@ -46,7 +46,7 @@ struct GlbReport {
 /// the object and the table. z-up becomes glTF's y-up in the poses of these and of the pelvis. The
 /// skin's inverse bind matrices are the T-pose's, which with the morph targets of a CorrectiveBasis
 /// makes the file's surface the body model's within `corrective_error_m`. Morph weights lie in
-/// [0, 1], which Blender would clamp them to. Single precision, nothing quantised; key frames at
+/// [0, 1], which Blender would clamp them to. Single precision, nothing quantized; key frames at
 /// the clip's frame rate, linear in between. Throws Error when the file would pass the format's
 /// 4 GB or cannot be written.
 GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
@@ -64,7 +64,7 @@ inline constexpr std::size_t kMaxGltfBytes = std::numeric_limits<std::uint32_t>:
 /// Quaternions x y z w through time, one a column.
 using GltfQuaternions = Eigen::Matrix<float, 4, Eigen::Dynamic>;
 
-/// R_after exp(axis_angle) through time as unit quaternions, neighbours in the same half of the
+/// R_after exp(axis_angle) through time as unit quaternions, neighbors in the same half of the
 /// sphere so that players turn the short way.
 GltfQuaternions QuaternionsOverTime(const Eigen::Matrix3d& R_after,
                                     const Eigen::Matrix3Xd& axis_angle);

@@ -23,7 +23,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kLeastVolume_m3 = 1e-11;  // less is flat to MuJoCo
+constexpr double kMinVolume_m3 = 1e-11;  // less is flat to MuJoCo
 
 // The skin that a joint moves most, in the joint's coordinate frame.
 struct HandPiece {
@@ -67,7 +67,7 @@ std::vector<HandPiece> PiecesOf(const BodySurface& surface, Side side) {
       points.col(k++) = surface.RestVertices().col(v) - surface.RestJoints().col(joint);
     }
     TriangleMesh hull = ConvexHull(points);
-    if (SignedVolume(hull) > kLeastVolume_m3) pieces.push_back({joint, std::move(hull)});
+    if (SignedVolume(hull) > kMinVolume_m3) pieces.push_back({joint, std::move(hull)});
   }
   return pieces;
 }
@@ -170,12 +170,12 @@ class MjcfScene {
         CountEdges(object_->faces, EdgeTable(object_->faces, object_->NumVertices()));
     double volume = SignedVolume(*object_);
     report_.mesh_is_hull = edges.non_manifold + edges.misoriented > 0;
-    report_.mass_of_hull = report_.mesh_is_hull || edges.boundary > 0 || volume <= kLeastVolume_m3;
+    report_.mass_of_hull = report_.mesh_is_hull || edges.boundary > 0 || volume <= kMinVolume_m3;
     if (report_.mass_of_hull) {
       hull_ = ConvexHull(object_->vertices(Eigen::all, object_->faces.reshaped()));
       volume = SignedVolume(hull_);
     }
-    if (volume <= kLeastVolume_m3) {
+    if (volume <= kMinVolume_m3) {
       throw Error(path_.string(), "cannot have an object without a volume",
                   "Give a solid mesh with --object, or leave the object out with --no-object");
     }
@@ -349,7 +349,7 @@ class MjcfScene {
             "    <geom name=\"floor\" type=\"plane\" size=\"5 5 0.1\" rgba=\"0.8 0.8 0.8 1\"/>\n";
     if (physics_ != nullptr) {
       const Eigen::Matrix3d& I = physics_->inertia;
-      const Eigen::Vector3d& centre = physics_->centre;
+      const Eigen::Vector3d& center = physics_->center;
       file << fmt::format(
           "    <body name=\"object\" {}>\n"
           "      <freejoint name=\"object\"/>\n"
@@ -358,7 +358,7 @@ class MjcfScene {
           "{:.9g} {:.9g} {:.9g} {:.9g}\"/>\n"
           "      <geom name=\"object\" class=\"seen\" type=\"mesh\" mesh=\"object\" "
           "rgba=\"0.16 0.38 0.62 1\"/>\n{}    </body>\n",
-          Place(clip_.object->Pose(0)), centre.x(), centre.y(), centre.z(), physics_->mass_kg,
+          Place(clip_.object->Pose(0)), center.x(), center.y(), center.z(), physics_->mass_kg,
           I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2),
           PieceGeoms(physics_->object_pieces, "object", "object"));
     } else if (object_ != nullptr) {

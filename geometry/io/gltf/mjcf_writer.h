@@ -12,7 +12,7 @@
 
 namespace holdfast {
 
-/// A link of a simulated hand: rigid convex pieces on a ball joint. Lengths are metres.
+/// A link of a simulated hand: rigid convex pieces on a ball joint. Lengths are meters.
 struct MjcfLink {
   int parent = -1;  ///< an earlier link; -1: the palm, whose frame is the wrist's
   Eigen::Vector3d joint = Eigen::Vector3d::Zero();           ///< in the parent's frame
@@ -39,7 +39,7 @@ struct MjcfHand {
 struct MjcfPhysics {
   std::vector<TriangleMesh> object_pieces;  ///< convex
   double mass_kg = 0.0;
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();   ///< of the object's mass
+  Eigen::Vector3d center = Eigen::Vector3d::Zero();   ///< of the object's mass
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();  ///< about it
   bool mass_of_pieces = false;  ///< the surface is not closed: mass and inertia are the pieces'
   double step_s = 0.002, friction = 0.8, torsion_m = 0.005;
@@ -72,7 +72,7 @@ struct MjcfReport {
 /// The folder of meshes beside a scene: "x_assets" of "x.xml".
 std::filesystem::path MjcfAssets(const std::filesystem::path& path);
 
-/// Writes a clip's object and hands as a scene for MuJoCo (MJCF), z up, metres, kilograms, and its
+/// Writes a clip's object and hands as a scene for MuJoCo (MJCF), z up, meters, kilograms, and its
 /// meshes as `.obj` into MjcfAssets(path). Bodies:
 ///
 ///   object        (with an object track and `object` not null) a free joint and the mesh; its mass

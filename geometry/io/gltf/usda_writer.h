@@ -17,10 +17,10 @@ struct UsdaOptions {
   std::function<void(int done, int total)> progress;  ///< after each key frame, may be empty
 };
 
-/// Writes a clip as a USD text stage: z up, metres, time codes are the clip's frames. `/World/body`
+/// Writes a clip as a USD text stage: z up, meters, time codes are the clip's frames. `/World/body`
 /// is a mesh whose `points` are sampled at each key frame (world coordinates, the body model's own
 /// surface), `/World/object` (with an object track and `object` not null) a mesh with a transform
-/// sampled at the same. Coordinates have five decimals, a hundredth of a millimetre.
+/// sampled at the same. Coordinates have five decimals, a hundredth of a millimeter.
 void WriteUsda(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
                const UsdaOptions& options, const std::filesystem::path& path);
 

@@ -210,7 +210,7 @@ class C3dParser {
     if (unit->cut_off) {
       Note(fmt::format("the unit '{}' is cut off; read as {}", recording_.unit, unit->name));
     }
-    recording_.metres_per_unit = unit->metres;
+    recording_.meters_per_unit = unit->meters;
   }
 
   // Two words, the low one first.
@@ -247,7 +247,7 @@ class C3dParser {
       Fail(fmt::format("is cut off: {} frames of {} bytes are told, {} bytes are there", frames_,
                        frame_bytes, bytes_.size() - std::min(data_, bytes_.size())));
     }
-    const double factor = recording_.metres_per_unit * (floats ? 1.0 : scale_);
+    const double factor = recording_.meters_per_unit * (floats ? 1.0 : scale_);
     recording_.positions.resize(3 * points_, frames_);
     for (long t = 0; t < frames_; ++t) {
       for (int p = 0; p < points_; ++p) {
@@ -290,7 +290,7 @@ namespace {
 
 constexpr std::size_t kC3dBlock = 512;
 constexpr std::size_t kLongestLabel = 127;  // 255 of them are reached by an offset of 16 bits
-constexpr int kLabelsOfOneParameter = 255, kMostWord = 65535;
+constexpr int kLabelsOfOneParameter = 255, kMaxWord = 65535;
 
 void PutWord(std::string& bytes, unsigned value) {
   bytes += static_cast<char>(value & 255);
@@ -299,7 +299,7 @@ void PutWord(std::string& bytes, unsigned value) {
 
 void PutFloat(std::string& bytes, float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
-  PutWord(bytes, bits & kMostWord);
+  PutWord(bytes, bits & kMaxWord);
   PutWord(bytes, bits >> 16);
 }
 
@@ -389,19 +389,19 @@ C3dParameters ParametersOf(const MarkerRecording& recording, unsigned data_block
   parameters.Add("SCALE", 4, {}, FloatBytes(-1.0));
   parameters.Add("RATE", 4, {}, FloatBytes(recording.rate_hz));
   parameters.Add("DATA_START", data_block);
-  parameters.Add("FRAMES", std::min<unsigned>(frames, kMostWord));
+  parameters.Add("FRAMES", std::min<unsigned>(frames, kMaxWord));
   parameters.Add("UNITS", -1, {2}, "mm");
   AddLabels(LabelsOf(recording, where), parameters);
   parameters.Group("ANALOG");
   parameters.Add("USED", 0);
   parameters.Group("TRIAL");
-  parameters.Add("ACTUAL_START_FIELD", 2, {2}, Words({first & kMostWord, first >> 16}));
-  parameters.Add("ACTUAL_END_FIELD", 2, {2}, Words({last & kMostWord, last >> 16}));
+  parameters.Add("ACTUAL_START_FIELD", 2, {2}, Words({first & kMaxWord, first >> 16}));
+  parameters.Add("ACTUAL_END_FIELD", 2, {2}, Words({last & kMaxWord, last >> 16}));
   return parameters;
 }
 
 std::string HeaderOf(const MarkerRecording& recording, unsigned data_block) {
-  const auto clamped = [](unsigned number) { return std::min<unsigned>(number, kMostWord); };
+  const auto clamped = [](unsigned number) { return std::min<unsigned>(number, kMaxWord); };
   const auto first = static_cast<unsigned>(recording.first_frame);
   std::string header = "\x02\x50";
   PutWord(header, static_cast<unsigned>(recording.NumMarkers()));
@@ -421,9 +421,9 @@ std::string HeaderOf(const MarkerRecording& recording, unsigned data_block) {
 
 std::string C3dBytes(const MarkerRecording& recording, const std::string& where) {
   const int markers = recording.NumMarkers(), frames = recording.NumFrames();
-  if (markers < 1 || markers > kMostWord || frames < 1) {
+  if (markers < 1 || markers > kMaxWord || frames < 1) {
     throw Error(where, fmt::format("{} markers and {} frames are no C3D", markers, frames),
-                fmt::format("Give 1 to {} markers, a frame or more", kMostWord));
+                fmt::format("Give 1 to {} markers, a frame or more", kMaxWord));
   }
   const std::size_t blocks = ParametersOf(recording, 0, where).Blocks();
   if (blocks > 255) {

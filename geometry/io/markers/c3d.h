@@ -20,7 +20,7 @@ bool LooksLikeC3d(std::string_view head);
 MarkerRecording ParseC3d(std::string_view bytes, const std::string& where);
 
 /// A recording as a C3D file (www.c3d.org, user guide of 2008): floats, Intel's byte order,
-/// millimetres, its axes; residual 0, or -1 where a marker is not seen. Labels are
+/// millimeters, its axes; residual 0, or -1 where a marker is not seen. Labels are
 /// "subject:name" where there is a subject; more than 255 go to LABELS2 and so on, more than 65,535
 /// frames to TRIAL:ACTUAL_END_FIELD. Throws Error, named `where`, for what the format can't hold:
 /// no marker or frame, labels of more than 127 bytes or none, more parameters than 127 KB.

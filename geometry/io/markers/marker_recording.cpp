@@ -87,11 +87,11 @@ std::optional<LengthUnit> FindLengthUnit(std::string_view unit) {
                                                   {"m", 1.0},
                                                   {"in", 0.0254},
                                                   {"millimeters", 1e-3},
-                                                  {"millimetres", 1e-3},
+                                                  {"millimeters", 1e-3},
                                                   {"centimeters", 1e-2},
-                                                  {"centimetres", 1e-2},
+                                                  {"centimeters", 1e-2},
                                                   {"meters", 1.0},
-                                                  {"metres", 1.0},
+                                                  {"meters", 1.0},
                                                   {"inch", 0.0254},
                                                   {"inches", 0.0254}}};
   for (const LengthUnit& known : kUnits) {
@@ -99,7 +99,7 @@ std::optional<LengthUnit> FindLengthUnit(std::string_view unit) {
     if (unit.size() < kMinCutOff || unit.size() > known.name.size()) continue;
     if (!EqualIgnoringCase(unit, known.name.substr(0, unit.size()))) continue;
     // The singular is a word of its own.
-    return LengthUnit{known.name, known.metres, unit.size() + 1 < known.name.size()};
+    return LengthUnit{known.name, known.meters, unit.size() + 1 < known.name.size()};
   }
   return std::nullopt;
 }

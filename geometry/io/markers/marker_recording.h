@@ -14,16 +14,16 @@ namespace holdfast {
 enum class MarkerFormat { kC3d, kTrc, kViconCsv, kQtmTsv };
 std::string_view MarkerFormatName(MarkerFormat format);
 
-/// Labelled markers of one capture. Axes are the file's: which way is up is not part of most.
+/// Labeled markers of one capture. Axes are the file's: which way is up is not part of most.
 struct MarkerRecording {
   MarkerFormat format = MarkerFormat::kC3d;
   std::vector<std::string> names;     ///< as in the file, without the subject
   std::vector<std::string> subjects;  ///< of each marker ("P1" of "P1:RSHO"); empty without one
-  Eigen::MatrixXd positions;  ///< (3 M x T) metres; NaN in all three where a marker is not seen
+  Eigen::MatrixXd positions;  ///< (3 M x T) meters; NaN in all three where a marker is not seen
   double rate_hz = 0.0;
   int first_frame = 1;             ///< the file's number of the first column
   std::string unit;                ///< as the file writes it
-  double metres_per_unit = 1e-3;   ///< that positions were multiplied by
+  double meters_per_unit = 1e-3;   ///< that positions were multiplied by
   std::vector<std::string> notes;  ///< faults of the file that it was read in spite of
 
   int NumMarkers() const { return static_cast<int>(names.size()); }
@@ -54,7 +54,7 @@ MarkerRecording ParseMarkers(std::string_view content, const std::string& where)
 /// off after three letters.
 struct LengthUnit {
   std::string_view name;
-  double metres = 1.0;
+  double meters = 1.0;
   bool cut_off = false;
 };
 /// Nothing for any other word.

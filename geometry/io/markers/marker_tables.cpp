@@ -102,7 +102,7 @@ void SetUnit(const Table& table, std::string_view word, MarkerRecording& recordi
   if (unit->cut_off) {
     table.Note(fmt::format("the unit '{}' is cut off; read as {}", word, unit->name), recording);
   }
-  recording.metres_per_unit = unit->metres;
+  recording.meters_per_unit = unit->meters;
 }
 
 // Names that stand over three columns each; a marker between them without one gets its number.
@@ -167,7 +167,7 @@ void ReadPositions(Table& table, std::size_t first, MarkerRecording& recording) 
         const std::string_view field = fields[first + 3 * m + c];
         const bool unseen = field.empty() || EqualIgnoringCase(field, "nan");
         point[c] = unseen ? std::numeric_limits<double>::quiet_NaN()
-                          : recording.metres_per_unit * table.Number(field, "coordinate");
+                          : recording.meters_per_unit * table.Number(field, "coordinate");
       }
       if (point.hasNaN() || point.isZero(0.0)) {
         point.setConstant(std::numeric_limits<double>::quiet_NaN());

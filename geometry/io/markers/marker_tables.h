@@ -17,7 +17,7 @@ namespace holdfast {
 MarkerRecording ParseTrc(std::string_view text, const std::string& where);
 /// Vicon Nexus' export of trajectories: "Trajectories", the rate, names, axes, units.
 MarkerRecording ParseViconCsv(std::string_view text, const std::string& where);
-/// Qualisys Track Manager's: FREQUENCY, MARKER_NAMES, ...; millimetres. With a row of column names
+/// Qualisys Track Manager's: FREQUENCY, MARKER_NAMES, ...; millimeters. With a row of column names
 /// or without, with frame and time before the positions or without.
 MarkerRecording ParseQtmTsv(std::string_view text, const std::string& where);
 

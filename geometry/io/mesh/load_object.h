@@ -14,7 +14,7 @@ struct LoadedObject {
   std::string name;               ///< stem of the file, or the embedded object's name
   std::string source;             ///< as the user wrote it
   TriangleMesh mesh;              ///< repaired where that is safe, scaled
-  bool implausible_size = false;  ///< not a handheld object in metres
+  bool implausible_size = false;  ///< not a handheld object in meters
   double suggested_scale = 1.0;   ///< then, the factor that would make it one, if there is one
   std::vector<std::string> notes;
 };

@@ -19,7 +19,7 @@ struct MeshFile {
 
 /// Reads a surface mesh by its extension, in capitals or not: `.obj`, `.ply` (text and binary),
 /// `.stl` (text and binary), `.off` (text), `.glb` and `.gltf` (ReadGltfScene). Numbers are taken
-/// as metres; texture, normals, colours and materials are passed over. Faces are kept when doubled,
+/// as meters; texture, normals, colors and materials are passed over. Faces are kept when doubled,
 /// without area or non-manifold; in .obj and .stl files each corner of a face is taken once, and
 /// faces of fewer than three are left out (noted). An .stl file holds loose triangles: corners at
 /// the same place become one vertex.
@@ -42,8 +42,8 @@ bool HasMeshFormat(const std::filesystem::path& path);
 TriangleMesh ReadMesh(const std::filesystem::path& path);
 
 /// Writes a mesh through OpenMesh, by extension, atomically: `.obj` and `.off` as text, `.ply` and
-/// `.stl` as binary. Positions are stored in single precision (half a nanometre for an object of
-/// centimetres size, picometres in .obj). The same mesh gives the same bytes. Throws Error for an
+/// `.stl` as binary. Positions are stored in single precision (half a nanometer for an object of
+/// centimeters size, picometers in .obj). The same mesh gives the same bytes. Throws Error for an
 /// unknown extension, a mesh without faces, ids out of range, coordinates that are not finite in
 /// single precision, and when the file cannot be written.
 void WriteMesh(const TriangleMesh& mesh, const std::filesystem::path& path);

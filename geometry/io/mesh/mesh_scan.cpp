@@ -307,7 +307,7 @@ MeshScan ScanOff(std::string_view bytes, const std::string& name) {
     p[1] = lines.Coordinate(lines.Word());
     p[2] = lines.Coordinate(lines.Word());
     scan.positions.push_back(p);
-    while (!lines.Word().empty()) continue;  // colours, normals
+    while (!lines.Word().empty()) continue;  // colors, normals
   }
   for (std::size_t f = 0; f < faces; ++f) {
     long long corners = 0;
@@ -329,7 +329,7 @@ MeshScan ScanOff(std::string_view bytes, const std::string& name) {
       AddPolygonId(scan, id, vertices, lines);
     }
     EndPolygon(scan, lines);
-    while (!lines.Word().empty()) continue;  // colours
+    while (!lines.Word().empty()) continue;  // colors
   }
   return scan;
 }

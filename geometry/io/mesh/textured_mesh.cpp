@@ -219,7 +219,7 @@ class ObjReader {
     if (!images_.HasRoom()) return;
     if (images_.Add(ReadFile(path, kMaxImageBytes), fmt::format("'{}'", name), material,
                     mesh_.notes)) {
-      material.color.head<3>().setOnes();  // the image has the colour
+      material.color.head<3>().setOnes();  // the image has the color
     }
   }
 

@@ -19,14 +19,14 @@ struct Material {
   Eigen::Vector4d color{0.8, 0.8, 0.8, 1.0};  ///< linear red, green, blue, and opacity
   double metallic = 0.0;
   double roughness = 0.5;
-  std::string image;  ///< a PNG or JPEG file's bytes, of the colour; empty: none
+  std::string image;  ///< a PNG or JPEG file's bytes, of the color; empty: none
 };
 
 /// A mesh for display: parts of one material each, vertices parted where normals or texture
 /// coordinates are.
 struct TexturedMesh {
   struct Part {
-    TriangleMesh mesh;         ///< metres
+    TriangleMesh mesh;         ///< meters
     Eigen::Matrix3Xd normals;  ///< (3 x V), unit
     Eigen::Matrix2Xd uv;       ///< (2 x V), v upwards; empty: none
     int material = 0;

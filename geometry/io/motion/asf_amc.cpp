@@ -326,7 +326,7 @@ std::size_t CountFrames(TextScanner ahead) {
   return frames;
 }
 
-// Names, parents, offsets and end sites of joints in the order of `order`; `scale` is in metres
+// Names, parents, offsets and end sites of joints in the order of `order`; `scale` is in meters
 // per unit.
 void SetRestBones(const Skeleton& skeleton, const std::vector<int>& order, double scale,
                   SourceMotion& motion) {
@@ -400,7 +400,7 @@ SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::stri
   const Skeleton skeleton = ParseSkeleton(asf);
   const std::vector<int> order = ParentsFirst(asf, skeleton);
   const double scale =
-      options.metres_per_unit > 0 ? options.metres_per_unit : kInch / skeleton.length_unit;
+      options.meters_per_unit > 0 ? options.meters_per_unit : kInch / skeleton.length_unit;
 
   SourceMotion motion;
   motion.format = "ASF/AMC";
@@ -413,8 +413,8 @@ SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::stri
   TextScanner amc(std::move(amc_name), amc_text, '#');
   const double angle_unit = ReadAngleUnit(amc, skeleton.angle_unit);
   const std::size_t num_frames = CountFrames(amc);
-  RequireBearable(amc, static_cast<double>(num_frames), static_cast<int>(order.size()),
-                  amc_text.size());
+  CheckMemoryBudget(amc, static_cast<double>(num_frames), static_cast<int>(order.size()),
+                    amc_text.size());
   motion.positions.reserve(num_frames);
   motion.rotations.reserve(num_frames * order.size());
   while (!amc.AtEnd()) {

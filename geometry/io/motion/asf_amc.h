@@ -11,7 +11,7 @@ namespace holdfast {
 
 struct AmcOptions {
   std::filesystem::path skeleton;  ///< the `.asf`; empty: looked for beside the motion
-  double metres_per_unit = 0;      ///< 0: from the skeleton's `:units length` (0.45: 0.056444 m)
+  double meters_per_unit = 0;      ///< 0: from the skeleton's `:units length` (0.45: 0.056444 m)
   double frame_rate = 120;         ///< Hz; AMC does not say, CMU recorded at 120 (a few at 60)
 };
 

@@ -214,11 +214,11 @@ void KeepLargestTree(SourceMotion& motion) {
   for (SourceMotion::EndSite& site : motion.end_sites) site.parent -= kept;
 }
 
-SourceMotion ParsePlain(std::string_view text, std::string name, double metres_per_unit) {
+SourceMotion ParsePlain(std::string_view text, std::string name, double meters_per_unit) {
   TextScanner scanner(std::move(name), text);
   SourceMotion motion;
   motion.format = "BVH";
-  const std::vector<Channel> channels = ReadHierarchy(scanner, metres_per_unit, motion);
+  const std::vector<Channel> channels = ReadHierarchy(scanner, meters_per_unit, motion);
   if (channels.empty()) {
     scanner.Fail("no joint has CHANNELS", "Export the motion with its channels");
   }
@@ -241,7 +241,7 @@ SourceMotion ParsePlain(std::string_view text, std::string name, double metres_p
   // The header's count is only believed as far as the text can bear it: a number takes two bytes.
   const std::size_t bearable = text.size() / (2 * channels.size()) + 1;
   const std::size_t expected = std::min<std::size_t>(num_frames, bearable);
-  RequireBearable(scanner, static_cast<double>(expected + 1), motion.NumJoints(), text.size());
+  CheckMemoryBudget(scanner, static_cast<double>(expected + 1), motion.NumJoints(), text.size());
   motion.positions.reserve(expected + 1);  // some files have one frame more than they announce
   motion.rotations.reserve((expected + 1) * motion.joint_names.size());
   for (int frame = 0; frame < num_frames; ++frame) {
@@ -252,10 +252,10 @@ SourceMotion ParsePlain(std::string_view text, std::string name, double metres_p
           frame < num_frames - 1 ? ": the motion was cut, or the file is not whole" : ""));
       return motion;
     }
-    ReadFrame(scanner, frame, num_frames, metres_per_unit, channels, motion);
+    ReadFrame(scanner, frame, num_frames, meters_per_unit, channels, motion);
   }
   if (!scanner.AtEnd()) {
-    ReadFrame(scanner, num_frames, num_frames + 1, metres_per_unit, channels, motion);
+    ReadFrame(scanner, num_frames, num_frames + 1, meters_per_unit, channels, motion);
     motion.notes.push_back(
         fmt::format("the header announces {} frames, one more is there", num_frames));
   }
@@ -269,26 +269,26 @@ SourceMotion ParsePlain(std::string_view text, std::string name, double metres_p
 
 }  // namespace
 
-SourceMotion ParseBvh(std::string_view text, std::string name, double metres_per_unit) {
+SourceMotion ParseBvh(std::string_view text, std::string name, double meters_per_unit) {
   const std::optional<std::string> with_points = WithDecimalPoints(text);
   SourceMotion motion =
-      ParsePlain(with_points ? *with_points : text, std::move(name), metres_per_unit);
+      ParsePlain(with_points ? *with_points : text, std::move(name), meters_per_unit);
   if (with_points) motion.notes.emplace_back("numbers have decimal commas: read as points");
   KeepLargestTree(motion);
   return motion;
 }
 
-SourceMotion ReadBvh(const std::filesystem::path& path, double metres_per_unit) {
+SourceMotion ReadBvh(const std::filesystem::path& path, double meters_per_unit) {
   std::vector<std::string> notes;
   const std::string text = PlainText(ReadGzipText(path), notes);
-  SourceMotion motion = ParseBvh(text, path.string(), metres_per_unit);
+  SourceMotion motion = ParseBvh(text, path.string(), meters_per_unit);
   motion.notes.insert(motion.notes.begin(), notes.begin(), notes.end());
   return motion;
 }
 
 namespace {
 
-constexpr double kUnitsPerMetre = 100;
+constexpr double kUnitsPerMeter = 100;
 constexpr double kTurn = 2 * std::numbers::pi;
 constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
@@ -322,7 +322,7 @@ Eigen::Vector3d EulerZxy(const Eigen::Matrix3d& R, const Eigen::Vector3d& previo
 }
 
 void WriteOffset(const Eigen::Vector3d& offset_m, const std::string& indent, Text out) {
-  const Eigen::Vector3d offset = kUnitsPerMetre * offset_m;
+  const Eigen::Vector3d offset = kUnitsPerMeter * offset_m;
   fmt::format_to(out, "{}OFFSET {:.6f} {:.6f} {:.6f}\n", indent, offset.x(), offset.y(),
                  offset.z());
 }
@@ -374,7 +374,7 @@ std::string BvhText(const Clip& clip, const BodySurface& surface) {
   Eigen::Matrix3Xd angles = Eigen::Matrix3Xd::Zero(3, kNumJoints);
   for (int t = 0; t < clip.NumFrames(); ++t) {
     const Eigen::Vector3d root =
-        kUnitsPerMetre * y_up_from_z_up * (surface.RestJoints().col(0) + clip.trans.col(t));
+        kUnitsPerMeter * y_up_from_z_up * (surface.RestJoints().col(0) + clip.trans.col(t));
     fmt::format_to(out, "{:.6f} {:.6f} {:.6f}", root.x(), root.y(), root.z());
     for (const int joint : order) {
       Eigen::Matrix3d R = ExpSO3(clip.pose[t].col(joint));

@@ -10,8 +10,8 @@
 
 namespace holdfast {
 
-void RequireBearable(const TextScanner& scanner, double frames, int joints,
-                     std::size_t text_bytes) {
+void CheckMemoryBudget(const TextScanner& scanner, double frames, int joints,
+                       std::size_t text_bytes) {
   constexpr double kAlwaysBytes = 60 << 20;
   const double joint_frames = frames * joints;
   if (joint_frames > kMaxJointFrames) {
@@ -29,9 +29,9 @@ void RequireBearable(const TextScanner& scanner, double frames, int joints,
 void RequireInRange(const SourceMotion& motion, std::string_view where) {
   RequireFrameRate(motion.frame_rate, where);
   const std::string remedy =
-      fmt::format("{} (import --metres-per-unit says another)", kMetresRemedy);
+      fmt::format("{} (import --meters-per-unit says another)", kMetersRemedy);
   const auto require = [&](const auto& positions, std::string_view field, std::string_view column) {
-    RequireWithin(positions, kMostMetres, where, field, column, remedy);
+    RequireWithin(positions, kMaxMeters, where, field, column, remedy);
   };
   require(motion.rest_offsets, "offsets", "joint");
   for (std::size_t t = 0; t < motion.positions.size(); ++t) {

@@ -21,21 +21,21 @@ namespace holdfast {
 /// 80 Hz.
 inline constexpr double kMaxJointFrames = 3e7;
 
-/// A motion as a file tells it, on the file's own skeleton: lengths in metres, everything else
+/// A motion as a file tells it, on the file's own skeleton: lengths in meters, everything else
 /// (axes, rest pose, joint names) as found. Parents come before children; joint 0 is the root.
 struct SourceMotion {
   struct EndSite {
     int parent;              ///< joint it hangs on
-    Eigen::Vector3d offset;  ///< in the parent's frame, metres
+    Eigen::Vector3d offset;  ///< in the parent's frame, meters
   };
 
   /// A rigid thing that moves in the file beside the body.
   struct Prop {
     std::string name;
-    TriangleMesh mesh;                          ///< in its own frame, metres; empty when not read
+    TriangleMesh mesh;                          ///< in its own frame, meters; empty when not read
     std::optional<TexturedMesh> look;           ///< of that mesh, where the file gives one
     std::vector<Eigen::Quaterniond> rotations;  ///< per frame: x_world = q x + position
-    Eigen::Matrix3Xd positions;                 ///< (3 x T) world, metres
+    Eigen::Matrix3Xd positions;                 ///< (3 x T) world, meters
   };
 
   std::string format;                    ///< "BVH", "ASF/AMC", "glTF" or "SkillMimic"
@@ -47,7 +47,7 @@ struct SourceMotion {
   std::vector<std::string> notes;  ///< what was odd in the file and how it was taken
   /// World rotation of joint j in frame t, at [t * J + j]: x_world = q x_joint + position.
   std::vector<Eigen::Quaterniond> rotations;
-  std::vector<Eigen::Matrix3Xd> positions;  ///< per frame, (3 x J) world, metres
+  std::vector<Eigen::Matrix3Xd> positions;  ///< per frame, (3 x J) world, meters
   std::map<std::string, int> humanoid;  ///< VRM's bones and their joints, where the file tells them
   std::optional<Prop> prop;
   Eigen::VectorXd betas;           ///< of the body, where the file tells (Holdfast's own do)
@@ -66,7 +66,8 @@ inline constexpr std::size_t kJointFrameBytes = 56;
 /// A joint without channels costs nothing in a text, yet memory in every frame. Throws Error at the
 /// scanner's line when `frames` of `joints` would take more than ten times the text they come from
 /// and 60 MB, or more than kMaxJointFrames.
-void RequireBearable(const TextScanner& scanner, double frames, int joints, std::size_t text_bytes);
+void CheckMemoryBudget(const TextScanner& scanner, double frames, int joints,
+                       std::size_t text_bytes);
 
 /// Throws Error (`where`, with the field and the frame) for the first number that is outside the
 /// ranges of geometry/value_ranges.h or no number.

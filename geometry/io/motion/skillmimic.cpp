@@ -17,7 +17,7 @@ namespace holdfast {
 namespace {
 
 constexpr double kSkillMimicRate = 60.0;
-constexpr double kBallRadius = 0.12;  // metres
+constexpr double kBallRadius = 0.12;  // meters
 constexpr int kBodies = 53;
 // Where the parts of a frame begin.
 constexpr int kRootPosition = 0, kRootTurn = 3, kJointTurns = 9, kBodyPositions = 165, kBall = 324,

@@ -21,7 +21,7 @@ bool LooksLikeSkillMimic(const DataValue& root);
 /// Reads a motion of SkillMimic's BallPlay-M (`.pt`, a float tensor (T, 337); Wang et al. 2025): 53
 /// joints, 60 Hz, and a ball of radius 0.12 m without rotation as prop. Root, then rotations as
 /// exponential maps, are taken; the positions of bodies in the file, which are those of a
-/// simulation and a few centimetres off, give the lengths of bones alone. The file's world is z up;
+/// simulation and a few centimeters off, give the lengths of bones alone. The file's world is z up;
 /// what comes out is y up. Throws Error for other shapes, no frames, and numbers that are not
 /// finite.
 SourceMotion ReadSkillMimic(const DataValue& root);

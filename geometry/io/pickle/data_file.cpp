@@ -198,7 +198,7 @@ struct DataFile::Content {
     } else if (LooksLikeTorchLegacy(AsBytes(head))) {
       format = DataFormat::kTorchLegacy;
       root = ReadTorchLegacy(Whole(source), path.string());
-    } else if (SafetensorsReader::Recognises(head, source.Size())) {
+    } else if (SafetensorsReader::Recognizes(head, source.Size())) {
       format = DataFormat::kSafetensors;
       tensors.emplace(std::move(source));
     } else if (BeginsAsJson(head)) {

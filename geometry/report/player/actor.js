@@ -10,7 +10,7 @@ import {
   MeshStandardMaterial,
 } from "three";
 
-import { kPalette, paintAll, paintHands, ramp } from "./colours.js";
+import { kPalette, paintAll, paintHands, ramp } from "./colors.js";
 import { Skin } from "./skinning.js";
 
 export class Actor {
@@ -35,11 +35,11 @@ export class Actor {
       attribute.setUsage(DynamicDrawUsage);
       return attribute;
     };
-    this.colours = new Float32Array(this.arrays.rest.length);
+    this.colors = new Float32Array(this.arrays.rest.length);
     geometry.setIndex(new BufferAttribute(this.arrays.faces, 1));
     geometry.setAttribute("position", dynamic(this.skin.positions));
     geometry.setAttribute("normal", dynamic(this.skin.normals));
-    geometry.setAttribute("color", dynamic(this.colours));
+    geometry.setAttribute("color", dynamic(this.colors));
     return this.addMesh(geometry);
   }
 
@@ -108,7 +108,7 @@ export class Actor {
     }
     this.body.castShadow = !ghost;
     this.body.receiveShadow = !ghost;
-    // Where ghost and clip agree the clip is seen: the ghost stands two millimetres back.
+    // Where ghost and clip agree the clip is seen: the ghost stands two millimeters back.
     for (const mesh of [this.body, this.object]) {
       if (!mesh) continue;
       for (const { material } of [mesh, mesh.userData.depth]) {
@@ -152,10 +152,10 @@ export class Actor {
     }
   }
 
-  setColours(mode, scales) {
+  setColors(mode, scales) {
     this.mode = this.header.has_object ? mode : "off";
     this.table = ramp(this.mode, scales);
-    paintAll(this.colours, kPalette.body);
+    paintAll(this.colors, kPalette.body);
     this.frame = -1;
   }
 
@@ -168,7 +168,7 @@ export class Actor {
     position.needsUpdate = true;
     normal.needsUpdate = true;
     if (!this.ghost) {
-      if (this.mode !== "off") paintHands(this.colours, this.arrays, frame, this.table);
+      if (this.mode !== "off") paintHands(this.colors, this.arrays, frame, this.table);
       color.needsUpdate = true;
     }
     if (this.object) {
@@ -198,7 +198,7 @@ export class Actor {
   }
 
   // Middle of the object in the frame shown; nothing without one.
-  objectCentre() {
+  objectCenter() {
     if (!this.object) return null;
     const { geometry } = this.object;
     if (!geometry.boundingSphere) geometry.computeBoundingSphere();
@@ -207,7 +207,7 @@ export class Actor {
   }
 
   // Mean of one hand's vertices in the frame shown.
-  handCentre(side) {
+  handCenter(side) {
     const { hand_vertices: ids } = this.arrays;
     const right = this.header.right_hand_vertices;
     const part = side === "right" ? ids.subarray(0, right) : ids.subarray(right);

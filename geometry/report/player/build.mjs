@@ -17,7 +17,7 @@ const bundle = async (entry, options) => {
     write: false,
     charset: "utf8",
     nodePaths: [modules],
-    legalComments: "inline", // three.js asks for its licence line to stay
+    legalComments: "inline", // three.js asks for its license line to stay
     logLevel: "warning",
     ...options,
   });

@@ -31,8 +31,8 @@ export class Controls {
     for (const button of document.querySelectorAll("[data-view]")) {
       button.addEventListener("click", () => this.actions.setView(button.dataset.view));
     }
-    for (const button of document.querySelectorAll("[data-colours]")) {
-      button.addEventListener("click", () => this.actions.setColours(button.dataset.colours));
+    for (const button of document.querySelectorAll("[data-colors]")) {
+      button.addEventListener("click", () => this.actions.setColors(button.dataset.colors));
     }
     for (const name of ["follow", "wireframe", "object", "ghost"]) {
       find(name).addEventListener("click", () => this.actions[`toggle_${name}`]());
@@ -58,7 +58,7 @@ export class Controls {
       3: () => actions.setView("right"),
       4: () => actions.setView("left"),
       w: () => actions.toggle_wireframe(),
-      c: () => actions.nextColours(),
+      c: () => actions.nextColors(),
       o: () => actions.toggle_object(),
       g: () => actions.toggle_ghost(),
       f: () => actions.toggle_follow(),

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Small multiples of the values per frame: a cursor tied to the player, hover to read, click or drag
 // to seek.
-import { chartsFor } from "./catalogue.js";
+import { chartsFor } from "./catalog.js";
 import { element } from "./dom.js";
 import { short, withUnit } from "./words.js";
 
@@ -10,7 +10,7 @@ const kFont = 11; // px
 const kLogSpan = 100; // energies that span more than this are drawn on a log scale
 const kNoise = 1e-6; // in a chart's unit: less is rounding
 const kConstant = 1e-3; // of a line's size: digits that are shown do not change by less
-const kEnergyNoise = 1e-12; // squared micrometres
+const kEnergyNoise = 1e-12; // squared micrometers
 
 // `container` takes the charts, `constants` (a dl) the values of those that do not change.
 export class Curves {
@@ -209,20 +209,20 @@ class Chart {
     const labels = this.ticks().map((value) => pen.measureText(this.tickText(value)).width);
     this.left = Math.max(kPad.left, ...labels.map((width) => Math.ceil(width) + 10));
     const style = getComputedStyle(this.figure);
-    const colour = (name) => style.getPropertyValue(name).trim();
-    this.drawAxes(pen, colour);
+    const color = (name) => style.getPropertyValue(name).trim();
+    this.drawAxes(pen, color);
     pen.save();
     pen.beginPath();
     const plotWidth = this.width - this.left - kPad.right;
     pen.rect(this.left, 0, plotWidth + 2, this.height - kPad.bottom + 2);
     pen.clip();
-    for (const line of this.lines) this.drawLine(pen, line, colour(`--hue-${line.hue}`));
+    for (const line of this.lines) this.drawLine(pen, line, color(`--hue-${line.hue}`));
     pen.restore();
   }
 
-  drawAxes(pen, colour) {
-    pen.fillStyle = colour("--ink-3");
-    pen.strokeStyle = colour("--line");
+  drawAxes(pen, color) {
+    pen.fillStyle = color("--ink-3");
+    pen.strokeStyle = color("--line");
     pen.lineWidth = 1;
     pen.textAlign = "right";
     pen.textBaseline = "middle";

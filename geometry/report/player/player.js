@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 // Puts the page together: data, stage, curves, tables and controls around one state.
 import { Actor } from "./actor.js";
-import { depthScale, legend } from "./colours.js";
+import { depthScale, legend } from "./colors.js";
 import { Controls, press } from "./controls.js";
 import { Curves } from "./curves.js";
 import { readHeader, readPayload } from "./decode.js";
@@ -11,7 +11,7 @@ import { Playback } from "./playback.js";
 import { Stage } from "./stage.js";
 import { ViewPoint } from "./views.js";
 
-const kColours = ["off", "contact", "penetration"];
+const kColors = ["off", "contact", "penetration"];
 const kObjectLooks = ["solid", "clear", "hidden"];
 
 class Player {
@@ -21,7 +21,7 @@ class Player {
     this.primary = 0;
     this.ghost = header.clips.length === 2 ? 1 : null;
     this.ghostShown = this.ghost !== null;
-    this.colours = "off";
+    this.colors = "off";
     this.wireframe = false;
     this.objectLook = "solid";
     this.actors = [];
@@ -51,7 +51,7 @@ class Player {
     this.fillPickers();
     this.cast();
     theme();
-    this.setColours(this.clip.has_object ? "contact" : "off");
+    this.setColors(this.clip.has_object ? "contact" : "off");
     this.stage.before = (now) => this.beforePicture(now);
     find("stage").classList.add("loaded");
     find("stage").removeAttribute("aria-busy");
@@ -90,7 +90,7 @@ class Player {
       threshold: threshold(this.clip),
       depth: depthScale(this.actors.filter(Boolean)),
     };
-    this.actors[this.primary].setColours(this.colours, this.scales);
+    this.actors[this.primary].setColors(this.colors, this.scales);
     this.pose();
     this.curves.setClips(this.clip, this.ghostClip);
     this.viewpoint.set(this.viewpoint.view, this.actors[this.primary], true);
@@ -126,15 +126,15 @@ class Player {
     this.showChoices();
   }
 
-  setColours(mode) {
-    this.colours = this.clip.has_object ? mode : "off";
-    this.actors[this.primary].setColours(this.colours, this.scales);
+  setColors(mode) {
+    this.colors = this.clip.has_object ? mode : "off";
+    this.actors[this.primary].setColors(this.colors, this.scales);
     this.pose();
     this.showChoices();
   }
 
-  nextColours() {
-    this.setColours(kColours[(kColours.indexOf(this.colours) + 1) % kColours.length]);
+  nextColors() {
+    this.setColors(kColors[(kColors.indexOf(this.colors) + 1) % kColors.length]);
   }
 
   toggle_follow() {
@@ -204,7 +204,7 @@ class Player {
         this.playback.setClip(this.clip.frames, this.clip.frame_rate);
         if (playing) this.playback.play();
       }
-      if (!this.clip.has_object) this.colours = "off";
+      if (!this.clip.has_object) this.colors = "off";
       this.cast();
       this.showChoices();
     };
@@ -223,7 +223,7 @@ class Player {
     }
   }
 
-  // What the colours show, in numbers.
+  // What the colors show, in numbers.
   showReadout() {
     const { frame } = this.playback;
     const value = (name) => this.clip.series[name]?.[frame];
@@ -240,10 +240,10 @@ class Player {
     for (const button of document.querySelectorAll("[data-view]")) {
       press(button, button.dataset.view === view);
     }
-    for (const button of document.querySelectorAll("[data-colours]")) {
-      press(button, button.dataset.colours === this.colours);
+    for (const button of document.querySelectorAll("[data-colors]")) {
+      press(button, button.dataset.colors === this.colors);
     }
-    find("colour-group").hidden = !this.clip.has_object;
+    find("color-group").hidden = !this.clip.has_object;
     find("object").hidden = !this.clip.has_object;
     find("ghost").hidden = this.ghost === null;
     press(find("follow"), follow);
@@ -257,16 +257,16 @@ class Player {
     find("pick-clip").value = String(this.primary);
     find("pick-ghost").value = this.ghost === null ? "" : String(this.ghost);
     const box = find("legend");
-    box.hidden = this.colours === "off";
-    if (this.colours === "off") return;
-    const { title, gradient, low, high } = legend(this.colours, this.scales);
+    box.hidden = this.colors === "off";
+    if (this.colors === "off") return;
+    const { title, gradient, low, high } = legend(this.colors, this.scales);
     find("legend-title").textContent = title;
     find("legend-bar").style.background = gradient;
     find("legend-low").textContent = low;
     find("legend-high").textContent = high;
   }
 
-  // Position of a body vertex of the clip shown, metres: for checks.
+  // Position of a body vertex of the clip shown, meters: for checks.
   vertex(frame, index) {
     const { skin } = this.actors[this.primary];
     skin.pose(frame);

@@ -19,7 +19,7 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 const kGroundSize = 60;
 
-// Lines every half metre, stronger every metre, fading with distance from `centre`.
+// Lines every half meter, stronger every meter, fading with distance from `center`.
 const kGridVertex = `
   varying vec2 place;
   void main() {
@@ -28,17 +28,17 @@ const kGridVertex = `
   }`;
 const kGridFragment = `
   varying vec2 place;
-  uniform vec3 colour;
-  uniform vec2 centre;
+  uniform vec3 color;
+  uniform vec2 center;
   float lines(float spacing) {
     vec2 at = place / spacing;
     vec2 away = abs(fract(at - 0.5) - 0.5) / fwidth(at);
     return 1.0 - min(min(away.x, away.y), 1.0);
   }
   void main() {
-    float fade = exp(-0.11 * dot(place - centre, place - centre));
+    float fade = exp(-0.11 * dot(place - center, place - center));
     float strength = max(0.22 * lines(0.5), 0.5 * lines(1.0));
-    gl_FragColor = vec4(colour, strength * fade);
+    gl_FragColor = vec4(color, strength * fade);
   }`;
 
 export class Stage {
@@ -102,7 +102,7 @@ export class Stage {
       new ShaderMaterial({
         vertexShader: kGridVertex,
         fragmentShader: kGridFragment,
-        uniforms: { colour: { value: new Color() }, centre: { value: new Vector3() } },
+        uniforms: { color: { value: new Color() }, center: { value: new Vector3() } },
         transparent: true,
         depthWrite: false,
       }),
@@ -116,23 +116,23 @@ export class Stage {
   }
 
   // Light from the front left of a body that faces `heading`, a rim from behind.
-  light(heading, centre) {
+  light(heading, center) {
     const [hx, hy] = heading;
     const place = (light, forward, left, up) => {
       light.position.set(
-        centre[0] + forward * hx - left * hy,
-        centre[1] + forward * hy + left * hx,
+        center[0] + forward * hx - left * hy,
+        center[1] + forward * hy + left * hx,
         up,
       );
-      light.target.position.set(centre[0], centre[1], 0.8);
+      light.target.position.set(center[0], center[1], 0.8);
     };
     place(this.key, 2.9, 1.5, 3.9);
     place(this.rim, -2.5, -1.8, 2.6);
-    this.grid.material.uniforms.centre.value.set(centre[0], centre[1], 0);
+    this.grid.material.uniforms.center.value.set(center[0], center[1], 0);
   }
 
   setTheme(dark) {
-    this.grid.material.uniforms.colour.value.set(dark ? "#8fa0b8" : "#66748a");
+    this.grid.material.uniforms.color.value.set(dark ? "#8fa0b8" : "#66748a");
     this.shade.material.opacity = dark ? 0.45 : 0.2;
     this.sky.intensity = dark ? 1.5 : 2.0;
     this.invalidate();

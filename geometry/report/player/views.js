@@ -3,7 +3,7 @@
 import { Vector3 } from "three";
 
 export const kViews = ["front", "side", "right", "left"];
-const kHandRadius = 0.14; // metres around a hand's centre that a close-up shows
+const kHandRadius = 0.14; // meters around a hand's center that a close-up shows
 const kFlight = 380; // ms from view to view
 
 export class ViewPoint {
@@ -20,7 +20,7 @@ export class ViewPoint {
   // The point that moves along with the clip in this view.
   anchorOf(actor) {
     if (this.view === "right" || this.view === "left") {
-      return new Vector3(...actor.handCentre(this.view));
+      return new Vector3(...actor.handCenter(this.view));
     }
     const pelvis = actor.skin.joint(actor.frame, 0);
     return new Vector3(pelvis[0], pelvis[1], 0);
@@ -32,12 +32,12 @@ export class ViewPoint {
     const half = Math.tan((this.stage.camera.fov * Math.PI) / 360);
     const narrow = Math.min(1, this.stage.camera.aspect);
     if (view === "right" || view === "left") {
-      const target = new Vector3(...actor.handCentre(view));
+      const target = new Vector3(...actor.handCenter(view));
       const chest = actor.skin.joint(actor.frame, 9);
       // From outside the body, in front and a little above, on the object's side of the hand.
       const out = new Vector3(target.x - chest[0], target.y - chest[1], 0).setLength(0.7);
       out.add(new Vector3(0.6 * hx, 0.6 * hy, 0.45));
-      const object = actor.objectCentre();
+      const object = actor.objectCenter();
       if (object) {
         const side = new Vector3(...object).sub(target);
         if (side.length() < 2 * kHandRadius) target.addScaledVector(side, 0.4);

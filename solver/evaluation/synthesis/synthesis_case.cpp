@@ -105,7 +105,7 @@ Clip KeysOf(const SynthesisCase& one, const imos::SynthesisTrack& track,
 }
 
 // Networks alone, some or all cases at once.
-std::vector<SynthesisedCase> Follow(const RatedNetwork& network,
+std::vector<SynthesizedCase> Follow(const RatedNetwork& network,
                                     std::span<const SynthesisCase> cases,
                                     const SynthesisOrder& order) {
   const imos::ObjectRotation rotation = network.network.Options().object_rotation;
@@ -135,7 +135,7 @@ std::vector<SynthesisedCase> Follow(const RatedNetwork& network,
         return imos::ObjectColumn(now.R, now.T, rotation);
       },
       order.threads);
-  std::vector<SynthesisedCase> made(cases.size());
+  std::vector<SynthesizedCase> made(cases.size());
   for (std::size_t i = 0; i < cases.size(); ++i)
     made[i].keys = KeysOf(cases[i], tracks[i], found[i]);
   return made;
@@ -174,7 +174,7 @@ Clip KeyFramesIn(const Clip& motion, const Clip& keys) {
 }
 
 // The loop with the fit, as 'synthesize' runs it.
-SynthesisedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int index,
+SynthesizedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int index,
                     const SynthesisOrder& order, FitLibrary& library) {
   const std::shared_ptr<const PreparedObject> object =
       library.Object(one.scene.object_source, 1.0, kSimplified, 1);
@@ -197,10 +197,10 @@ SynthesisedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int i
                        .key_frames = imos::kNumKeyFrames,
                        .changes_hands = offhand};
   const FitOptions options;
-  SynthesisedCase made;
+  SynthesizedCase made;
   auto begin = Clock::now();
   made.keys =
-      Synthesise(
+      Synthesize(
           network.network, network.loaded.action_table, scene, options, 1, order.seed,
           static_cast<std::uint64_t>(order.repeat) * static_cast<std::uint64_t>(order.total) +
               static_cast<std::uint64_t>(index),
@@ -247,19 +247,19 @@ std::optional<SynthesisCase> SynthesisCaseOf(imos::ActionSequence sequence, Clip
   return SynthesisCase{std::move(sequence), std::move(scene), std::move(keys)};
 }
 
-std::vector<SynthesisedCase> SynthesiseCases(const RatedNetwork& network,
+std::vector<SynthesizedCase> SynthesizeCases(const RatedNetwork& network,
                                              std::span<const SynthesisCase> cases,
                                              const SynthesisOrder& order, FitLibrary& library) {
   const int count = static_cast<int>(cases.size());
   if (order.mode == ObjectMode::kFitted) {
-    std::vector<SynthesisedCase> made(cases.size());
+    std::vector<SynthesizedCase> made(cases.size());
     ParallelFor(count, order.threads, [&](int i) {
       if (!order.stopped()) made[i] = Fit(network, cases[i], order.first + i, order, library);
     });
     return made;
   }
   if (!order.timed) return Follow(network, cases, order);
-  std::vector<SynthesisedCase> made;
+  std::vector<SynthesizedCase> made;
   for (int i = 0; i < count; ++i) {
     SynthesisOrder alone = order;
     alone.first = order.first + i;

@@ -50,7 +50,7 @@ struct RatedNetwork {
 };
 
 /// What was made of a case.
-struct SynthesisedCase {
+struct SynthesizedCase {
   Clip keys;                       ///< 15 key frames in the case's world, with object
   std::optional<Clip> finished;    ///< of kFitted: all frames, fitted
   double seconds = 0.0;            ///< one core, of the key frames with their object
@@ -72,7 +72,7 @@ struct SynthesisOrder {
   int threads = 1;
   std::function<bool()> stopped = [] { return false; };
 };
-std::vector<SynthesisedCase> SynthesiseCases(const RatedNetwork& network,
+std::vector<SynthesizedCase> SynthesizeCases(const RatedNetwork& network,
                                              std::span<const SynthesisCase> cases,
                                              const SynthesisOrder& order, FitLibrary& library);
 

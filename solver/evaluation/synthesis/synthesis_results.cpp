@@ -56,7 +56,7 @@ std::vector<ActionAccuracy> ByAction(std::span<const SynthesisSample> samples,
   std::map<int, std::pair<int, int>> counts;  // right, all
   for (const SynthesisSample& sample : samples) {
     for (std::size_t n = 0; n < labels.size(); ++n) {
-      counts[labels[n]].first += sample.recognised[n] == labels[n];
+      counts[labels[n]].first += sample.recognized[n] == labels[n];
       ++counts[labels[n]].second;
     }
   }
@@ -92,7 +92,7 @@ nlohmann::json Json(const PaperValue& value) {
 std::span<const char* const> SynthesisObjectKeys() { return kObjectKeys; }
 
 void SynthesisSample::Append(const SynthesisSample& more) {
-  if (recognised.empty()) {
+  if (recognized.empty()) {
     *this = more;
     return;
   }
@@ -105,10 +105,10 @@ void SynthesisSample::Append(const SynthesisSample& more) {
   join(errors, more.errors);
   join(seconds, more.seconds);
   join(objects, more.objects);
-  recognised.insert(recognised.end(), more.recognised.begin(), more.recognised.end());
+  recognized.insert(recognized.end(), more.recognized.begin(), more.recognized.end());
 }
 
-SynthesisSummary SummariseSynthesis(const SynthesisRow& row,
+SynthesisSummary SummarizeSynthesis(const SynthesisRow& row,
                                     std::span<const SynthesisSample> samples,
                                     const SynthesisSample& real,
                                     std::span<const SynthesisCase> cases, int repeats,
@@ -127,13 +127,13 @@ SynthesisSummary SummariseSynthesis(const SynthesisRow& row,
   summary.sequences = static_cast<int>(labels.size());
   summary.by_action = ByAction(samples, labels);
   summary.accuracy =
-      Repeat(made, [&](int r) { return imos::RecognitionAccuracy(of(r).recognised, labels); });
+      Repeat(made, [&](int r) { return imos::RecognitionAccuracy(of(r).recognized, labels); });
   // Of rows without chance only the draws of pairs are repeated.
   const int draws = row.IsRandom() ? made : repeats;
   summary.diversity_code =
       Repeat(draws, [&](int r) { return imos::DiversityOfCode(of(r).features, draw(r)); });
   summary.multimodality_code = Repeat(draws, [&](int r) {
-    return imos::MultimodalityOfCode(of(r).features, of(r).recognised, imos::kNumActions, draw(r));
+    return imos::MultimodalityOfCode(of(r).features, of(r).recognized, imos::kNumActions, draw(r));
   });
   if (enough) {
     summary.diversity = Repeat(made, [&](int r) { return imos::Diversity(of(r).features); });

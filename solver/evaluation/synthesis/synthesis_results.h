@@ -23,17 +23,17 @@ std::span<const char* const> SynthesisObjectKeys();
 /// One repeat of one row, over the N cases in their order.
 struct SynthesisSample {
   Eigen::MatrixXf features;     ///< (128 x N)
-  std::vector<int> recognised;  ///< N
+  std::vector<int> recognized;  ///< N
   /// (4 x N) MPJPE in m, AVE of the code, AVE in m^2, and FaceError in m, NaN where there is none
   Eigen::Matrix4Xd errors;
   Eigen::Matrix2Xd seconds;  ///< (2 x N) of key frames with object; of fitting all frames
   Eigen::MatrixXd objects;   ///< (keys x N) NaN where undefined or not measured; no rows in repeats
 
   void Append(const SynthesisSample& more);
-  int Count() const { return static_cast<int>(recognised.size()); }
+  int Count() const { return static_cast<int>(recognized.size()); }
 };
 
-/// Share of sequences of one action that are recognised, mean over repeats.
+/// Share of sequences of one action that are recognized, mean over repeats.
 struct ActionAccuracy {
   std::string action;
   int sequences = 0;
@@ -63,7 +63,7 @@ struct SynthesisResult {
 /// Real motion's "FID" is that of two random halves of it: what sets of that size are apart by
 /// chance. Other rows stand against `real`. What does not vary is not repeated but for random
 /// draws of pairs, of which there are `repeats`.
-SynthesisSummary SummariseSynthesis(const SynthesisRow& row,
+SynthesisSummary SummarizeSynthesis(const SynthesisRow& row,
                                     std::span<const SynthesisSample> samples,
                                     const SynthesisSample& real,
                                     std::span<const SynthesisCase> cases, int repeats,

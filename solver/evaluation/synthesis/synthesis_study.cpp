@@ -64,13 +64,13 @@ ScoreOptions WithoutVolumes() {
 }  // namespace
 
 SynthesisStudy::SynthesisStudy(fs::path folder, std::span<const SynthesisCase> cases,
-                               const imos::Recogniser& recogniser,
-                               const std::string& recogniser_checksum,
+                               const imos::Recognizer& recognizer,
+                               const std::string& recognizer_checksum,
                                const SynthesisStudyOptions& options, std::function<bool()> stopped)
     : folder_(std::move(folder)),
       cases_(cases),
-      recogniser_(recogniser),
-      asked_(fmt::format("{} {}", ChecksumOf(cases), recogniser_checksum)),
+      recognizer_(recognizer),
+      asked_(fmt::format("{} {}", ChecksumOf(cases), recognizer_checksum)),
       options_(options),
       stopped_(std::move(stopped)) {
   fs::create_directories(folder_ / "blocks");
@@ -120,15 +120,15 @@ std::optional<SynthesisSample> SynthesisStudy::Load(const SynthesisRow& row, int
       return Eigen::Map<const Eigen::MatrixXd>(values.data(), static_cast<Eigen::Index>(rows),
                                                static_cast<Eigen::Index>(n));
     };
-    sample.features = matrix("features", imos::kRecogniserFeatures).cast<float>();
+    sample.features = matrix("features", imos::kRecognizerFeatures).cast<float>();
     sample.errors = matrix("errors", 4);
     const nlohmann::json times = ReadJson(TimesFile(file));
     const auto seconds = times.at("seconds").get<std::vector<double>>();
     if (seconds.size() != 2 * n) return false;
     sample.seconds = Eigen::Map<const Eigen::Matrix2Xd>(seconds.data(), 2, count);
     sample.objects = matrix("objects", repeat == 0 ? SynthesisObjectKeys().size() : 0);
-    for (const double label : Doubles(reader.Read("recognised"), n)) {
-      sample.recognised.push_back(static_cast<int>(label));
+    for (const double label : Doubles(reader.Read("recognized"), n)) {
+      sample.recognized.push_back(static_cast<int>(label));
     }
     return true;
   };
@@ -153,8 +153,8 @@ void SynthesisStudy::Save(const SynthesisSample& sample, const SynthesisRow& row
                     {sample.features.data(), static_cast<std::size_t>(sample.features.size())});
   add("errors", sample.errors);
   add("objects", sample.objects);
-  const std::vector<std::int64_t> labels(sample.recognised.begin(), sample.recognised.end());
-  writer.AddInt64("recognised", {n}, labels);
+  const std::vector<std::int64_t> labels(sample.recognized.begin(), sample.recognized.end());
+  writer.AddInt64("recognized", {n}, labels);
   writer.SetMetadata({{"format", kBlockFormat}, {"question", Question(row, repeat)}});
   const fs::path file = BlockFile(row, repeat, first);
   const auto seconds = sample.seconds.reshaped();
@@ -165,7 +165,7 @@ void SynthesisStudy::Save(const SynthesisSample& sample, const SynthesisRow& row
   writer.Write(file);
 }
 
-std::vector<SynthesisedCase> SynthesisStudy::MakeCases(const SynthesisRow& row, int repeat,
+std::vector<SynthesizedCase> SynthesisStudy::MakeCases(const SynthesisRow& row, int repeat,
                                                        int first, int count) {
   const std::span<const SynthesisCase> cases = cases_.subspan(first, count);
   if (row.kind == RowKind::kNetwork) {
@@ -180,9 +180,9 @@ std::vector<SynthesisedCase> SynthesisStudy::MakeCases(const SynthesisRow& row, 
     for (int i = first; i < first + count; ++i) order.finish.push_back(MeasuresObject(repeat, i));
     order.threads = options_.threads;
     order.stopped = stopped_;
-    return SynthesiseCases(*row.network, cases, order, library_);
+    return SynthesizeCases(*row.network, cases, order, library_);
   }
-  std::vector<SynthesisedCase> made;
+  std::vector<SynthesizedCase> made;
   for (const SynthesisCase& one : cases) {
     made.push_back({row.kind == RowKind::kStill ? HeldStill(one) : one.keys, {}, 0.0, 0.0});
     if (row.kind == RowKind::kClip) made.back().finished = one.scene.clip;
@@ -191,7 +191,7 @@ std::vector<SynthesisedCase> SynthesisStudy::MakeCases(const SynthesisRow& row, 
 }
 
 Eigen::VectorXd SynthesisStudy::MeasureObject(const SynthesisRow& row, const SynthesisCase& one,
-                                              const SynthesisedCase& made) const {
+                                              const SynthesizedCase& made) const {
   ClipScene scene = one.scene;
   scene.clip = made.finished ? *made.finished : ResampleSmoothly(made.keys, kRate_Hz);
   if (options_.keep_clips && row.kind != RowKind::kClip) {
@@ -218,7 +218,7 @@ Eigen::VectorXd SynthesisStudy::MeasureObject(const SynthesisRow& row, const Syn
 }
 
 SynthesisSample SynthesisStudy::Make(const SynthesisRow& row, int repeat, int first, int count) {
-  const std::vector<SynthesisedCase> made = MakeCases(row, repeat, first, count);
+  const std::vector<SynthesizedCase> made = MakeCases(row, repeat, first, count);
   SynthesisSample sample;
   if (stopped_()) return sample;
   sample.errors.resize(4, count);
@@ -238,9 +238,9 @@ SynthesisSample SynthesisStudy::Make(const SynthesisRow& row, int repeat, int fi
     if (MeasuresObject(repeat, first + i) && !stopped_())
       sample.objects.col(i) = MeasureObject(row, one, made[i]);
   });
-  imos::Recognition seen = recogniser_.Recognise(joints, options_.threads);
+  imos::Recognition seen = recognizer_.Recognize(joints, options_.threads);
   sample.features = std::move(seen.features);
-  sample.recognised = std::move(seen.labels);
+  sample.recognized = std::move(seen.labels);
   return sample;
 }
 
@@ -304,7 +304,7 @@ std::vector<SynthesisResult> SynthesisStudy::Run(std::span<const SynthesisRow> r
     }
     if (row.kind == RowKind::kReal) real = samples[0];
     results.push_back(
-        {row, SummariseSynthesis(row, samples, real, cases_, options_.repeats, options_.seed)});
+        {row, SummarizeSynthesis(row, samples, real, cases_, options_.repeats, options_.seed)});
   }
   AddMeansOverSeeds(results);
   return results;

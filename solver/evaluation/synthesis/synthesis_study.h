@@ -33,15 +33,15 @@ struct SynthesisStudyOptions {
 ///
 ///   std::vector<RatedNetwork> networks;
 ///   networks.emplace_back("full", LoadSynthesisNetwork());
-///   SynthesisStudy study("out", cases, recogniser, checksum, {});
+///   SynthesisStudy study("out", cases, recognizer, checksum, {});
 ///   const auto results = study.Run(SynthesisRows(networks, std::array{ObjectMode::kGiven}));
 class SynthesisStudy {
  public:
-  /// `cases` and `recogniser` must outlive it. `folder` is made. `stopped` is asked often, on any
+  /// `cases` and `recognizer` must outlive it. `folder` is made. `stopped` is asked often, on any
   /// thread.
   SynthesisStudy(
       std::filesystem::path folder, std::span<const SynthesisCase> cases,
-      const imos::Recogniser& recogniser, const std::string& recogniser_checksum,
+      const imos::Recognizer& recognizer, const std::string& recognizer_checksum,
       const SynthesisStudyOptions& options, std::function<bool()> stopped = [] { return false; });
 
   /// Motions of all rows, and how many of them are still to be made. Throws Error as Run does.
@@ -73,14 +73,14 @@ class SynthesisStudy {
                                       int count) const;
   void Save(const SynthesisSample& sample, const SynthesisRow& row, int repeat, int first) const;
   SynthesisSample Make(const SynthesisRow& row, int repeat, int first, int count);
-  std::vector<SynthesisedCase> MakeCases(const SynthesisRow& row, int repeat, int first, int count);
+  std::vector<SynthesizedCase> MakeCases(const SynthesisRow& row, int repeat, int first, int count);
   Eigen::VectorXd MeasureObject(const SynthesisRow& row, const SynthesisCase& one,
-                                const SynthesisedCase& made) const;
+                                const SynthesizedCase& made) const;
 
   std::filesystem::path folder_;
   std::span<const SynthesisCase> cases_;
-  const imos::Recogniser& recogniser_;
-  std::string asked_;  // checksum of cases and recogniser
+  const imos::Recognizer& recognizer_;
+  std::string asked_;  // checksum of cases and recognizer
   SynthesisStudyOptions options_;
   std::function<bool()> stopped_;
   FitLibrary library_{64};

@@ -5,8 +5,8 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Core>
 #include <ceres/cost_function.h>
+#include <Eigen/Core>
 
 #include "geometry/mesh/distance_grid.h"
 #include "solver/unknowns/free_pose.h"
@@ -41,7 +41,7 @@ struct Gaze {
 ///   r_i = max(0, margin - d(R^T (x_i - p))) / sigma   one a point
 ///
 /// p, R: the head joint in the world; l: lips in its frame; m: where they are wanted; x_i: points
-/// that keep out of the head, world; d: signed distance of the head's skin in its frame; metres.
+/// that keep out of the head, world; d: signed distance of the head's skin in its frame; meters.
 /// Block: q (n), of a pose whose root is held.
 class HeadPlace final : public ceres::CostFunction {
  public:
@@ -116,7 +116,7 @@ class HeadPlace final : public ceres::CostFunction {
 ///
 /// w: wrist joint, world; h, A: position and rotation of the head joint; q: place in the world;
 /// p: place in the head's frame; s: share of the head's. x: the frame's change (UpperBodyDofs, 28).
-/// Metres; `sigma_m` is one standard deviation.
+/// Meters; `sigma_m` is one standard deviation.
 struct HeldAtFace {
   static constexpr int kRows = 3;
   double share = 0.0;
@@ -143,9 +143,9 @@ struct HeldAtFace {
 
 /// The wrist is where a path wants it.
 ///
-///   r = (w(x) - target) / sigma,   3 residuals; w: wrist joint, world, metres
+///   r = (w(x) - target) / sigma,   3 residuals; w: wrist joint, world, meters
 ///
-/// x: the frame's change (UpperBodyDofs, 28). `sigma_m`: metres that are one standard deviation.
+/// x: the frame's change (UpperBodyDofs, 28). `sigma_m`: meters that are one standard deviation.
 struct WristGoal {
   static constexpr int kRows = 3;
   Eigen::Vector3d target = Eigen::Vector3d::Zero();

@@ -8,9 +8,9 @@
 #include <utility>
 #include <vector>
 
+#include <ceres/cost_function.h>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
-#include <ceres/cost_function.h>
 
 #include "geometry/mesh/triangle_tree.h"
 #include "geometry/rotation.h"
@@ -21,7 +21,7 @@ namespace holdfast {
 /// A shape and a pose's freedom that the terms of all frames share.
 struct MarkedBody {
   FreePose free;
-  Eigen::Matrix3Xd rest_joints;  ///< (3 x 55) at betas zero, metres
+  Eigen::Matrix3Xd rest_joints;  ///< (3 x 55) at betas zero, meters
   Eigen::MatrixXd J_rest;        ///< d rest joints / d betas (165 x B)
   std::vector<int> joint;        ///< that each of M markers follows
   /// Joints that the skin below a marker follows, with shares that sum to 1 (linear blend
@@ -57,7 +57,7 @@ struct MarkedBody {
 /// Markers seen in a frame.
 struct SeenMarkers {
   std::vector<int> marker;      ///< of the M
-  Eigen::Matrix3Xd place;       ///< world, metres
+  Eigen::Matrix3Xd place;       ///< world, meters
   std::vector<double> sigma_m;  ///< one standard deviation of each
 
   int Count() const { return static_cast<int>(marker.size()); }
@@ -88,7 +88,7 @@ inline std::vector<SeenMarkers> ByJoint(const MarkedBody& body, const SeenMarker
 ///   r_k = g(|d_k|) d_k / sigma_k,  d_k = sum_j w_kj (p_j + R_j (x_k + J - J_j)) - m_k
 ///   g(s) = c sqrt(log(1 + s^2/c^2)) / s
 ///
-/// 3 residuals a seen marker, metres over metres; |r|^2 is Cauchy's loss with scale c. p, R: joints
+/// 3 residuals a seen marker, meters over meters; |r|^2 is Cauchy's loss with scale c. p, R: joints
 /// that the skin below the marker follows, by shares w (MarkedBody); J_j their places at rest, J
 /// that of the markers' joint, x_k a marker's place from there in the T-pose. Blocks, as Blocks()
 /// has them: root (6), what is free on the way from those joints to the root (3 a joint, then a
@@ -301,14 +301,14 @@ class MarkerDistance final : public ceres::CostFunction {
 /// The skin about a marker in the T-pose, in the frame of the joint that the marker follows.
 struct SkinPatch {
   std::vector<int> ids;       ///< n vertices of the body
-  Eigen::Matrix3Xd vertices;  ///< (3 x n) at betas zero, metres
+  Eigen::Matrix3Xd vertices;  ///< (3 x n) at betas zero, meters
   Eigen::MatrixXd J_betas;    ///< (3 n x B)
   Eigen::Matrix3Xi faces;
 };
 
 /// A marker that is glued to the skin is as high over it as the others of its size.
 ///
-///   r = (s(x, betas) - h) / sigma    1 residual, metres over metres
+///   r = (s(x, betas) - h) / sigma    1 residual, meters over meters
 ///
 /// s: distance of place x from the patch in the T-pose, positive outside. Blocks: betas (B), height
 /// h (1), place x (3).
@@ -374,7 +374,7 @@ class MarkerOnSkin final : public ceres::CostFunction {
 
 /// A marker sits about where its name says.
 ///
-///   r = (x - a - A betas) / sigma    3 residuals, metres over metres
+///   r = (x - a - A betas) / sigma    3 residuals, meters over meters
 ///
 /// x: place in the frame of the joint that the marker follows. Blocks: betas (B), place x (3).
 class MarkerPlacePrior final : public ceres::CostFunction {

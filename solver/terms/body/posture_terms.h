@@ -25,7 +25,7 @@ namespace holdfast {
 ///
 /// c: the middle of trunk, head and reaching arm, weighed by their share of an adult's mass (de
 /// Leva 1996; the legs, which follow, count with the pelvis by half). x: the frame's change
-/// (UpperBodyDofs, 28); metres.
+/// (UpperBodyDofs, 28); meters.
 struct Balance {
   static constexpr int kRows = 2;
   Eigen::Vector2d captured = Eigen::Vector2d::Zero();
@@ -129,7 +129,7 @@ struct JointRange {
 ///   r_k = max(0, |h_k(x) - a_k| - longest_k) / sigma                 2 residuals (left, right)
 ///   r_k+2 = max(0, shortest - |h_k(x) - a_k|) / sigma                2 residuals
 ///
-/// x: the frame's change (UpperBodyDofs, 28); metres. `longest` of a frame whose captured leg is
+/// x: the frame's change (UpperBodyDofs, 28); meters. `longest` of a frame whose captured leg is
 /// straighter than a limit is the captured length.
 struct LegReach {
   static constexpr int kRows = 4;
@@ -204,7 +204,7 @@ class PelvisUpright final : public ceres::SizedCostFunction<3, 6> {
 ///   r = (q_t-1 - 2 q_t + q_t+1) / sigma,   n residuals
 ///
 /// q: numbers of a pose (FreePose) in three frames, one block each; sigma (n): acceleration of one
-/// standard deviation times the square of the time between frames, radians or metres.
+/// standard deviation times the square of the time between frames, radians or meters.
 class PoseAcceleration final : public ceres::CostFunction {
  public:
   explicit PoseAcceleration(Eigen::VectorXd sigma) : weight_(sigma.cwiseInverse()) {

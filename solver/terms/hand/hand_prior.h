@@ -23,18 +23,18 @@ namespace holdfast {
 
 /// Weights of HandPriorTerm, all per radian.
 struct HandPriorWeights {
-  double limits = 10.0;     ///< an angle beyond its range
-  double coupling = 0.5;    ///< last joint away from 2/3 of the middle one
-  double neighbours = 1.0;  ///< finger roots whose flexions differ by more than 50 degrees
-  double stay = 0.2;        ///< any angle away from the preferred pose
-  double spread = 0.0;      ///< in addition, spread and twist away from it
+  double limits = 10.0;    ///< an angle beyond its range
+  double coupling = 0.5;   ///< last joint away from 2/3 of the middle one
+  double neighbors = 1.0;  ///< finger roots whose flexions differ by more than 50 degrees
+  double stay = 0.2;       ///< any angle away from the preferred pose
+  double spread = 0.0;     ///< in addition, spread and twist away from it
 };
 
 /// What fingers do by themselves. With angles a = HandAxes::AnglesOf(P), 97 residuals:
 ///
 ///   45  w_limits  (a - clamp(a))
 ///    4  w_coupling ((a_dip + rest_dip) - 2/3 (a_pip + rest_pip))    fingers, not the thumb
-///    3  w_neighbours hinge(|a_mcp - a_mcp'| - 50 deg)               index-middle-ring-pinky
+///    3  w_neighbors hinge(|a_mcp - a_mcp'| - 50 deg)               index-middle-ring-pinky
 ///   45  w_stay (+ w_spread for rows 1 and 2)  (a - preferred)
 ///
 /// Parameter block: finger pose P (45, radians).
@@ -76,16 +76,16 @@ class HandPriorTerm final : public ceres::SizedCostFunction<97, kHandDofs> {
       add(row, -2.0 / 3.0 * weights_.coupling, 0, pip);
       ++row;
     }
-    constexpr int kNeighbours[4] = {3 * kIndex, 3 * kMiddle, 3 * kRing, 3 * kPinky};
+    constexpr int kNeighbors[4] = {3 * kIndex, 3 * kMiddle, 3 * kRing, 3 * kPinky};
     constexpr double kComfortable = 50.0 * std::numbers::pi / 180.0;
     for (int n = 0; n < 3; ++n, ++row) {
-      const int a = kNeighbours[n], b = kNeighbours[n + 1];
+      const int a = kNeighbors[n], b = kNeighbors[n + 1];
       const double difference = angles(0, a) - angles(0, b);
       const double excess = difference - std::clamp(difference, -kComfortable, kComfortable);
-      residuals[row] = weights_.neighbours * excess;
+      residuals[row] = weights_.neighbors * excess;
       if (excess != 0.0) {
-        add(row, weights_.neighbours, 0, a);
-        add(row, -weights_.neighbours, 0, b);
+        add(row, weights_.neighbors, 0, a);
+        add(row, -weights_.neighbors, 0, b);
       }
     }
     for (int k = 0; k < kJointsPerHand; ++k) {
@@ -109,12 +109,12 @@ class HandPriorTerm final : public ceres::SizedCostFunction<97, kHandDofs> {
 ///
 ///   E_w = |c_B + B c|^2 + l^2 |log(B C)|^2,   l = 0.1 m
 ///
-/// 6 residuals, metres: a turn counts as what it moves at l, the length of a hand's palm. Parameter
-/// blocks: C (4, x y z w, with RotationManifold), c (3, metres), both in the wrist's frame. Weight:
+/// 6 residuals, meters: a turn counts as what it moves at l, the length of a hand's palm. Parameter
+/// blocks: C (4, x y z w, with RotationManifold), c (3, meters), both in the wrist's frame. Weight:
 /// lambda_w, on the sum; residuals are scaled by its square root. Not part of the paper's energy.
 class WristPrior final : public ceres::SizedCostFunction<6, 4, 3> {
  public:
-  static constexpr double kLever = 0.1;  // metres
+  static constexpr double kLever = 0.1;  // meters
 
   WristPrior(const WristOffset& before, double weight)
       : before_(before), scale_(std::sqrt(weight)) {}
@@ -169,14 +169,14 @@ class AngleRangeTerm final : public ceres::SizedCostFunction<3, 3> {
   double scale_;
 };
 
-/// Fingers stay out of each other: for pairs of finger balls with centres c,
+/// Fingers stay out of each other: for pairs of finger balls with centers c,
 ///
 ///   r = w max(0, free_distance - |c_1 - c_2|)
 ///
 /// Parameter block: finger pose P (45, radians).
 class FingerCollisionTerm final : public ceres::CostFunction {
  public:
-  /// `hand` and `landmarks` must outlive the term. `weight` is per metre.
+  /// `hand` and `landmarks` must outlive the term. `weight` is per meter.
   FingerCollisionTerm(HandEvaluation& hand, const HandLandmarks& landmarks,
                       std::vector<HandLandmarks::BallPair> pairs, double weight)
       : hand_(hand), landmarks_(landmarks), pairs_(std::move(pairs)), weight_(weight) {

@@ -18,13 +18,13 @@ namespace holdfast {
 ///
 ///   E = |R f + T - T0|^2 + l^2 |log(R0^T R R_f)|^2,   m^2,   l = 0.1 m
 ///
-/// 6 residuals, metres: a turn counts as what it moves at l, about a handheld object's size; with
+/// 6 residuals, meters: a turn counts as what it moves at l, about a handheld object's size; with
 /// l = 0 the place alone counts.
-/// Parameter blocks: orientation q (4, x y z w, with RotationManifold), translation T (3, metres).
+/// Parameter blocks: orientation q (4, x y z w, with RotationManifold), translation T (3, meters).
 /// `weight` (1/m^2) on the sum; residuals are scaled by its square root.
 class ObjectData final : public ceres::SizedCostFunction<6, 4, 3> {
  public:
-  static constexpr double kLever = 0.1;  // metres
+  static constexpr double kLever = 0.1;  // meters
 
   ObjectData(const ObjectPose& given, double weight, const ObjectPose& fixed = {},
              double lever_m = kLever)

@@ -58,7 +58,7 @@ class ObjectInHand::Nearest {
   int Face() const { return face_; }  // -1 when none was shown
   const Eigen::Vector3d& Point() const { return point_; }
   double Squared() const { return nearest_; }
-  // Below the skin, negative outside, metres.
+  // Below the skin, negative outside, meters.
   double Depth() const {
     return std::sqrt(nearest_) * (normal_.dot(sample_ - point_) < 0.0 ? 1.0 : -1.0);
   }

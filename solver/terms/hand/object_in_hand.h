@@ -22,7 +22,7 @@ namespace holdfast {
 /// of the paper's energy.
 class ObjectInHand final : public SkinTerm {
  public:
-  /// `samples` (3 x n) on the object's surface, its frame, metres; spacing of 3 mm leaves no room
+  /// `samples` (3 x n) on the object's surface, its frame, meters; spacing of 3 mm leaves no room
   /// for a fingertip between them. `hand` and `samples` must outlive the term.
   ObjectInHand(const HandModel& hand, const Eigen::Matrix3Xd& samples, double give_m,
                double weight);

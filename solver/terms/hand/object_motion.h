@@ -38,7 +38,7 @@ struct CarriedTurn {
 ///   E = |T'_b - T'_a|^2 + l^2 |log(R'_a^T R'_b)|^2
 ///
 /// with R' = F^T R and T' = F^-1 T the pose seen from the carrier. 6 residuals. Parameter blocks:
-/// q_a (4, x y z w, with RotationManifold), T_a (3, metres, world), q_b, T_b. With the world as
+/// q_a (4, x y z w, with RotationManifold), T_a (3, meters, world), q_b, T_b. With the world as
 /// carrier and l = 1 this is the object's part of the paper's E_t. `weight` on the sum.
 class ObjectVelocity final : public ceres::SizedCostFunction<6, 4, 3, 4, 3> {
  public:
@@ -140,8 +140,8 @@ class FingerDifference final : public ceres::CostFunction {
 ///
 ///   E = sum_j max(0, height - (R o_j + T).z)^2,   m^2
 ///
-/// One residual a vertex, metres. Parameter blocks: orientation q (4, x y z w, with
-/// RotationManifold), translation T (3, metres, world). `weight` (1/m^2) on the sum. Where the
+/// One residual a vertex, meters. Parameter blocks: orientation q (4, x y z w, with
+/// RotationManifold), translation T (3, meters, world). `weight` (1/m^2) on the sum. Where the
 /// object lies meanwhile is ObjectData towards its resting pose.
 class Support final : public ceres::CostFunction {
  public:

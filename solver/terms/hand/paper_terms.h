@@ -26,7 +26,7 @@ enum class PairPrecision { kSingle, kDouble };
 ///
 ///   E_d = sum_ij ( |v_i(P) - (R o_j + T)| - D_ij )^2
 ///
-/// N x M residuals, metres, of one hand's N vertices and the object's M (300). In the object's
+/// N x M residuals, meters, of one hand's N vertices and the object's M (300). In the object's
 /// frame the residuals of vertex i depend on z_i alone, so that they sum up exactly to a 3 x 3
 /// Hessian, a gradient and a cost: one streaming pass over the pairs, nothing approximated. Where a
 /// hand and an object vertex coincide the direction is taken as zero. Weight: lambda_d, on the sum.
@@ -64,13 +64,13 @@ class HandObjectDistance final : public VertexTerm {
 ///
 ///   E_c = sum_ij S_ij |v_i(P) - (R o_j + T)|^2,   S_ij = 1 where D_ij < tau, else 0
 ///
-/// Residuals z_i - o_j, metres, in the object's frame, three a contact pair. In closed form, with
+/// Residuals z_i - o_j, meters, in the object's frame, three a contact pair. In closed form, with
 /// n_i pairs at vertex i and m_i the mean of their o_j: sum_j |z - o_j|^2 = n_i |z - m_i|^2 +
 /// const, so there is neither a pair loop nor the singularity that scalar distances have at zero.
 /// Weight: lambda_c, on the sum.
 class Contact final : public VertexTerm {
  public:
-  /// `object` (3 x M) in the object's frame; `reference` (M x N) first-frame distances; tau metres.
+  /// `object` (3 x M) in the object's frame; `reference` (M x N) first-frame distances; tau meters.
   Contact(const Eigen::Matrix3Xd& object, const Eigen::MatrixXd& reference, double tau_m,
           double weight)
       : weight_(weight) {
@@ -128,7 +128,7 @@ class Contact final : public VertexTerm {
 ///   E_t = |log(R_prev^T R)|^2 + |T - T_prev|^2 + |P - P_prev|^2
 ///
 /// 51 residuals: log of the rotation since the previous frame (radians, object's frame),
-/// translation (metres, world), finger axis-angles (radians). Parameter blocks: orientation q (4, x
+/// translation (meters, world), finger axis-angles (radians). Parameter blocks: orientation q (4, x
 /// y z w, with RotationManifold), translation T (3), fingers P (45). Weight: lambda_t, on the sum;
 /// residuals are scaled by its square root.
 class Temporal final : public ceres::SizedCostFunction<51, 4, 3, kHandDofs> {

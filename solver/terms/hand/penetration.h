@@ -25,7 +25,7 @@ namespace holdfast {
 ///   r_i = Shape(d(z_i)),   z_i = R^T (x_i(P) - T)
 ///
 /// Parameter blocks: object rotation R (unit quaternion x, y, z, w with RotationManifold), object
-/// translation T (3, metres, the frame of the hand), finger pose P (45, radians).
+/// translation T (3, meters, the frame of the hand), finger pose P (45, radians).
 ///
 /// `Shape` is a callable: double distance -> {residual, d residual / d distance}.
 template <typename Shape>
@@ -108,8 +108,8 @@ class SkinDistanceTerm : public ceres::CostFunction {
 /// r = w max(0, clearance - d): skin below the surface by more than -clearance is pushed out.
 /// A negative clearance is what soft tissue may give.
 struct PenetrationShape {
-  double weight = 1.0;     ///< per metre
-  double clearance = 0.0;  ///< metres
+  double weight = 1.0;     ///< per meter
+  double clearance = 0.0;  ///< meters
 
   std::pair<double, double> operator()(double distance) const {
     const double depth = clearance - distance;
@@ -210,7 +210,7 @@ class Penetration final : public SkinTerm {
 /// A place o of the object's surface that is in the hand, and the skin over it: a place of one
 /// triangle.
 struct Intrusion {
-  Eigen::Vector3d point;       ///< o, object's frame, metres
+  Eigen::Vector3d point;       ///< o, object's frame, meters
   std::array<int, 3> corners;  ///< vertices of the triangle
   Eigen::Vector3d shares;      ///< of the corners in its place, sum 1
   Eigen::Vector3d outward;     ///< unit, from o to there, frame of the hand
@@ -222,10 +222,10 @@ struct Intrusion {
 ///   r_j = w max(0, n_j . (s_j(P) - R o_j - T)),   s_j = sum_k shares_jk x_k(P)
 ///
 /// Parameter blocks: object rotation R (unit quaternion x, y, z, w with RotationManifold), object
-/// translation T (3, metres, the frame of the hand), finger pose P (45, radians).
+/// translation T (3, meters, the frame of the hand), finger pose P (45, radians).
 class IntrusionTerm final : public ceres::CostFunction {
  public:
-  /// `hand` must outlive the term. `weight` is per metre.
+  /// `hand` must outlive the term. `weight` is per meter.
   IntrusionTerm(HandEvaluation& hand, std::vector<Intrusion> intrusions, double weight)
       : hand_(hand), intrusions_(std::move(intrusions)), weight_(weight) {
     set_num_residuals(static_cast<int>(intrusions_.size()));

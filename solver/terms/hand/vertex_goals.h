@@ -19,7 +19,7 @@ namespace holdfast {
 ///
 ///   E = sum_i w_i |z_i - x_i|^2
 ///
-/// Residuals z_i - x_i, metres, in the object's frame, three for each vertex; x_i is the vertex's
+/// Residuals z_i - x_i, meters, in the object's frame, three for each vertex; x_i is the vertex's
 /// goal and w_i (no unit) what it counts. Never returns false. Weight: on the sum.
 class VertexGoals final : public VertexTerm {
  public:
@@ -50,8 +50,8 @@ class VertexGoals final : public VertexTerm {
 
 /// r = w (d - target): points of a pad are drawn onto the surface from either side.
 struct GraspContactShape {
-  double weight = 1.0;  ///< per metre
-  double target = 0.0;  ///< metres; slightly negative presses the pad's soft tissue
+  double weight = 1.0;  ///< per meter
+  double target = 0.0;  ///< meters; slightly negative presses the pad's soft tissue
 
   std::pair<double, double> operator()(double distance) const {
     return {weight * (distance - target), weight};
@@ -73,7 +73,7 @@ using GraspContactTerm = SkinDistanceTerm<GraspContactShape>;
 /// Weight: lambda_s, on the sum; not part of the paper's energy.
 class Slip final : public VertexTerm {
  public:
-  /// `z` (3 x N, object's frame, metres) is the hand as it takes hold; its vertices touch that are
+  /// `z` (3 x N, object's frame, meters) is the hand as it takes hold; its vertices touch that are
   /// no farther than `touch_m` beyond the nearest one. `object` must outlive the term.
   Slip(const DistanceGrid& object, const Eigen::Matrix3Xd& z, double touch_m, double weight,
        double drag_share)

@@ -13,9 +13,9 @@ namespace holdfast {
 
 /// Not both feet leave the floor: of all foot joints the lowest stays low.
 ///
-///   r = sqrt(w) max(0, min_k (q_k,z - rest_k) - allowed),   one residual, metres
+///   r = sqrt(w) max(0, min_k (q_k,z - rest_k) - allowed),   one residual, meters
 ///
-/// Parameter blocks: positions q_k of the foot joints of one frame (3 each, world, metres);
+/// Parameter blocks: positions q_k of the foot joints of one frame (3 each, world, meters);
 /// `resting` their heights with the soles on the floor.
 class Airborne final : public ceres::CostFunction {
  public:
@@ -54,9 +54,9 @@ class Airborne final : public ceres::CostFunction {
 
 /// A joint does not sink below the height that it has when its foot stands on the floor.
 ///
-///   r = sqrt(w) max(0, lowest - q_z),   one residual, metres
+///   r = sqrt(w) max(0, lowest - q_z),   one residual, meters
 ///
-/// Parameter block: the joint's position q (3, world, metres, floor z = 0).
+/// Parameter block: the joint's position q (3, world, meters, floor z = 0).
 class FloorContact final : public ceres::SizedCostFunction<1, 3> {
  public:
   FloorContact(double lowest_m, double weight) : lowest_(lowest_m), scale_(std::sqrt(weight)) {}
@@ -78,9 +78,9 @@ class FloorContact final : public ceres::SizedCostFunction<1, 3> {
 
 /// A foot on the floor stays where it is.
 ///
-///   r = sqrt(w) S (q' - q),   S = diag(1, 1),   2 residuals, metres per frame
+///   r = sqrt(w) S (q' - q),   S = diag(1, 1),   2 residuals, meters per frame
 ///
-/// Parameter blocks: positions of a foot's joint in one frame and the next (3 each, world, metres).
+/// Parameter blocks: positions of a foot's joint in one frame and the next (3 each, world, meters).
 /// Contact-aware by the weight: w c with c = PlantedShare(height of the joint above where it is
 /// with the sole on the floor), found anew as the motion changes and constant in between. A robust
 /// loss lets a foot swing past the floor.
@@ -115,9 +115,9 @@ class FootSkate final : public ceres::SizedCostFunction<2, 3, 3> {
 
 /// Who walks does so on legs that are nearly straight: the pelvis stays above some height.
 ///
-///   r = sqrt(w) max(0, lowest - q_z),   one residual, metres
+///   r = sqrt(w) max(0, lowest - q_z),   one residual, meters
 ///
-/// Parameter block: the pelvis (3, world, metres, z up).
+/// Parameter block: the pelvis (3, world, meters, z up).
 class WalkingHeight final : public ceres::SizedCostFunction<1, 3> {
  public:
   WalkingHeight(double lowest_m, double weight) : lowest_(lowest_m), scale_(std::sqrt(weight)) {}

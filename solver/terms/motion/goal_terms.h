@@ -15,7 +15,7 @@ namespace holdfast {
 ///
 ///   r = sqrt(w) ((q_wrist - q_elbow) / |q_wrist - q_elbow| - a),   3 residuals
 ///
-/// Parameter blocks: positions of elbow and wrist (3 each, world, metres). a: unit vector.
+/// Parameter blocks: positions of elbow and wrist (3 each, world, meters). a: unit vector.
 class ApproachDirection final : public ceres::SizedCostFunction<3, 3, 3> {
  public:
   ApproachDirection(const Eigen::Vector3d& direction, double weight)
@@ -49,13 +49,13 @@ class ApproachDirection final : public ceres::SizedCostFunction<3, 3, 3> {
 ///
 ///   s^2 = -tau^2 log( sum_t exp(-|q_t - G|^2 / tau^2) / n ),   r = sqrt(w) s
 ///
-/// One residual, metres; never less than the least distance, and near it for small tau. The
+/// One residual, meters; never less than the least distance, and near it for small tau. The
 /// gradient of s^2 / 2 is sum_t p_t (q_t - G) with p = softmax(-|q_t - G|^2 / tau^2): frames share
 /// it by how close they are. Parameter blocks: the joint's positions q_t (n times 3, world,
-/// metres). Leaves the time of arrival open.
+/// meters). Leaves the time of arrival open.
 class FirstArrival final : public ceres::CostFunction {
  public:
-  /// `tau_m` as a distance, metres.
+  /// `tau_m` as a distance, meters.
   FirstArrival(const Eigen::Vector3d& goal, int num_frames, double tau_m, double weight)
       : goal_(goal), tau_(tau_m), scale_(std::sqrt(weight)) {
     set_num_residuals(1);
@@ -93,9 +93,9 @@ class FirstArrival final : public ceres::CostFunction {
 
 /// A joint is at a place.
 ///
-///   r = sqrt(w) (q - G),   3 residuals, metres
+///   r = sqrt(w) (q - G),   3 residuals, meters
 ///
-/// Parameter block: the joint's position q (3, world, metres). `weight` w on the sum. This is the
+/// Parameter block: the joint's position q (3, world, meters). `weight` w on the sum. This is the
 /// goal of WANDR's VAE + opt at a given frame (Diomataris et al. 2024, sec. 4).
 class JointGoal final : public ceres::SizedCostFunction<3, 3> {
  public:
@@ -119,9 +119,9 @@ class JointGoal final : public ceres::SizedCostFunction<3, 3> {
 
 /// Who reaches stands near: the pelvis is within an arm's reach of the goal, as seen from above.
 ///
-///   r = sqrt(w) max(0, |S (q - G)| - farthest),   S = diag(1, 1, 0),   one residual, metres
+///   r = sqrt(w) max(0, |S (q - G)| - farthest),   S = diag(1, 1, 0),   one residual, meters
 ///
-/// Parameter block: the pelvis (3, world, metres). Without it a body that came to a halt too early
+/// Parameter block: the pelvis (3, world, meters). Without it a body that came to a halt too early
 /// bends over what it lacks.
 class StandNear final : public ceres::SizedCostFunction<1, 3> {
  public:
@@ -150,7 +150,7 @@ class StandNear final : public ceres::SizedCostFunction<1, 3> {
 ///   r = sqrt(w) (A e_z - g),   g = (G - q) / |G - q|,   3 residuals, about radians
 ///
 /// Parameter blocks: the head's rotation A to the world (9, row by row; SMPL-X faces look along its
-/// z), the head's position q (3, world, metres).
+/// z), the head's position q (3, world, meters).
 class LookAt final : public ceres::SizedCostFunction<3, 9, 3> {
  public:
   LookAt(const Eigen::Vector3d& goal, double weight) : goal_(goal), scale_(std::sqrt(weight)) {}

@@ -16,11 +16,11 @@ namespace holdfast {
 
 /// A person who stands does not tip over: the middle of the body's mass is over the feet.
 ///
-///   r = sqrt(w) max(0, |S (c - m)| - allowed),   S = diag(1, 1, 0),   one residual, metres
+///   r = sqrt(w) max(0, |S (c - m)| - allowed),   S = diag(1, 1, 0),   one residual, meters
 ///
 /// c = sum_k mu_k q_k over kMasses (shares of an adult's mass, de Leva 1996, gathered at joints), m
 /// the mean of kFeet. Parameter blocks: positions of the joints of kMasses, then of kFeet, in one
-/// frame (3 each, world, metres). For frames in which the pelvis hardly moves: who walks falls from
+/// frame (3 each, world, meters). For frames in which the pelvis hardly moves: who walks falls from
 /// step to step.
 class StandingBalance final : public ceres::CostFunction {
  public:
@@ -67,10 +67,10 @@ class StandingBalance final : public ceres::CostFunction {
 
 /// Who walks holds the trunk upright.
 ///
-///   r = sqrt(w) max(0, |S (n - q)| - farthest),   S = diag(1, 1, 0),   one residual, metres
+///   r = sqrt(w) max(0, |S (n - q)| - farthest),   S = diag(1, 1, 0),   one residual, meters
 ///
-/// Parameter blocks: pelvis q and neck n (3 each, world, metres). A trunk is half a metre long:
-/// five centimetres are six degrees.
+/// Parameter blocks: pelvis q and neck n (3 each, world, meters). A trunk is half a meter long:
+/// five centimeters are six degrees.
 class UprightTrunk final : public ceres::SizedCostFunction<1, 3, 3> {
  public:
   UprightTrunk(double farthest_m, double weight)
@@ -131,17 +131,17 @@ class RotationRange final : public ceres::SizedCostFunction<1, 9> {
 /// towards the mean one.
 class LatentPrior final : public ceres::CostFunction {
  public:
-  LatentPrior(Eigen::VectorXd centre, double weight)
-      : centre_(std::move(centre)), scale_(std::sqrt(weight)) {
-    set_num_residuals(static_cast<int>(centre_.size()));
+  LatentPrior(Eigen::VectorXd center, double weight)
+      : center_(std::move(center)), scale_(std::sqrt(weight)) {
+    set_num_residuals(static_cast<int>(center_.size()));
     *mutable_parameter_block_sizes() = {num_residuals()};
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    const Eigen::Index n = centre_.size();
+    const Eigen::Index n = center_.size();
     Eigen::Map<Eigen::VectorXd>(residuals, n) =
-        scale_ * (Eigen::Map<const Eigen::VectorXd>(parameters[0], n) - centre_);
+        scale_ * (Eigen::Map<const Eigen::VectorXd>(parameters[0], n) - center_);
     if (jacobians != nullptr && jacobians[0] != nullptr) {
       Eigen::Map<Eigen::MatrixXd>(jacobians[0], n, n) = scale_ * Eigen::MatrixXd::Identity(n, n);
     }
@@ -149,7 +149,7 @@ class LatentPrior final : public ceres::CostFunction {
   }
 
  private:
-  Eigen::VectorXd centre_;
+  Eigen::VectorXd center_;
   double scale_;
 };
 
@@ -158,7 +158,7 @@ class LatentPrior final : public ceres::CostFunction {
 ///   r = sqrt(w) (q_0 - 2 q_1 + q_2) / dt^2,   3 residuals, m/s^2
 ///
 /// Parameter blocks: the joint's positions in three frames that follow each other (3 each, world,
-/// metres).
+/// meters).
 class JointAcceleration final : public ceres::SizedCostFunction<3, 3, 3, 3> {
  public:
   JointAcceleration(double dt_s, double weight) : scale_(std::sqrt(weight) / (dt_s * dt_s)) {}
@@ -183,10 +183,10 @@ class JointAcceleration final : public ceres::SizedCostFunction<3, 3, 3, 3> {
 
 /// A joint keeps out of a solid.
 ///
-///   r = sqrt(w) max(0, clearance - phi(q)),   one residual, metres
+///   r = sqrt(w) max(0, clearance - phi(q)),   one residual, meters
 ///
 /// phi: signed distance to the solid, positive outside. Parameter block: the joint's position q (3,
-/// world, metres). `clearance_m` is how thick the body is about the joint. `solid` must outlive it.
+/// world, meters). `clearance_m` is how thick the body is about the joint. `solid` must outlive it.
 class Obstacle final : public ceres::SizedCostFunction<1, 3> {
  public:
   Obstacle(const DistanceGrid& solid, double clearance_m, double weight)
@@ -211,10 +211,10 @@ class Obstacle final : public ceres::SizedCostFunction<1, 3> {
 
 /// Steps take the time that they are to take: a step later the feet have changed places.
 ///
-///   r = sqrt(w) d . ((a - b) + (a' - b')),   one residual, metres
+///   r = sqrt(w) d . ((a - b) + (a' - b')),   one residual, meters
 ///
 /// Parameter blocks: the ankles a and b in one frame, and a' and b' one step later (3 each, world,
-/// metres); d is the direction of the way, of unit length. Shorter and quicker steps at the same
+/// meters); d is the direction of the way, of unit length. Shorter and quicker steps at the same
 /// speed have feet out of turn there.
 class Cadence final : public ceres::SizedCostFunction<1, 3, 3, 3, 3> {
  public:
@@ -242,9 +242,9 @@ class Cadence final : public ceres::SizedCostFunction<1, 3, 3, 3, 3> {
 
 /// The pelvis is on its way: near where a walk at an even pace would have it.
 ///
-///   r = sqrt(w) S (q - reference),   2 residuals, metres
+///   r = sqrt(w) S (q - reference),   2 residuals, meters
 ///
-/// Parameter block: the pelvis (3, world, metres). Keeps progress spread over the time, so that a
+/// Parameter block: the pelvis (3, world, meters). Keeps progress spread over the time, so that a
 /// motion does not stand first and rush later.
 class PelvisPath final : public ceres::SizedCostFunction<2, 3> {
  public:
@@ -270,7 +270,7 @@ class PelvisPath final : public ceres::SizedCostFunction<2, 3> {
 ///
 ///   r = sqrt(w) max(0, |S (q' - q)| / dt - fastest),   S = diag(1, 1, 0),   one residual, m/s
 ///
-/// Parameter blocks: pelvis in one frame and a later one (3 each, world, metres); dt between them,
+/// Parameter blocks: pelvis in one frame and a later one (3 each, world, meters); dt between them,
 /// seconds. Steps make the pelvis' speed waver: a third of a second apart is a fair measure.
 class PelvisSpeed final : public ceres::SizedCostFunction<1, 3, 3> {
  public:

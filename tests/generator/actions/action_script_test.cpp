@@ -124,7 +124,7 @@ TEST(ActionPath, RefusesTimesThatGoBack) {
 // --- Scripts ------------------------------------------------------------------------------------
 
 TEST(ActionScripts, OfAllActionsAndObjectsAreInTimeAndBeginStill) {
-  for (const MadeAction& action : MadeActions()) {
+  for (const ScriptedAction& action : ScriptedActions()) {
     for (const std::string_view object : action.objects) {
       const ActionScene scene = SceneWith(object);
       for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -179,7 +179,7 @@ TEST(ActionScripts, DrinkPutsTheRimToTheMouth) {
   }
 }
 
-// --- Catalogue, marks, starts -------------------------------------------------------------------
+// --- Catalog, marks, starts -------------------------------------------------------------------
 
 // The rim of a cup that leans is nearest to the mouth on the mouth's side; what is there already
 // lacks nothing.
@@ -213,8 +213,8 @@ TEST(FacePlace, ActionsAwayFromTheFaceHaveNone) {
 }
 
 TEST(ActionCatalog, HasGrabsNamesAndEmbeddedObjects) {
-  EXPECT_GE(MadeActions().size(), 10u);
-  for (const MadeAction& action : MadeActions()) {
+  EXPECT_GE(ScriptedActions().size(), 10u);
+  for (const ScriptedAction& action : ScriptedActions()) {
     EXPECT_TRUE(imos::FindAction(action.name)) << action.name;
     for (const std::string_view object : action.objects) {
       EXPECT_NO_THROW(FindEmbedded("objects/" + std::string(object) + ".ply"));
@@ -225,7 +225,7 @@ TEST(ActionCatalog, HasGrabsNamesAndEmbeddedObjects) {
 
 TEST(ActionCatalog, NamesTheNearestForAnUnknownAction) {
   try {
-    FindMadeAction("drnk");
+    FindScriptedAction("drnk");
     FAIL();
   } catch (const Error& error) {
     EXPECT_THAT(error.what(), HasSubstr("'drink'"));

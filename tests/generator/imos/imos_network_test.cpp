@@ -217,7 +217,7 @@ TEST(BlockNetwork, VectorJacobianProductIsTheDerivative) {
   }
 }
 
-TEST(BlockNetwork, AColumnDoesNotDependOnItsNeighbours) {
+TEST(BlockNetwork, AColumnDoesNotDependOnItsNeighbors) {
   const NetworkWeights weights = DrawnNetwork(CompactConfig(), 2);
   for (const Isa isa : SupportedIsas()) {
     SCOPED_TRACE(IsaName(isa));
@@ -264,9 +264,9 @@ Eigen::VectorXd PlainAttention(const NetworkWeights& weights, const Eigen::Vecto
       heads.middleCols(h * width, width) = p * of(v);
     }
     const Eigen::MatrixXd sum = state + heads * matrix("w_combine.weight").transpose();
-    const Eigen::ArrayXXd centred = sum.array() - sum.mean();
-    const double variance = centred.square().mean();
-    state = centred / std::sqrt(variance + 1e-6) * matrix("layer_norm.weight").array() +
+    const Eigen::ArrayXXd centerd = sum.array() - sum.mean();
+    const double variance = centerd.square().mean();
+    state = centerd / std::sqrt(variance + 1e-6) * matrix("layer_norm.weight").array() +
             matrix("layer_norm.bias").array();
   }
   const Eigen::MatrixXd by_joint = state.transpose();
@@ -335,7 +335,7 @@ TEST(ImosWeights, ComeBackFromAFile) {
   const std::filesystem::path path = folder.Path() / "n.safetensors";
   for (const bool training : {false, true}) {
     NetworkWeights weights = DrawnNetwork(testing::SmallConfig(), 11, training);
-    weights.notes["licence"] = "MIT";
+    weights.notes["license"] = "MIT";
     WriteNetwork(weights, path);
     const NetworkWeights read = ReadNetwork(path);
     EXPECT_EQ(read.config, weights.config);

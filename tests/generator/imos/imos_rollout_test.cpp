@@ -35,10 +35,10 @@ std::vector<Named> AllKinds() {
   Config published = testing::SmallConfig();
   published.arms_see_class = false;
   published.arms_object = ArmsObject::kTranslation;
-  published.object_now = ObjectNow::kTrue;
+  published.object_now = ObjectInput::kTrue;
   published.arm_order = ArmOrder::kRightThenLeft;
   published.root = RootTranslation::kGiven;
-  published.attended_past = AttendedPast::kInstead;
+  published.attended_past = AttentionInput::kReplace;
   published.sees_progress = false;
   kinds.push_back({"published", published});
   Config one = testing::SmallConfig();
@@ -47,7 +47,7 @@ std::vector<Named> AllKinds() {
   Config plain = testing::SmallConfig();
   plain.self_attention = false;
   plain.body_sees_arms_now = false;
-  plain.object_now = ObjectNow::kAbsent;
+  plain.object_now = ObjectInput::kAbsent;
   kinds.push_back({"no attention", plain});
   return kinds;
 }

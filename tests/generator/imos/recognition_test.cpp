@@ -32,8 +32,8 @@ std::vector<JointMotion> SwayingMotions(int count) {
 
 // Weights that another program can make too: the n-th tensor by name has (7919 k + 104729 n) mod
 // 2003, less 1001, over 8008.
-RecogniserWeights CountedWeights() {
-  RecogniserWeights weights = RandomRecogniser(1);
+RecognizerWeights CountedWeights() {
+  RecognizerWeights weights = RandomRecognizer(1);
   long index = 0;
   for (auto& [name, tensor] : weights.tensors) {
     for (std::size_t k = 0; k < tensor.values.size(); ++k) {
@@ -45,25 +45,25 @@ RecogniserWeights CountedWeights() {
   return weights;
 }
 
-std::string MessageOf(const RecogniserWeights& weights) {
+std::string MessageOf(const RecognizerWeights& weights) {
   try {
-    const Recogniser recogniser(weights, "a file");
+    const Recognizer recognizer(weights, "a file");
   } catch (const Error& error) {
     return error.what();
   }
   return "";
 }
 
-TEST(Recogniser, HasThePublishedNumberOfParameters) {
+TEST(Recognizer, HasThePublishedNumberOfParameters) {
   std::size_t count = 0;
-  for (const auto& [name, tensor] : RandomRecogniser(1).tensors) count += tensor.values.size();
+  for (const auto& [name, tensor] : RandomRecognizer(1).tensors) count += tensor.values.size();
   EXPECT_EQ(count, 446117u);
 }
 
 // Expected numbers are of PyTorch's LSTM, Conv1d and Linear with the same weights.
-TEST(Recogniser, ComputesWhatPyTorchDoes) {
-  const Recogniser recogniser(CountedWeights());
-  const Recognition seen = recogniser.Recognise(SwayingMotions(2));
+TEST(Recognizer, ComputesWhatPyTorchDoes) {
+  const Recognizer recognizer(CountedWeights());
+  const Recognition seen = recognizer.Recognize(SwayingMotions(2));
   EXPECT_NEAR(seen.logits(0, 0), -0.05630884, 2e-6);
   EXPECT_NEAR(seen.logits(7, 0), 0.06170774, 2e-6);
   EXPECT_NEAR(seen.logits(28, 0), 0.09723508, 2e-6);
@@ -75,42 +75,42 @@ TEST(Recogniser, ComputesWhatPyTorchDoes) {
   EXPECT_EQ(seen.labels, (std::vector<int>{26, 26}));
 }
 
-TEST(Recogniser, SeesAMotionAloneAsAmongOthersAndByAnyNumberOfThreads) {
-  const Recogniser recogniser(RandomRecogniser(4));
+TEST(Recognizer, SeesAMotionAloneAsAmongOthersAndByAnyNumberOfThreads) {
+  const Recognizer recognizer(RandomRecognizer(4));
   const std::vector<JointMotion> motions = SwayingMotions(70);
-  const Recognition all = recogniser.Recognise(motions, 1),
-                    threads = recogniser.Recognise(motions, 3);
+  const Recognition all = recognizer.Recognize(motions, 1),
+                    threads = recognizer.Recognize(motions, 3);
   EXPECT_EQ(all.features, threads.features);
   for (const int k : {0, 31, 32, 69}) {
-    const Recognition one = recogniser.Recognise({&motions[k], 1});
+    const Recognition one = recognizer.Recognize({&motions[k], 1});
     EXPECT_EQ(one.features.col(0), all.features.col(k)) << k;
     EXPECT_EQ(one.logits.col(0), all.logits.col(k)) << k;
   }
 }
 
-TEST(Recogniser, ComesBackFromItsFile) {
+TEST(Recognizer, ComesBackFromItsFile) {
   const holdfast::testing::TemporaryFolder folder;
-  RecogniserWeights weights = RandomRecogniser(5);
+  RecognizerWeights weights = RandomRecognizer(5);
   weights.notes["set"] = "swaying";
-  WriteRecogniser(weights, folder / "r.safetensors");
-  const RecogniserWeights read = ReadRecogniser(folder / "r.safetensors");
+  WriteRecognizer(weights, folder / "r.safetensors");
+  const RecognizerWeights read = ReadRecognizer(folder / "r.safetensors");
   EXPECT_EQ(read.notes, weights.notes);
   const std::vector<JointMotion> motions = SwayingMotions(3);
-  EXPECT_EQ(Recogniser(read).Recognise(motions).features,
-            Recogniser(weights).Recognise(motions).features);
+  EXPECT_EQ(Recognizer(read).Recognize(motions).features,
+            Recognizer(weights).Recognize(motions).features);
 }
 
-TEST(Recogniser, RefusesWeightsThatAreNoneOfIts) {
-  RecogniserWeights missing = RandomRecogniser(1);
+TEST(Recognizer, RefusesWeightsThatAreNoneOfIts) {
+  RecognizerWeights missing = RandomRecognizer(1);
   missing.tensors.erase("lstm2_3.weight_hh_l1");
   EXPECT_THAT(MessageOf(missing), HasSubstr("a file: there is no tensor 'lstm2_3.weight_hh_l1'"));
-  RecogniserWeights shape = RandomRecogniser(1);
+  RecognizerWeights shape = RandomRecognizer(1);
   shape.tensors["hidden2label.weight"] = {{28, 128}, std::vector<float>(28 * 128)};
   EXPECT_THAT(MessageOf(shape), HasSubstr("28 x 128, 29 x 128 is needed"));
-  RecogniserWeights kernel = RandomRecogniser(1);
+  RecognizerWeights kernel = RandomRecognizer(1);
   kernel.tensors["conv1_2_2.weight"] = {{1, 1, 5}, std::vector<float>(5)};
   EXPECT_THAT(MessageOf(kernel), HasSubstr("'conv1_2_2.weight' has 5 values, 3 are needed"));
-  RecogniserWeights nan = RandomRecogniser(1);
+  RecognizerWeights nan = RandomRecognizer(1);
   nan.tensors["lstm2_2.bias_ih_l0"].values[17] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THAT(MessageOf(nan), HasSubstr("not finite"));
 
@@ -118,19 +118,19 @@ TEST(Recogniser, RefusesWeightsThatAreNoneOfIts) {
   SafetensorsWriter writer;
   writer.SetMetadata({{"format", "wandr-1"}});
   writer.Write(folder / "other.safetensors");
-  EXPECT_THROW(ReadRecogniser(folder / "other.safetensors"), Error);
+  EXPECT_THROW(ReadRecognizer(folder / "other.safetensors"), Error);
 }
 
-TEST(Recogniser, RefusesMotionsItCannotSee) {
-  const Recogniser recogniser(RandomRecogniser(1));
+TEST(Recognizer, RefusesMotionsItCannotSee) {
+  const Recognizer recognizer(RandomRecognizer(1));
   std::vector<JointMotion> motions = SwayingMotions(2);
   motions[1](5, 7) = std::numeric_limits<double>::infinity();
-  EXPECT_THROW(recogniser.Recognise(motions), Error);
+  EXPECT_THROW(recognizer.Recognize(motions), Error);
   motions[1] = SwayingMotion(1, 14);
-  EXPECT_THROW(recogniser.Recognise(motions), Error);
+  EXPECT_THROW(recognizer.Recognize(motions), Error);
   motions[1] = SwayingMotion(1).topRows(63);
-  EXPECT_THROW(recogniser.Recognise(motions), Error);
-  EXPECT_EQ(recogniser.Recognise({}).features.cols(), 0);
+  EXPECT_THROW(recognizer.Recognize(motions), Error);
+  EXPECT_EQ(recognizer.Recognize({}).features.cols(), 0);
 }
 
 }  // namespace

@@ -18,7 +18,7 @@ using testing::RunNetwork;
 using testing::SupportedIsas;
 using wandr::testing::RelativeError;
 
-// A network whose normalisations do something, too.
+// A network whose normalizations do something, too.
 MlpWeights Trained(int input, const std::vector<int>& hidden, int output, std::uint64_t seed) {
   MlpWeights mlp = RandomMlp(input, hidden, output, seed);
   RandomStream random(seed, 7);
@@ -34,9 +34,9 @@ Eigen::MatrixXd Reference(const MlpWeights& mlp, Eigen::MatrixXd x) {
   for (std::size_t l = 0; l < mlp.layers.size(); ++l) {
     const LayerWeights& layer = mlp.layers[l];
     for (auto column : x.colwise()) {
-      const Eigen::VectorXd centred = column.array() - column.mean();
-      const double variance = centred.squaredNorm() / static_cast<double>(centred.size());
-      column = (centred / std::sqrt(variance + 1e-5)).cwiseProduct(layer.gain.cast<double>()) +
+      const Eigen::VectorXd centerd = column.array() - column.mean();
+      const double variance = centerd.squaredNorm() / static_cast<double>(centerd.size());
+      column = (centerd / std::sqrt(variance + 1e-5)).cwiseProduct(layer.gain.cast<double>()) +
                layer.offset.cast<double>();
     }
     x = (layer.weight.cast<double>() * x).colwise() + layer.bias.cast<double>();
@@ -63,7 +63,7 @@ TEST(Mlp, IsItsDefinitionOnEveryInstructionSet) {
   }
 }
 
-TEST(Mlp, AColumnDoesNotDependOnItsNeighbours) {
+TEST(Mlp, AColumnDoesNotDependOnItsNeighbors) {
   const MlpWeights weights = RandomMlp(341, TaperedWidths(341, 135), 135, 2);
   const Eigen::MatrixXd x = Eigen::MatrixXd::Random(341, 23);
   for (const Isa isa : SupportedIsas()) {

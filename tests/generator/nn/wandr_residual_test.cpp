@@ -17,7 +17,7 @@ using testing::RunNetwork;
 using testing::SupportedIsas;
 using wandr::testing::RelativeError;
 
-// A network whose normalisations do something, too.
+// A network whose normalizations do something, too.
 ResidualWeights Trained(int input, int latent, int width, int blocks, int output) {
   ResidualWeights network = RandomResidual(input, latent, width, blocks, output, 5);
   RandomStream random(5, 7);
@@ -33,9 +33,9 @@ ResidualWeights Trained(int input, int latent, int width, int blocks, int output
 // The definition, column by column.
 Eigen::VectorXd Normed(const Eigen::VectorXd& h, const Eigen::VectorXf& gain,
                        const Eigen::VectorXf& offset) {
-  const Eigen::VectorXd centred = h.array() - h.mean();
-  const double variance = centred.squaredNorm() / static_cast<double>(h.size());
-  return (centred / std::sqrt(variance + 1e-5)).cwiseProduct(gain.cast<double>()) +
+  const Eigen::VectorXd centerd = h.array() - h.mean();
+  const double variance = centerd.squaredNorm() / static_cast<double>(h.size());
+  return (centerd / std::sqrt(variance + 1e-5)).cwiseProduct(gain.cast<double>()) +
          offset.cast<double>();
 }
 
@@ -79,7 +79,7 @@ TEST(ResidualMlp, IsItsDefinitionOnEveryInstructionSet) {
   }
 }
 
-TEST(ResidualMlp, AColumnDoesNotDependOnItsNeighbours) {
+TEST(ResidualMlp, AColumnDoesNotDependOnItsNeighbors) {
   const ResidualWeights weights = RandomResidual(341, 64, 200, 3, 135, 2);
   Eigen::MatrixXd x = Eigen::MatrixXd::Random(341, 23);
   x.col(4).head(64).setZero();  // as latents switched off

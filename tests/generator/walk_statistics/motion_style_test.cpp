@@ -36,7 +36,7 @@ std::vector<BodyFrame> Carried(int frames, const std::function<Vector3d(int)>& a
   return motion;
 }
 
-// Turns `joint` about the body's lateral axis so that `tip`, below it, is `ahead` metres in front.
+// Turns `joint` about the body's lateral axis so that `tip`, below it, is `ahead` meters in front.
 void Swing(BodyFrame& frame, int joint, int tip, const Quaterniond& before, double ahead) {
   const Eigen::Matrix3Xd& rest = DefaultMeasures().rest_joints;
   const Vector3d hanging = before * (rest.col(tip) - rest.col(joint));

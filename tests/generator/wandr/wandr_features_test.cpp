@@ -294,14 +294,14 @@ TEST(Intention, VectorJacobianProductIsTheDerivative) {
   }
 }
 
-TEST(Condition, PoseFeaturesAreNormalisedStateWithoutTheHeading) {
+TEST(Condition, PoseFeaturesAreNormalizedStateWithoutTheHeading) {
   nn::RandomStream random(10);
   const Statistics statistics = testing::WalkingStatistics();
-  const Normaliser<double> normaliser(statistics);
+  const Normalizer<double> normalizer(statistics);
   const Pose<double> pose = RandomPose(random);
   const Heading<double> heading = HeadingOf<double>(pose.rotation[0]);
   Eigen::VectorXd found(kPoseFeatures);
-  WritePoseFeatures(pose, heading, normaliser, found.data());
+  WritePoseFeatures(pose, heading, normalizer, found.data());
   EXPECT_NEAR(found[0], (pose.translation.z() - 0.1) / (0.2 + 1e-5), 1e-12);
   const Eigen::Matrix3d R_xy = HeadingMatrix(pose).transpose() * pose.rotation[0];
   const Vector6<double> six = (Rows12<double>(R_xy) - statistics.body_orient_xy.mean)
@@ -315,16 +315,16 @@ TEST(Condition, PoseFeaturesAreNormalisedStateWithoutTheHeading) {
   Eigen::VectorXd there(kPoseFeatures);
   const Pose<double> moved =
       Moved(pose, 2.0, {3.0, -1.0, 0.0}, testing::DefaultBody().rest_joints.col(0));
-  WritePoseFeatures(moved, HeadingOf<double>(moved.rotation[0]), normaliser, there.data());
+  WritePoseFeatures(moved, HeadingOf<double>(moved.rotation[0]), normalizer, there.data());
   EXPECT_LT((there - found).norm(), 1e-10);
 
   const Eigen::VectorXd weights = Draw(random, kPoseFeatures);
   TangentVector<double> bar = TangentVector<double>::Zero();
-  WritePoseFeaturesVjp<double>(pose, heading, normaliser, weights.data(), bar);
+  WritePoseFeaturesVjp<double>(pose, heading, normalizer, weights.data(), bar);
   const auto value = [&](const Eigen::VectorXd& step) {
     const Pose<double> at = Perturbed(pose, step);
     Eigen::VectorXd out(kPoseFeatures);
-    WritePoseFeatures(at, HeadingOf<double>(at.rotation[0]), normaliser, out.data());
+    WritePoseFeatures(at, HeadingOf<double>(at.rotation[0]), normalizer, out.data());
     return weights.dot(out);
   };
   EXPECT_LT(RelativeError(bar, NumericGradient(value, kTangentSize)), 1e-7);

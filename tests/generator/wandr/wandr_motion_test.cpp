@@ -79,19 +79,19 @@ TEST(MotionStates, OtherFrameRatesBecomeThirty) {
 
 TEST(MotionStates, StartsAreFramesWithTheirDelta) {
   const StateMatrix<double> states = StatesOfClip(ReachClip());
-  const Normaliser<double> normaliser(testing::WalkingStatistics());
-  const RolloutStart<double> start = StartAtFrame(states, 10, normaliser);
+  const Normalizer<double> normalizer(testing::WalkingStatistics());
+  const RolloutStart<double> start = StartAtFrame(states, 10, normalizer);
   EXPECT_LT((StateOf(start.pose) - states.col(10)).norm(), 1e-14);
   // Taking the delta from the frame before leads here.
   Pose<double> before = PoseOf<double>(states.col(9)), here;
   ApplyDelta<double>(before, HeadingOf<double>(before.rotation[0]),
-                     DeltaOfNormalised<double>(normaliser, start.previous_delta), here);
+                     DeltaOfNormalized<double>(normalizer, start.previous_delta), here);
   EXPECT_LT((StateOf(here) - states.col(10)).norm(), 1e-12);
   const StateVector<double> rest =
-      DeltaOfNormalised<double>(normaliser, StartAtFrame(states, 0, normaliser).previous_delta);
+      DeltaOfNormalized<double>(normalizer, StartAtFrame(states, 0, normalizer).previous_delta);
   EXPECT_LT((rest - RestDelta<double>()).norm(), 1e-12);
-  EXPECT_THROW(StartAtFrame(states, -1, normaliser), Error);
-  EXPECT_THROW(StartAtFrame(states, static_cast<int>(states.cols()), normaliser), Error);
+  EXPECT_THROW(StartAtFrame(states, -1, normalizer), Error);
+  EXPECT_THROW(StartAtFrame(states, static_cast<int>(states.cols()), normalizer), Error);
 }
 
 TEST(MotionStates, StandingIsOnTheGroundWithHangingArms) {
@@ -143,8 +143,8 @@ TEST(Statistics, AreThoseOfTheFrames) {
   EXPECT_EQ(gatherer.NumFrames(), 60);
   const Statistics s = gatherer.Finish();
   EXPECT_LT((s.body_pose.mean - states.bottomRows<126>().rowwise().mean()).norm(), 1e-12);
-  const Eigen::MatrixXd centred = states.topRows<3>().colwise() - s.body_transl.mean;
-  EXPECT_LT((s.body_transl.deviation - (centred.rowwise().squaredNorm() / 59.0).cwiseSqrt()).norm(),
+  const Eigen::MatrixXd centerd = states.topRows<3>().colwise() - s.body_transl.mean;
+  EXPECT_LT((s.body_transl.deviation - (centerd.rowwise().squaredNorm() / 59.0).cwiseSqrt()).norm(),
             1e-12);
   EXPECT_EQ(s.body_orient_xy.mean[3], 0.0);
   EXPECT_EQ(s.body_orient_xy.deviation[3], 0.0);
@@ -189,7 +189,7 @@ TEST(TrainingFrames, GoalsAreFarEnoughAndUniform) {
   options.mode = HindsightMode::kFixedOffset;
   EXPECT_EQ(HindsightGoals(motion, options, random)[5], 35);
   EXPECT_EQ(HindsightGoals(motion, options, random)[99], 99);
-  options.labelled_goal = 40;
+  options.labeled_goal = 40;
   EXPECT_EQ(HindsightGoals(motion, options, random)[5], 40);
   EXPECT_EQ(HindsightGoals(motion, options, random)[41], 41);
 }
@@ -197,12 +197,12 @@ TEST(TrainingFrames, GoalsAreFarEnoughAndUniform) {
 TEST(TrainingFrames, AreWhatTheRolloutSees) {
   const StateMatrix<double> states = WalkingStates(50);
   const MotionFrames motion = FramesOfStates(states, DefaultBones());
-  const Normaliser<double> normaliser(testing::WalkingStatistics());
+  const Normalizer<double> normalizer(testing::WalkingStatistics());
   nn::RandomStream random(2);
   std::vector<int> goals(50, 45);
   goals[7] = 7;
   const TrainingFrames frames =
-      MakeTrainingFrames(motion, goals, IntentionLayout::kPaper, normaliser);
+      MakeTrainingFrames(motion, goals, IntentionLayout::kPaper, normalizer);
   ASSERT_EQ(frames.conditions.cols(), 49);
   ASSERT_EQ(frames.conditions.rows(), 277);
   EXPECT_EQ(frames.conditions.col(7).tail<9>(), Eigen::VectorXf::Zero(9)) << "no goal";
@@ -212,7 +212,7 @@ TEST(TrainingFrames, AreWhatTheRolloutSees) {
     EXPECT_EQ(frames.conditions.col(i + 1).segment<kStateSize>(kPreviousDeltaOf),
               frames.targets.col(i));
     // At run time, the same but for the heading wanted (here: that of frame 45).
-    const RolloutStart<double> start = StartAtFrame(states, i, normaliser);
+    const RolloutStart<double> start = StartAtFrame(states, i, normalizer);
     EXPECT_LT((frames.conditions.col(i).segment<kStateSize>(kPreviousDeltaOf).cast<double>() -
                start.previous_delta)
                   .cwiseAbs()
@@ -233,7 +233,7 @@ TEST(TrainingFrames, AreWhatTheRolloutSees) {
     EXPECT_LT((frames.conditions.col(i).tail<3>().cast<double>() - turn).norm(), 1e-6);
   }
   EXPECT_THROW(MakeTrainingFrames(FramesOfStates(states.leftCols(1), DefaultBones()), {0},
-                                  IntentionLayout::kPaper, normaliser),
+                                  IntentionLayout::kPaper, normalizer),
                Error);
 }
 

@@ -43,13 +43,13 @@ TEST(Network, AFileHoldsAllOfIt) {
   for (const IntentionLayout layout :
        {IntentionLayout::kPaper, IntentionLayout::kFlagged, IntentionLayout::kBounded}) {
     NetworkWeights weights = testing::SmallNetwork(layout, 4);
-    weights.notes["licence"] = "CC0";
+    weights.notes["license"] = "CC0";
     const auto path = folder.Path() / "w.safetensors";
     WriteNetwork(weights, path);
     const NetworkWeights back = ReadNetwork(path);
     EXPECT_EQ(back.layout, layout);
     EXPECT_EQ(back.LatentSize(), 8);
-    EXPECT_EQ(back.notes.at("licence"), "CC0");
+    EXPECT_EQ(back.notes.at("license"), "CC0");
     ASSERT_TRUE(back.encoder.has_value());
     ASSERT_EQ(Chain(back.decoder).layers.size(), Chain(weights.decoder).layers.size());
     for (std::size_t l = 0; l < Chain(weights.decoder).layers.size(); ++l) {

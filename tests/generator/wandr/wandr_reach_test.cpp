@@ -130,14 +130,14 @@ TEST(ReachOutcome, Summary) {
   outcomes[0].reached_frame = 7;
   outcomes[0].last_m = 0.3;
   outcomes[0].speed_at_reach_m_s = 1.5;
-  const ReachSummary summary = Summarise(outcomes);
+  const ReachSummary summary = Summarize(outcomes);
   EXPECT_EQ(summary.success, 0.25);
   EXPECT_EQ(summary.success_at_end, 0.0);
   EXPECT_NEAR(summary.distance_mean_m, 0.3, 1e-12);
   EXPECT_NEAR(summary.distance_median_m, 0.275, 1e-12);
   EXPECT_NEAR(summary.skating, 0.15, 1e-12);
   EXPECT_EQ(summary.speed_at_reach_m_s, 1.5);
-  EXPECT_THROW(Summarise({}), Error);
+  EXPECT_THROW(Summarize({}), Error);
 }
 
 // A start that faces `turn` counter-clockwise of -y, away from the origin.
@@ -155,7 +155,7 @@ TEST(ReachProtocol, GoalsAreAboutTheStartAsThePaperHasThem) {
   const std::vector<ReachCase> cases = ReachCases(protocol, bones, starts);
   ASSERT_EQ(cases.size(), 1250u);
   EXPECT_EQ(protocol.NumCases(6), 3750);
-  // The first: straight ahead (-y), floor, half a metre.
+  // The first: straight ahead (-y), floor, half a meter.
   EXPECT_TRUE(cases[0].goal.isApprox(Eigen::Vector3d(1.0, 1.5, 0.0), 1e-5)) << cases[0].goal;
   EXPECT_EQ(cases[0].deadline, 240);
   std::set<std::array<long, 3>> places;
@@ -210,7 +210,7 @@ class ReachRuns : public ::testing::Test {
   Network<float> network_{testing::SmallNetwork(IntentionLayout::kFlagged, 3)};
   BoneOffsets<float> bones_ = DefaultBones().Cast<float>();
   std::vector<RolloutStart<float>> starts_ =
-      AsFloat(ComposedStarts(DefaultBody(), Normaliser<double>(testing::WalkingStatistics())));
+      AsFloat(ComposedStarts(DefaultBody(), Normalizer<double>(testing::WalkingStatistics())));
   ReachProtocol protocol_;
 };
 
@@ -292,9 +292,9 @@ TEST_F(OnTheBody, TheLowestVertexIsThatOfPlainSkinning) {
 TEST_F(OnTheBody, SkatingIsThatOfPlainSkinning) {
   const RolloutTrack track = [] {
     const Network<float> network(testing::SmallNetwork(IntentionLayout::kFlagged, 8));
-    const Normaliser<double> normaliser(testing::WalkingStatistics());
+    const Normalizer<double> normalizer(testing::WalkingStatistics());
     const RolloutStart<float> start =
-        StartAtRest(StandingPose(DefaultBody()), normaliser).Cast<float>();
+        StartAtRest(StandingPose(DefaultBody()), normalizer).Cast<float>();
     const GoalPlan plan{{{1.0, -1.0, 1.0}, 60}};
     const RolloutRequest request{.starts = {&start, 1}, .plans = {&plan, 1}, .num_steps = 60};
     return RunRollouts(network, DefaultBones().Cast<float>(), request, 1)[0];
@@ -324,7 +324,7 @@ class SeveralGoals : public ::testing::Test {
 
   Network<float> network_{testing::SmallNetwork(IntentionLayout::kFlagged, 3)};
   RolloutStart<float> start_ =
-      StartAtRest(StandingPose(DefaultBody()), Normaliser<double>(testing::WalkingStatistics()))
+      StartAtRest(StandingPose(DefaultBody()), Normalizer<double>(testing::WalkingStatistics()))
           .Cast<float>();
   ReachGoalsOptions options_{.frames = 30, .seed = 7};
 };
@@ -503,8 +503,8 @@ TEST(ReachStarts, FromAsManyPeopleAsThereAre) {
 }
 
 TEST(ReachStarts, ComposedOnesStandOnTheFloorAndDiffer) {
-  const Normaliser<double> normaliser(testing::WalkingStatistics());
-  const std::vector<ReachStart> starts = ComposedStarts(DefaultBody(), normaliser);
+  const Normalizer<double> normalizer(testing::WalkingStatistics());
+  const std::vector<ReachStart> starts = ComposedStarts(DefaultBody(), normalizer);
   ASSERT_EQ(starts.size(), static_cast<std::size_t>(kNumReachStarts));
   BodyKinematics<double> kinematics;
   std::vector<Eigen::Vector3d> wrists;

@@ -232,7 +232,7 @@ TEST(Rollout, StepsAsThePaperComposesThem) {
   tape.Input() << z, condition;
   network.Decoder().Forward(tape);
   const StateVector<double> u = tape.Output();
-  const StateVector<double> delta = DeltaOfNormalised<double>(network.Norms(), u);
+  const StateVector<double> delta = DeltaOfNormalized<double>(network.Norms(), u);
   Pose<double> expected;
   ApplyDelta<double>(start.pose, heading, delta, expected);
 

@@ -62,7 +62,7 @@ void ExpectWithin(const Eigen::Matrix3Xd& got, const Eigen::Matrix3Xd& want, dou
   EXPECT_LT((got - want).cwiseAbs().maxCoeff(), off) << what;
 }
 
-// `off`: what v_p and v may differ by, metres; 0 for every bit.
+// `off`: what v_p and v may differ by, meters; 0 for every bit.
 void ExpectAsOneAtATime(const std::shared_ptr<const BodyModel>& model, int frames, double off) {
   std::srand(3);
   const PosedFrames want(model, frames);
@@ -91,7 +91,7 @@ TEST(BodyFrames, DenseBlendShapesAreAsOneFrameAtATime) {
   testing::SyntheticBody(150).Write(file);  // vertices of several tiles
   const std::shared_ptr<const BodyModel> model = BodyModel::Load(file);
   ExpectAsOneAtATime(model, 1, 0.0);
-  for (const int frames : {2, 8, 19}) ExpectAsOneAtATime(model, frames, 1e-7);  // of centimetres
+  for (const int frames : {2, 8, 19}) ExpectAsOneAtATime(model, frames, 1e-7);  // of centimeters
 }
 
 TEST(BodyFrames, SparseBlendShapesAreAsOneFrameAtATime) {

@@ -192,7 +192,7 @@ TEST(ImportParameters, FeaturesAreRefusedByName) {
 
 const char kArctic[] = "parameters/arctic/data/arctic_data/data/raw_seqs/s01/box_grab_01.smplx.npy";
 
-TEST(ImportArctic, ObjectIsForColumnsAndCameInMillimetres) {
+TEST(ImportArctic, ObjectIsForColumnsAndCameInMillimeters) {
   const ImportedFile imported = Import(Fixture(kArctic));
   const Clip& clip = imported.clip;
   ASSERT_TRUE(clip.object);

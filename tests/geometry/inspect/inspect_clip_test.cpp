@@ -83,7 +83,7 @@ TEST_F(InspectClip, ASoundClipIsSound) {
   EXPECT_EQ(inspection.identity.kind, FileKind::kClip);
   EXPECT_EQ(inspection.Worst(), Verdict::kOk) << Findings(inspection);
   EXPECT_EQ(Text(inspection, "up_axis"), "z");
-  EXPECT_EQ(Number(inspection, "metres_per_unit"), 1.0);
+  EXPECT_EQ(Number(inspection, "meters_per_unit"), 1.0);
   EXPECT_NEAR(Number(inspection, "ground_height_m"), 0.0, 0.01);
   EXPECT_EQ(Text(inspection, "hand_pose"), "full");
   EXPECT_EQ(Number(inspection, "leaps"), 0.0);
@@ -175,14 +175,14 @@ TEST_F(InspectClip, SeesYUpAndItsCommandTurnsIt) {
   }
 }
 
-TEST_F(InspectClip, SeesCentimetresAndMillimetres) {
+TEST_F(InspectClip, SeesCentimetersAndMillimeters) {
   for (const double scale : {100.0, 1000.0}) {
     Clip clip = DemoClip();
     clip.trans *= scale;
     const Inspection inspection = Look(clip);
-    EXPECT_DOUBLE_EQ(Number(inspection, "metres_per_unit"), 1.0 / scale);
+    EXPECT_DOUBLE_EQ(Number(inspection, "meters_per_unit"), 1.0 / scale);
     EXPECT_EQ(inspection.Worst(), Verdict::kFault);
-    EXPECT_THAT(Findings(inspection), HasSubstr(scale == 100.0 ? "centimetres" : "millimetres"));
+    EXPECT_THAT(Findings(inspection), HasSubstr(scale == 100.0 ? "centimeters" : "millimeters"));
   }
 }
 

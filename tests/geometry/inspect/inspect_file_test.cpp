@@ -231,12 +231,12 @@ TEST(Inspect, Meshes) {
   const Inspection sound = Inspect(folder / "mug.obj");
   EXPECT_EQ(sound.Worst(), Verdict::kOk) << All(sound);
 
-  TriangleMesh millimetres = mesh;
-  millimetres.vertices *= 1000.0;
-  WriteMesh(millimetres, folder / "large.obj");
+  TriangleMesh millimeters = mesh;
+  millimeters.vertices *= 1000.0;
+  WriteMesh(millimeters, folder / "large.obj");
   const Inspection large = Inspect(folder / "large.obj");
   EXPECT_EQ(large.Worst(), Verdict::kWarning);
-  EXPECT_THAT(All(large), HasSubstr("millimetres"));
+  EXPECT_THAT(All(large), HasSubstr("millimeters"));
   EXPECT_THAT(large.next.front(), HasSubstr("--object-scale 0.001"));
 
   TriangleMesh open = mesh;
@@ -301,8 +301,8 @@ TEST(Inspect, MeshesAsTheCommandsReadThem) {
 TEST(Inspect, SizesThatTwoUnitsExplain) {
   const fs::path cube = HOLDFAST_SOURCE_DIR "/tests/fixtures/cases/mesh_unit_guess/cube_20.stl";
   const std::string both =
-      "millimetres, as .stl files are by custom: --object-scale 0.001 makes it 2 x 2 x 2 cm; or in "
-      "centimetres: --object-scale 0.01 makes it 20 x 20 x 20 cm";
+      "millimeters, as .stl files are by custom: --object-scale 0.001 makes it 2 x 2 x 2 cm; or in "
+      "centimeters: --object-scale 0.01 makes it 20 x 20 x 20 cm";
   const Inspection stl = Inspect(cube);
   EXPECT_THAT(All(stl), HasSubstr(both));
   EXPECT_THAT(stl.next.front(), HasSubstr("--object-scale 0.001"));
@@ -317,8 +317,8 @@ TEST(Inspect, SizesThatTwoUnitsExplain) {
   WriteMesh(ReadMesh(cube), folder / "cube.obj");
   EXPECT_THAT(
       All(Inspect(folder / "cube.obj")),
-      HasSubstr("likely in centimetres: --object-scale 0.01 makes it 20 x 20 x 20 cm; or in "
-                "millimetres: --object-scale 0.001 makes it 2 x 2 x 2 cm"));
+      HasSubstr("likely in centimeters: --object-scale 0.01 makes it 20 x 20 x 20 cm; or in "
+                "millimeters: --object-scale 0.001 makes it 2 x 2 x 2 cm"));
 }
 
 TEST(Inspect, GltfMeshes) {
@@ -407,7 +407,7 @@ TEST(Inspect, RealFiles) {
       const Inspection inspection = Inspect(entry.path());
       EXPECT_EQ(inspection.identity.kind, expected) << entry.path();
       faults += inspection.Worst() == Verdict::kFault;
-      texts += expected == FileKind::kText;  // licences, which nothing reads
+      texts += expected == FileKind::kText;  // licenses, which nothing reads
       for (const Fact& fact : inspection.facts) {
         if (fact.name != "up_axis") continue;
         ++motions;

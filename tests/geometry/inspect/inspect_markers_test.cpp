@@ -52,9 +52,9 @@ TEST_F(InspectMarkersTest, TellsNamesGapsAndJumps) {
 }
 
 TEST_F(InspectMarkersTest, DoubtsUnitsThatMakeAGiant) {
-  const Inspection metres = Look(ViconText("m", 0.0));
-  EXPECT_EQ(metres.Worst(), Verdict::kFault);
-  EXPECT_THAT(MarkerFindings(metres), HasSubstr("not in m"));
+  const Inspection meters = Look(ViconText("m", 0.0));
+  EXPECT_EQ(meters.Worst(), Verdict::kFault);
+  EXPECT_THAT(MarkerFindings(meters), HasSubstr("not in m"));
 }
 
 TEST_F(InspectMarkersTest, FaultsNameTheLine) {

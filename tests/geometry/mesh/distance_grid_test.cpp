@@ -33,7 +33,7 @@ TEST_F(DistanceGridTest, IsCloseToTheSurfaceItSamples) {
   for (int i = 0; i < 3000; ++i) {
     const Eigen::Vector3d p = RandomIn(random, 0.06);
     const double exact = surface_.Distance(p);
-    // Rounded near the centre, where the distance has its crease; interpolated far off.
+    // Rounded near the center, where the distance has its crease; interpolated far off.
     const double tolerance = p.norm() < 0.012 ? 3e-3 : std::abs(exact) > 0.016 ? 2e-4 : 4e-5;
     EXPECT_NEAR(grid_.Distance(p), exact, tolerance);
   }
@@ -60,7 +60,7 @@ TEST_F(DistanceGridTest, LinearIsCloseAndHasItsOwnGradient) {
     Eigen::Vector3d gradient;
     const double value = grid_.Linear(p, &gradient);
     EXPECT_EQ(value, grid_.Linear(p));
-    // Cell^2 / 8R in each direction, and the rounded crease at the centre.
+    // Cell^2 / 8R in each direction, and the rounded crease at the center.
     EXPECT_TRUE(p.norm() <= 0.02 || std::abs(value - grid_.Distance(p)) < 2e-4) << p.transpose();
     constexpr double kStep = 1e-8;
     const Eigen::Vector3d local = (p - grid_.Min()) / grid_.CellSize();

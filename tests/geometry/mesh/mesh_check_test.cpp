@@ -159,7 +159,7 @@ TEST(CheckMesh, GuessesTheUnit) {
   MeshReport report = CheckMesh(mesh);
   EXPECT_TRUE(report.implausible_size);
   EXPECT_EQ(report.suggested_scale, 0.001);
-  EXPECT_THAT(Describe(report), Contains(AllOf(HasSubstr("millimetres"), HasSubstr("0.001"))));
+  EXPECT_THAT(Describe(report), Contains(AllOf(HasSubstr("millimeters"), HasSubstr("0.001"))));
   mesh.vertices /= 1e6;
   EXPECT_EQ(CheckMesh(mesh).suggested_scale, 1000.0);
   mesh.vertices *= 1e14;
@@ -169,7 +169,7 @@ TEST(CheckMesh, GuessesTheUnit) {
 }
 
 TEST(CheckMesh, SuggestsWhatMakesAnythingHandSized) {
-  // In metres: a mug, a phone, a knife, a pan, a sword, a broom, a sheet of paper, a pen.
+  // In meters: a mug, a phone, a knife, a pan, a sword, a broom, a sheet of paper, a pen.
   const Eigen::Vector3d sizes[] = {{0.12, 0.09, 0.10},   {0.15, 0.07, 0.008}, {0.25, 0.03, 0.015},
                                    {0.42, 0.24, 0.06},   {0.95, 0.16, 0.03},  {1.5, 0.025, 0.025},
                                    {0.297, 0.21, 0.001}, {0.15, 0.01, 0.01}};
@@ -192,7 +192,7 @@ TEST(CheckMesh, NamesAllUnitsThatExplainASize) {
   EXPECT_THAT(scales(20.0, "a.stl"), ElementsAre(0.001, 0.01));
   EXPECT_THAT(scales(100.0, "a.obj"), ElementsAre(0.001));
   EXPECT_THAT(scales(4.0, "a.stl"), ElementsAre(0.01, 0.0254));  // 4 mm is no size to hold
-  EXPECT_THAT(scales(0.1, "a.stl"), IsEmpty());                  // metres
+  EXPECT_THAT(scales(0.1, "a.stl"), IsEmpty());                  // meters
   EXPECT_THAT(UnitRemedy(Eigen::Vector3d::Constant(1e9), "a.obj"),
               HasSubstr("give its unit with --object-scale"));
 }
@@ -271,7 +271,7 @@ TEST(RepairMesh, TurnsCavitiesWithTheirSolid) {
 // area. Only to leave it out would open the surface.
 TEST(RepairMesh, DividesFacesInPlaceOfFlatOnes) {
   TriangleMesh mesh = WithVertex(kBox, 0.5 * (kBox.vertices.col(0) + kBox.vertices.col(1)));
-  // Divide one face at edge (0, 1), leave its neighbour, and fill the slit.
+  // Divide one face at edge (0, 1), leave its neighbor, and fill the slit.
   int found = -1;
   for (int f = 0; f < mesh.NumFaces() && found < 0; ++f) {
     for (int k = 0; k < 3; ++k) {

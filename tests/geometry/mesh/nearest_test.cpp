@@ -15,10 +15,10 @@
 namespace holdfast {
 namespace {
 
-using Neighbour = NearestPoints::Neighbour;
+using Neighbor = NearestPoints::Neighbor;
 
-Neighbour BruteForce(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& query) {
-  Neighbour nearest{-1, std::numeric_limits<double>::infinity()};
+Neighbor BruteForce(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& query) {
+  Neighbor nearest{-1, std::numeric_limits<double>::infinity()};
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     // Summed in the order of the search, so that ties are ties in both.
     double squared = 0.0;
@@ -80,12 +80,12 @@ TEST(NearestPoints, ServesSeveralThreads) {
   const Eigen::Matrix3Xd points = HostileClouds()[0].points;
   const NearestPoints search(points);
   const auto nearest_of_each = [&] {
-    std::vector<Neighbour> nearest;
+    std::vector<Neighbor> nearest;
     for (const auto& point : points.colwise()) nearest.push_back(search.Nearest(point));
     return nearest;
   };
-  const std::vector<Neighbour> expected = nearest_of_each();
-  std::vector<std::vector<Neighbour>> found(4);
+  const std::vector<Neighbor> expected = nearest_of_each();
+  std::vector<std::vector<Neighbor>> found(4);
   {
     std::vector<std::jthread> threads;
     for (auto& mine : found) threads.emplace_back([&] { mine = nearest_of_each(); });

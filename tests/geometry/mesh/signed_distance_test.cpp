@@ -175,7 +175,7 @@ TEST(SignedDistance, OfAMeshWithAHoleUsesTheWindingNumber) {
   EXPECT_LT(wrong, 10);  // close to the hole only
 }
 
-// A solid that is modelled inside another one: one solid, not a cavity.
+// A solid that is modeled inside another one: one solid, not a cavity.
 TEST(SignedDistance, OfASolidWithinASolidIsInsideThroughout) {
   const SignedDistance distance(Together(Sphere(0.05, 3), Sphere(0.03, 3)));
   EXPECT_EQ(distance.SignMethod(), SignedDistance::Sign::kWindingNumber);

@@ -20,7 +20,7 @@
 namespace holdfast {
 namespace {
 
-TriangleMesh Sphere(const Eigen::Vector3d& centre, double radius, int rings = 64) {
+TriangleMesh Sphere(const Eigen::Vector3d& center, double radius, int rings = 64) {
   TriangleMesh mesh;
   const int segments = 2 * rings;
   mesh.vertices.resize(3, (rings + 1) * segments);
@@ -31,7 +31,7 @@ TriangleMesh Sphere(const Eigen::Vector3d& centre, double radius, int rings = 64
     for (int j = 0; j < segments; ++j) {
       const double azimuth = 2.0 * std::numbers::pi * j / segments;
       mesh.vertices.col(i * segments + j) =
-          centre + radius * Eigen::Vector3d(std::sin(polar) * std::cos(azimuth),
+          center + radius * Eigen::Vector3d(std::sin(polar) * std::cos(azimuth),
                                             std::sin(polar) * std::sin(azimuth), std::cos(polar));
       if (i == rings) continue;
       const int next = (j + 1) % segments;
@@ -114,11 +114,11 @@ TEST(Render, IntersectingSurfacesMeetWhereTheyCross) {
   EXPECT_TRUE(Bluish(image.Pixel(168, 125)));
 }
 
-TEST(Render, VertexColoursReplaceTheColour) {
+TEST(Render, VertexColorsReplaceTheColor) {
   const TriangleMesh sphere = Sphere({0, 0, 1}, 0.3);
-  Eigen::Matrix3Xd colours(3, sphere.NumVertices());
-  colours.colwise() = Eigen::Vector3d(0.1, 0.1, 0.8);
-  const RenderItem item{&sphere, {0.8, 0.1, 0.1}, &colours};
+  Eigen::Matrix3Xd colors(3, sphere.NumVertices());
+  colors.colwise() = Eigen::Vector3d(0.1, 0.1, 0.8);
+  const RenderItem item{&sphere, {0.8, 0.1, 0.1}, &colors};
   const Image image = Render({&item, 1}, OrbitCamera({0, 0, 1}, 0, 0, 3.0), Bare());
   EXPECT_TRUE(Bluish(image.Pixel(160, 120)));
 }
@@ -127,7 +127,7 @@ TEST(Render, BackFacesShowOnlyWhenAskedFor) {
   TriangleMesh sphere = Sphere({0, 0, 1}, 0.3);
   const Camera camera = OrbitCamera({0, 0, 1}, 0, 0, 3.0);
   RenderOptions options = Bare();
-  options.back_face_colour = Eigen::Vector3d(0.9, 0.0, 0.0);
+  options.back_face_color = Eigen::Vector3d(0.9, 0.0, 0.0);
   const auto reddish = [&] {
     const RenderItem item{&sphere, {0.5, 0.5, 0.5}, nullptr};
     return Reddish(Render({&item, 1}, camera, options).Pixel(160, 120));
@@ -258,17 +258,17 @@ TEST(Render, RefusesWhatMakesNoSense) {
   mesh.faces(2, 0) = 3;
   EXPECT_THROW(Render({&item, 1}, camera, Bare()), Error);
   mesh.faces(2, 0) = 2;
-  const Eigen::Matrix3Xd two_colours = Eigen::Matrix3Xd::Zero(3, 2);
-  item.vertex_colours = &two_colours;
+  const Eigen::Matrix3Xd two_colors = Eigen::Matrix3Xd::Zero(3, 2);
+  item.vertex_colors = &two_colors;
   EXPECT_THROW(Render({&item, 1}, camera, Bare()), Error);
   Camera blind;
   blind.target = blind.eye;
-  item.vertex_colours = nullptr;
+  item.vertex_colors = nullptr;
   EXPECT_THROW(Render({&item, 1}, blind, Bare()), Error);
 }
 
 TEST(TriangleScan, FansTileWithoutGapsOrOverlap) {
-  // A disc cut into slivers around an off-centre hub: every sample inside is visited exactly once.
+  // A disc cut into slivers around an off-center hub: every sample inside is visited exactly once.
   constexpr int kSize = 64;
   std::vector<int> visits(kSize * kSize, 0);
   const Eigen::Vector2d hub(20.3, 41.7);

@@ -107,7 +107,7 @@ TEST_F(OntoMixamo, HeldObjectStaysInTheHand) {
   EXPECT_NEAR(speed(moved.prop->positions, 29), speed(clip_.object->trans, 29), 1e-9);
 }
 
-// What a viewer shows are those joints, below a node in centimetres.
+// What a viewer shows are those joints, below a node in centimeters.
 TEST_F(OntoMixamo, FileShowsTheJointsAndKeepsItsSkin) {
   const TemporaryFolder folder;
   const SourceMotion moved = Move();

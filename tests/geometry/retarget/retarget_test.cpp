@@ -53,7 +53,7 @@ Eigen::Matrix3d RandomRotation(std::mt19937& random) {
   return q.normalized().toRotationMatrix();
 }
 
-/// A clip as a capture would hold it: y up, metres times `size`, with the local axes
+/// A clip as a capture would hold it: y up, meters times `size`, with the local axes
 /// of joint j turned by `frames[j]`.
 SourceMotion AsSource(const Clip& clip, const Eigen::Matrix3Xd& rest, double size,
                       const std::vector<Eigen::Matrix3d>& frames) {
@@ -143,7 +143,7 @@ Clip NaturalClip(const RetargetBody& body, int frames) {
 }
 
 struct Difference {
-  double joint = 0;     // metres, all joints
+  double joint = 0;     // meters, all joints
   double rotation = 0;  // radians, all joints
 };
 
@@ -321,7 +321,7 @@ TEST(Retarget, AnyRestPoseOfTheSameBonesGivesTheSamePlaces) {
       RetargetReport report;
       const Clip expected = Retarget(source(PlainFrames(), 1), map, body, options, &report);
       ASSERT_TRUE(report.same_skeleton);
-      double size = 1e-4;  // in metres of a file whose unit was mistaken, and more
+      double size = 1e-4;  // in meters of a file whose unit was mistaken, and more
       for (const auto& [name, frames] : sources) {
         const std::string what = std::string(name) + (fingers ? ", fingers" : "");
         size = size > 100 ? 1e-4 : 10 * size;

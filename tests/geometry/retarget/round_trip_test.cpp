@@ -69,7 +69,7 @@ Clip AnyClip(bool with_object) {
 // The largest differences between two clips: rotations as angles, so that w and w + 2 pi agree.
 struct Drift {
   double rotation = 0;  // radians
-  double place = 0;     // metres
+  double place = 0;     // meters
 };
 
 void AddTrack(const Eigen::Matrix3Xd& trans_a, const Eigen::Matrix3Xd& orient_a,
@@ -167,7 +167,7 @@ TEST(RoundTrip, NpzKeepsEveryBit) {
 }
 
 // Single precision: 6e-8 of a quaternion's part is 3e-7 radians at worst, and places lie within
-// a few metres. The file tells the betas, so that the body is the same.
+// a few meters. The file tells the betas, so that the body is the same.
 TEST(RoundTrip, GlbKeepsSinglePrecision) {
   const TemporaryFolder folder;
   const auto model = BodyModel::Default();
@@ -255,7 +255,7 @@ TEST(RoundTrip, ParametersKeepEveryNumber) {
   }
 }
 
-// Six decimals of a degree and of a centimetre, rotations relative to parents.
+// Six decimals of a degree and of a centimeter, rotations relative to parents.
 TEST(RoundTrip, BvhKeepsSixDecimals) {
   const TemporaryFolder folder;
   const auto model = BodyModel::Default();

@@ -13,7 +13,7 @@ namespace {
 using testing::Box;
 using testing::Sphere;
 
-// A person at rest, and an object whose centre is in the middle of the right palm, carried along.
+// A person at rest, and an object whose center is in the middle of the right palm, carried along.
 struct Scene {
   Scene() : hand(BodyModel::Default(), {}, Side::kRight) {
     const Eigen::Matrix3Xd& joints = hand.Surface().RestJoints();

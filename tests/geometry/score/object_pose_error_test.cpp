@@ -117,7 +117,7 @@ TEST(ObjectPoseError, KnownErrors) {
   EXPECT_NEAR(shift.add_mm, 5.0, 1e-9);
   EXPECT_LE(shift.add_s_mm, 5.0);
   EXPECT_NEAR(shift.rotation_deg, 0.0, 1e-5);
-  // Turned about its centre: the centre stays where it is, wherever the origin of the file is.
+  // Turned about its center: the center stays where it is, wherever the origin of the file is.
   const Eigen::Vector3d c = comparer.Symmetry().center;
   const Eigen::Isometry3d turned = truth * Eigen::Translation3d(c) *
                                    Pose({0, 0, 10 * kDegree}, {0, 0, 0}) * Eigen::Translation3d(-c);

@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 constexpr int kOut = 30, kAt = 60, kHome = 90, kAll = 130;
 
 // Somebody who faces +x with knees bent and moves the right hand from before the body to a place of
-// the head (its frame, metres), stays from kAt to kHome - 1, and moves it back.
+// the head (its frame, meters), stays from kAt to kHome - 1, and moves it back.
 struct CapturedActionTest : ::testing::Test {
   std::shared_ptr<const BodyModel> model = BodyModel::Default();
   BodySurface surface{model};
@@ -185,7 +185,7 @@ TEST(CapturedPlanTest, GivesThePeopleHeldOutToSubjectsHeldOut) {
   ASSERT_EQ(jobs.size(), 12u);
   for (std::size_t k = 0; k < jobs.size(); ++k) {
     const CapturedJob& job = jobs[k];
-    EXPECT_EQ(job.index, kMostScripted + static_cast<int>(k));
+    EXPECT_EQ(job.index, kMaxScripted + static_cast<int>(k));
     EXPECT_EQ(job.held_out, job.files.Person() == "cyd");
     EXPECT_EQ(IsHeldOut(job.subject, 4), job.held_out);
     EXPECT_EQ(job.files.still.empty(), job.files.Person() == "bob");

@@ -15,7 +15,7 @@
 #include "generator/wandr/reach_outcome.h"
 #include "geometry/body/body_model.h"
 #include "geometry/error.h"
-#include "solver/latent/reach_by_optimisation.h"
+#include "solver/latent/reach_by_optimization.h"
 #include "tests/support/wandr_scene.h"
 
 namespace holdfast {
@@ -40,7 +40,7 @@ const Shipped& Net() {
 
 wandr::RolloutStart<float> Standing() {
   return wandr::StartAtRest(wandr::StandingPose(DefaultBody()),
-                            wandr::Normaliser<double>(Net().weights.statistics))
+                            wandr::Normalizer<double>(Net().weights.statistics))
       .Cast<float>();
 }
 
@@ -84,12 +84,12 @@ std::vector<Soles> SolesOf(const States& states) {
   return soles;
 }
 
-// How a planted foot slides: metres per frame of what it stands on, in a frame and the next (the
+// How a planted foot slides: meters per frame of what it stands on, in a frame and the next (the
 // ball if it is down, else the heel). A foot that was dragged too far makes a step instead: there
 // are a few large ones even where feet are pinned.
 struct Sliding {
   double mean_m = 0.0;
-  double share = 0.0;  // of frames, by more than a millimetre
+  double share = 0.0;  // of frames, by more than a millimeter
 };
 
 Sliding SlidingOf(const States& states, const std::vector<SoleBits>& contacts) {
@@ -115,7 +115,7 @@ Sliding SlidingOf(const States& states, const std::vector<SoleBits>& contacts) {
   return sliding;
 }
 
-// Of a joint from one motion to another, metres.
+// Of a joint from one motion to another, meters.
 struct Moves {
   double largest_m = 0.0, mean_m = 0.0;
 };
@@ -336,19 +336,19 @@ TEST(RefitReach, RefusesFramesThatAreNone) {
   EXPECT_NO_THROW(refit(0, 1.1));
 }
 
-std::vector<OptimisedReach> Reach(const std::vector<Vector3d>& goals, int count, int threads,
-                                  const ReachByOptimisationOptions& options = {}) {
-  return ReachByOptimisation(Net().network, DefaultBody(), Standing(), goals, count, threads,
+std::vector<OptimizedReach> Reach(const std::vector<Vector3d>& goals, int count, int threads,
+                                  const ReachByOptimizationOptions& options = {}) {
+  return ReachByOptimization(Net().network, DefaultBody(), Standing(), goals, count, threads,
                              options);
 }
 
-TEST(ReachByOptimisation, GoesFromGoalToGoalWithoutAJump) {
+TEST(ReachByOptimization, GoesFromGoalToGoalWithoutAJump) {
   const std::vector<Vector3d> goals = {{0.3, -1.3, 1.1}, {-0.6, -1.6, 0.8}};
   for (const bool refit : {true, false}) {
     SCOPED_TRACE(refit);
-    ReachByOptimisationOptions options;
+    ReachByOptimizationOptions options;
     options.refit = refit;
-    const OptimisedReach reach = Reach(goals, 1, 1, options)[0];
+    const OptimizedReach reach = Reach(goals, 1, 1, options)[0];
     const wandr::ReachSample& sample = reach.sample;
     ASSERT_FALSE(sample.diverged);
     ASSERT_EQ(sample.NumReached(), 2);
@@ -393,12 +393,12 @@ TEST(ReachByOptimisation, GoesFromGoalToGoalWithoutAJump) {
   }
 }
 
-TEST(ReachByOptimisation, SaysThatItDidNotComeUpThere) {
-  ReachByOptimisationOptions options;
+TEST(ReachByOptimization, SaysThatItDidNotComeUpThere) {
+  ReachByOptimizationOptions options;
   options.retries = 0;
   options.latent.lbfgs_iterations = 30;
   const std::vector<Vector3d> goals = {{0.2, -0.8, 2.7}, {0.2, -0.8, 1.1}};
-  const OptimisedReach reach = Reach(goals, 1, 1, options)[0];
+  const OptimizedReach reach = Reach(goals, 1, 1, options)[0];
   EXPECT_FALSE(reach.sample.goals[0].Reached());
   EXPECT_GT(reach.sample.goals[0].closest_m, 0.3);
   EXPECT_TRUE(reach.sample.goals[1].Reached()) << "and goes on to the next";
@@ -406,8 +406,8 @@ TEST(ReachByOptimisation, SaysThatItDidNotComeUpThere) {
   EXPECT_EQ(reach.refit.wrist_errors_m.size(), 1u) << "only what was reached is refitted";
 }
 
-TEST(ReachByOptimisation, NeitherThreadsNorTheNumberOfMotionsChangesOne) {
-  ReachByOptimisationOptions options;
+TEST(ReachByOptimization, NeitherThreadsNorTheNumberOfMotionsChangesOne) {
+  ReachByOptimizationOptions options;
   options.latent.lbfgs_iterations = 10;
   options.latent.lm_iterations = 2;
   options.retries = 1;
@@ -428,35 +428,35 @@ TEST(ReachByOptimisation, NeitherThreadsNorTheNumberOfMotionsChangesOne) {
   EXPECT_NE(Reach(goals, 1, 1, options)[0].sample.track.states, one[0].sample.track.states);
 }
 
-TEST(ReachByOptimisation, KeepsTheTimeThatIsGiven) {
-  ReachByOptimisationOptions options;
+TEST(ReachByOptimization, KeepsTheTimeThatIsGiven) {
+  ReachByOptimizationOptions options;
   options.frames = 70;
   options.stay_frames = {20};
   options.latent.lbfgs_iterations = 20;
-  const OptimisedReach reach = Reach({{0.3, -0.9, 1.1}}, 1, 1, options)[0];
+  const OptimizedReach reach = Reach({{0.3, -0.9, 1.1}}, 1, 1, options)[0];
   EXPECT_EQ(reach.sample.goals[0].due, 70);
   EXPECT_EQ(reach.sample.track.states.cols(), 91);
   // As published a motion ends when the wrist is due.
   options.as_published = true;
   options.vae.iterations = 20;
-  const OptimisedReach published = Reach({{0.3, -0.9, 1.1}}, 1, 1, options)[0];
+  const OptimizedReach published = Reach({{0.3, -0.9, 1.1}}, 1, 1, options)[0];
   EXPECT_EQ(published.sample.track.states.cols(), 71);
   EXPECT_EQ(published.sample.goals[0].due, 70);
 }
 
-TEST(ReachByOptimisation, SaysThatTheNetworkBroke) {
+TEST(ReachByOptimization, SaysThatTheNetworkBroke) {
   const wandr::NetworkWeights weights = wandr::testing::WithScaledOutput(
       wandr::testing::SmallNetwork(wandr::IntentionLayout::kFlagged, 3), 1e30F);
   const wandr::Network<float> network(weights);
-  ReachByOptimisationOptions options;
+  ReachByOptimizationOptions options;
   options.latent.lbfgs_iterations = 3;
   const std::vector<Vector3d> goals = {{0.3, -0.5, 1.1}, {0.1, -0.5, 1.1}};
   const wandr::RolloutStart<float> start =
       wandr::StartAtRest(wandr::StandingPose(DefaultBody()),
-                         wandr::Normaliser<double>(weights.statistics))
+                         wandr::Normalizer<double>(weights.statistics))
           .Cast<float>();
-  const auto reaches = ReachByOptimisation(network, DefaultBody(), start, goals, 2, 2, options);
-  for (const OptimisedReach& reach : reaches) {
+  const auto reaches = ReachByOptimization(network, DefaultBody(), start, goals, 2, 2, options);
+  for (const OptimizedReach& reach : reaches) {
     EXPECT_TRUE(reach.sample.diverged);
     EXPECT_TRUE(reach.sample.track.joints.allFinite()) << "frames up to there";
     EXPECT_EQ(reach.sample.goals.size(), 2u);
@@ -464,11 +464,11 @@ TEST(ReachByOptimisation, SaysThatTheNetworkBroke) {
   }
 }
 
-TEST(ReachByOptimisation, RefusesNoGoalsAndNoMotions) {
+TEST(ReachByOptimization, RefusesNoGoalsAndNoMotions) {
   EXPECT_THROW(Reach({}, 1, 1), Error);
   EXPECT_THROW(Reach({{0.3, -0.9, 1.1}}, 0, 1), Error);
   EXPECT_THROW(Reach({{0.3, NAN, 1.1}}, 1, 1), Error);
-  ReachByOptimisationOptions options;
+  ReachByOptimizationOptions options;
   options.deadline.walking_m_s = 0.0;
   EXPECT_THROW(Reach({{0.3, -0.9, 1.1}}, 1, 1, options), Error);
 }

@@ -120,7 +120,7 @@ TEST(NeedsGrasp, WhereTheClipHasNoneOfThisObject) {
   EXPECT_THAT(WhyNewGrasp(clip, mug, "mug", options), ::testing::HasSubstr("a hand of SMPL-X"));
   EXPECT_FALSE(NeedsGrasp(clip, mug, keep));
   options.other_body.clear();
-  // A mesh in millimetres, loaded with the scale of metres.
+  // A mesh in millimeters, loaded with the scale of meters.
   options.clip_object = mug.mesh;
   options.clip_object->vertices *= 1000.0;
   options.object_scale = 0.001;

@@ -28,7 +28,7 @@ const PreparedObject& Ball() {
   return ball;
 }
 
-// The demo's first frames, with a ball below the right palm whose surface is `gap` metres off the
+// The demo's first frames, with a ball below the right palm whose surface is `gap` meters off the
 // palm's skin (negative: in it), but for the last ten frames, in which it flies away.
 LoadedClip WithBall(double gap) {
   LoadedClip loaded = LoadClip("demo_drink");

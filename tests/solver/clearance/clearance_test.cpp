@@ -260,38 +260,38 @@ TEST(KeepOutOfBody, IsTheSameWithASceneMadeBeforeForAnyThreads) {
   }
 }
 
-TEST(BodyMeeting, LooksAtOtherPointsAsIfMadeForThem) {
+TEST(BodyCollisionDetector, LooksAtOtherPointsAsIfMadeForThem) {
   constexpr double kFine_m = 0.005;
   const Clip clip = Hanging(0.45);
   const std::uint8_t held = kHoldsRight;
-  BodyMeeting meeting(Person(), Apple(), {&held, 1});
-  const BodyMeeting fine(Person(), Apple(), {&held, 1}, kFine_m);
+  BodyCollisionDetector meeting(Person(), Apple(), {&held, 1});
+  const BodyCollisionDetector fine(Person(), Apple(), {&held, 1}, kFine_m);
   BodyState state;
   Forward(Person(), clip.pose[30], clip.trans.col(30), state);
-  const auto measured = [&](const BodyMeeting& by) {
+  const auto measured = [&](const BodyCollisionDetector& by) {
     return by.Measure(state, clip.object->Pose(30), kHoldsRight, kHoldsRight, 0.02);
   };
   const std::size_t coarse = measured(meeting).near[0].size();
   meeting.LookAt(Apple(), kFine_m);
-  const BodyMeeting::Frame frame = measured(meeting), expected = measured(fine);
+  const BodyCollisionDetector::Frame frame = measured(meeting), expected = measured(fine);
   EXPECT_GT(frame.near[0].size(), coarse);
   ASSERT_EQ(frame.near[0].size(), expected.near[0].size());
   EXPECT_EQ(frame.depth_m, expected.depth_m);
   EXPECT_EQ(frame.near[0].back().at, expected.near[0].back().at);
 }
 
-TEST(BodyMeeting, FindsTheDeepestOfAllItsPoints) {
+TEST(BodyCollisionDetector, FindsTheDeepestOfAllItsPoints) {
   const Clip clip = Hanging(0.45);
   const std::uint8_t held = kHoldsRight;
-  const BodyMeeting meeting(Person(), Apple(), {&held, 1});
+  const BodyCollisionDetector meeting(Person(), Apple(), {&held, 1});
   const OwnBody obstacle(Person(), kHoldsRight);
   for (int t = 28; t <= 32; t += 2) {
     BodyState state;
     Forward(Person(), clip.pose[t], clip.trans.col(t), state);
-    const BodyMeeting::Frame frame =
+    const BodyCollisionDetector::Frame frame =
         meeting.Measure(state, clip.object->Pose(t), kHoldsRight, kHoldsRight, 0.02);
     double deepest = 0.0;
-    for (const BodyMeeting::Point& point : frame.near[0]) {
+    for (const BodyCollisionDetector::Point& point : frame.near[0]) {
       const OwnBody::Posed around(obstacle, state.vertices, point.at, point.at);
       const auto touch = around.Query(point.at);
       ASSERT_TRUE(touch);

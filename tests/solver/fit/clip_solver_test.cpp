@@ -22,7 +22,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using testing::HandScene;
 
-// The embedded ball with its centre at the origin.
+// The embedded ball with its center at the origin.
 TriangleMesh CenteredBall() {
   TriangleMesh ball = ReadMesh(HOLDFAST_MESHES_DIR "/objects/sphere.ply");
   const Vector3d middle =
@@ -103,7 +103,7 @@ TEST(SolveClip, ARigidCarryIsTheTruth) {
 TEST(SolveClip, IsNoWorseThanFrameAfterFrame) {
   const Carried carried(20, true);
   FitOptions options = PaperAndAcceleration();
-  options.lambda_acceleration = 0.0;  // what both of them minimise
+  options.lambda_acceleration = 0.0;  // what both of them minimize
   options.lambda_temporal = 50.0;     // and heavy enough to matter
   options.whole_clip = false;
   const double sequential = SumOfEnergies(carried.Fit(options));
@@ -300,7 +300,7 @@ TEST(RefineClip, TakesNoiseOutOfWhatIsCarried) {
   EXPECT_LT(after, before / 9.0);
 }
 
-// A hand comes, presses a centimetre into an object that rests, and goes.
+// A hand comes, presses a centimeter into an object that rests, and goes.
 TEST(RefineClip, LeavesWhatIsOnlyTouchedWhereItIs) {
   constexpr int kFrames = 60;
   Carried carried(kFrames);

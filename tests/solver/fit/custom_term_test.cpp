@@ -18,7 +18,7 @@ namespace {
 
 using testing::HandScene;
 
-// The object's place is wanted at the given one, metres.
+// The object's place is wanted at the given one, meters.
 class AtPlace final : public ceres::SizedCostFunction<3, 3> {
  public:
   explicit AtPlace(Eigen::Vector3d place) : place_(std::move(place)) {}

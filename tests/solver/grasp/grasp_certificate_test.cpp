@@ -244,7 +244,7 @@ TEST(GraspCertificate, PadContactsLieOnTheObject) {
   const HandAnatomy anatomy(model);
   HandEvaluation hand = AtWrist(model);
   const HandAngles open = OpenHand(anatomy.axes);
-  // A ball in the palm of the open hand, pressed in by a millimetre.
+  // A ball in the palm of the open hand, pressed in by a millimeter.
   const TriangleMesh ball = testing::Sphere(0.03, 3);
   const DistanceGrid grid(SignedDistance(ball), {.cell_m = 0.003});
   const FingerPose fingers = anatomy.axes.PoseOf(open);

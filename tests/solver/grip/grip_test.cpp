@@ -135,7 +135,7 @@ TEST(GripGive, IsThatOfALinearSpringWhileNothingSlides) {
                           ? Eigen::Vector3d(0.03 * vector())
                           : Eigen::Vector3d(contacts[c - 1].point + 0.05 * contacts[c - 1].into);
       contact.press = 100.0 * contact.into;
-      const Eigen::Vector3d arm = (contact.point - solid.centre) / solid.radius_m;
+      const Eigen::Vector3d arm = (contact.point - solid.center) / solid.radius_m;
       for (int k = 0; k < 3; ++k) {
         wrenches.col(3 * c + k) << Eigen::Vector3d::Unit(k), arm.cross(Eigen::Vector3d::Unit(k));
       }

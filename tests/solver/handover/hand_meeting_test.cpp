@@ -32,16 +32,16 @@ struct Wrists {
                       RigidTransform(ExpSO3(Vector3d(0.4, 0.5, -0.3)), {0.03, -0.02, 0.01});
 };
 
-TEST(ShareTheWay, LeavesHandsThatFitWhereTheyAre) {
+TEST(SplitCorrection, LeavesHandsThatFitWhereTheyAre) {
   const Wrists at;
-  const HandMeeting met = ShareTheWay(at.giver, at.receiver, at.giver.inverse() * at.receiver);
+  const HandMeeting met = SplitCorrection(at.giver, at.receiver, at.giver.inverse() * at.receiver);
   EXPECT_LT(met.giver.translation.norm() + met.receiver.translation.norm(), 1e-9);
   EXPECT_LT(met.giver.rotation.vec().norm() + met.receiver.rotation.vec().norm(), 1e-9);
 }
 
-TEST(ShareTheWay, BringsHandsTogetherByTheLeastAndBothByAsMuch) {
+TEST(SplitCorrection, BringsHandsTogetherByTheLeastAndBothByAsMuch) {
   const Wrists at;
-  const HandMeeting met = ShareTheWay(at.giver, at.receiver, at.wanted);
+  const HandMeeting met = SplitCorrection(at.giver, at.receiver, at.wanted);
   const Isometry3d giver = Apply(at.giver, met.giver), receiver = Apply(at.receiver, met.receiver);
   EXPECT_TRUE((giver.inverse() * receiver).isApprox(at.wanted, 1e-9));
   EXPECT_NEAR((giver.translation() - at.giver.translation()).norm(),

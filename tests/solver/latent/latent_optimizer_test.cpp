@@ -35,7 +35,7 @@ const LatentBody& Body() {
   return body;
 }
 
-// The network that is shipped: what is wanted of the optimiser is wanted of it with that one.
+// The network that is shipped: what is wanted of the optimizer is wanted of it with that one.
 struct Shipped {
   Shipped() : weights(wandr::DefaultNetwork()), network(weights) {}
   wandr::NetworkWeights weights;
@@ -50,7 +50,7 @@ ReachTask Task(const wandr::NetworkWeights& weights, const Vector3d& goal, int d
                int steps_after, std::uint64_t stream = 0) {
   ReachTask task;
   task.start = wandr::StartAtRest(wandr::StandingPose(DefaultBody()),
-                                  wandr::Normaliser<double>(weights.statistics))
+                                  wandr::Normalizer<double>(weights.statistics))
                    .Cast<float>();
   task.goal = goal;
   task.deadline = deadline;
@@ -59,7 +59,7 @@ ReachTask Task(const wandr::NetworkWeights& weights, const Vector3d& goal, int d
   return task;
 }
 
-// A metre and a half away, at a walk.
+// A meter and a half away, at a walk.
 ReachTask Usual(std::uint64_t stream = 0) {
   const double angle = 0.7 * static_cast<double>(stream);
   return Task(
@@ -73,7 +73,7 @@ Vector3d Joint(const ReachSolution& solution, int frame, int joint) {
 }
 
 ReachSolution Solve(const ReachTask& task, const LatentOptions& options = {}) {
-  return OptimiseLatents(Net().network, Body(), {&task, 1}, options, 1)[0];
+  return OptimizeLatents(Net().network, Body(), {&task, 1}, options, 1)[0];
 }
 
 void ExpectSame(const ReachSolution& a, const ReachSolution& b) {
@@ -225,7 +225,7 @@ TEST(LatentOptimizer, NeitherThreadsNorBatchesNorOtherTasksChangeASolution) {
     options.batch = batch;
     int last = 0;
     auto solutions =
-        OptimiseLatents(Net().network, Body(), tasks, options, threads, [&](int done, int total) {
+        OptimizeLatents(Net().network, Body(), tasks, options, threads, [&](int done, int total) {
           EXPECT_GT(done, last);
           EXPECT_EQ(total, 5);
           last = done;
@@ -328,12 +328,12 @@ TEST(LatentOptimizer, WhatPollThrowsEndsTheRun) {
     options.poll = [&] {
       if (++calls == 5) throw std::runtime_error("enough");
     };
-    EXPECT_THROW(OptimiseLatents(network, Body(), tasks, options, threads), std::runtime_error);
+    EXPECT_THROW(OptimizeLatents(network, Body(), tasks, options, threads), std::runtime_error);
     EXPECT_GE(calls, 5);
     EXPECT_LE(calls, 4 + threads) << "the others end at their next call";
   }
   options.poll = {};
-  EXPECT_THROW(OptimiseLatents(network, Body(), tasks, options, 2,
+  EXPECT_THROW(OptimizeLatents(network, Body(), tasks, options, 2,
                                [](int, int) { throw std::runtime_error("enough"); }),
                std::runtime_error);
 }
@@ -345,7 +345,7 @@ TEST(LatentOptimizer, AMotionOfOneStepIsAMotion) {
     LatentOptions options;
     options.free_time = free_time;
     const ReachTask task = Task(weights, {0.3, -0.3, 1.0}, 1, 0);
-    const ReachSolution solution = OptimiseLatents(network, Body(), {&task, 1}, options, 1)[0];
+    const ReachSolution solution = OptimizeLatents(network, Body(), {&task, 1}, options, 1)[0];
     EXPECT_EQ(solution.track.states.cols(), 2);
     EXPECT_TRUE(solution.latents.allFinite());
   }
@@ -357,7 +357,7 @@ TEST(LatentOptimizer, ABrokenNetworkIsSeenInTheMotion) {
       WithScaledOutput(SmallNetwork(wandr::IntentionLayout::kFlagged, 3), 1e30F);
   const wandr::Network<float> network(weights);
   const ReachTask task = Task(weights, {0.3, -0.3, 1.0}, 20, 2);
-  const ReachSolution solution = OptimiseLatents(network, Body(), {&task, 1}, {}, 1)[0];
+  const ReachSolution solution = OptimizeLatents(network, Body(), {&task, 1}, {}, 1)[0];
   EXPECT_FALSE(solution.track.joints.allFinite());
   EXPECT_TRUE(wandr::MeasureReach(solution.track.joints, task.goal).diverged);
 }
@@ -366,7 +366,7 @@ TEST(LatentOptimizer, RefusesTasksThatMakeNoSense) {
   const wandr::NetworkWeights weights = SmallNetwork(wandr::IntentionLayout::kFlagged, 3);
   const wandr::Network<float> network(weights);
   const auto run = [&](const std::vector<ReachTask>& tasks) {
-    return OptimiseLatents(network, Body(), tasks, {}, 1);
+    return OptimizeLatents(network, Body(), tasks, {}, 1);
   };
   const ReachTask sound = Task(weights, {0.5, -0.5, 1.0}, 6, 2);
   EXPECT_EQ(run({sound}).size(), 1u);

@@ -22,7 +22,7 @@ class MotionCostOf : public ::testing::Test {
     const wandr::NetworkWeights weights = wandr::DefaultNetwork();
     const wandr::Network<float> network(weights);
     const auto start = wandr::StartAtRest(wandr::StandingPose(DefaultBody()),
-                                          wandr::Normaliser<double>(weights.statistics))
+                                          wandr::Normalizer<double>(weights.statistics))
                            .Cast<float>();
     sample_ = wandr::ReachGoals(network, DefaultBones().Cast<float>(), start, {&goal_, 1}, 1, 1)[0];
   }

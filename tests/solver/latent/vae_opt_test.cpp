@@ -49,12 +49,12 @@ TEST(LbfgsStepOne, FindsTheMinimumOfAQuadraticAndStops) {
 
 // A quarter of the goals of a cylinder, or of whatever numbers a test wants.
 std::vector<ReachTask> Tasks(const wandr::NetworkWeights& weights, int count, int num_steps) {
-  const wandr::Normaliser<double> normaliser(weights.statistics);
+  const wandr::Normalizer<double> normalizer(weights.statistics);
   std::vector<ReachTask> tasks(count);
   for (int i = 0; i < count; ++i) {
     const double angle = 2.4 * i;
     tasks[i].start =
-        wandr::StartAtRest(wandr::StandingPose(DefaultBody()), normaliser).Cast<float>();
+        wandr::StartAtRest(wandr::StandingPose(DefaultBody()), normalizer).Cast<float>();
     tasks[i].goal = {1.2 * std::cos(angle), 1.2 * std::sin(angle), 0.6 + 0.2 * (i % 5)};
     tasks[i].num_steps = tasks[i].deadline = num_steps;
     tasks[i].stream = static_cast<std::uint64_t>(i);
@@ -85,11 +85,11 @@ TEST(VaeOpt, NeitherThreadsNorOtherTasksChangeASolution) {
     VaeOptOptions options;
     options.method = method;
     options.iterations = 8;
-    const auto one = OptimiseAsPublished(network, bones, tasks, options, 1);
-    const auto five = OptimiseAsPublished(network, bones, tasks, options, 5);
+    const auto one = OptimizeAsPublished(network, bones, tasks, options, 1);
+    const auto five = OptimizeAsPublished(network, bones, tasks, options, 5);
     ASSERT_EQ(one.size(), 37u);
     for (std::size_t i = 0; i < tasks.size(); ++i) ExpectSameSolution(one[i], five[i]);
-    const auto alone = OptimiseAsPublished(network, bones, {&tasks[20], 1}, options, 2);
+    const auto alone = OptimizeAsPublished(network, bones, {&tasks[20], 1}, options, 2);
     ExpectSameSolution(one[20], alone[0]);
     EXPECT_EQ(alone[0].track.states.cols(), 10);
   }
@@ -106,7 +106,7 @@ TEST(VaeOpt, ATraceEndsWithTheMotionThatIsGivenBack) {
     options.method = method;
     options.iterations = 8;
     const auto solutions =
-        OptimiseAsPublished(network, DefaultBones().Cast<float>(), tasks, options, 1);
+        OptimizeAsPublished(network, DefaultBones().Cast<float>(), tasks, options, 1);
     for (std::size_t i = 0; i < tasks.size(); ++i) {
       const ReachTrace& trace = solutions[i].trace;
       ASSERT_FALSE(trace.last_m.empty());
@@ -123,7 +123,7 @@ TEST(VaeOpt, ATraceEndsWithTheMotionThatIsGivenBack) {
       VaeOptOptions none = options;
       none.iterations = 1;
       const auto start =
-          OptimiseAsPublished(network, DefaultBones().Cast<float>(), {&tasks[i], 1}, none, 1);
+          OptimizeAsPublished(network, DefaultBones().Cast<float>(), {&tasks[i], 1}, none, 1);
       EXPECT_EQ(start[0].trace.last_m[0], trace.last_m[0]);
     }
   }
@@ -140,7 +140,7 @@ TEST(VaeOpt, BringsTheWristNearerThroughTheTrainedPrior) {
     options.method = method;
     options.iterations = 60;
     for (const ReachSolution& solution :
-         OptimiseAsPublished(network, DefaultBones().Cast<float>(), tasks, options, 2)) {
+         OptimizeAsPublished(network, DefaultBones().Cast<float>(), tasks, options, 2)) {
       EXPECT_LT(solution.trace.last_m.back(), 0.5F * solution.trace.last_m.front());
       if (method == VaeOptMethod::kLm) {
         EXPECT_LT(solution.trace.last_m.back(), 1e-3F);
@@ -161,7 +161,7 @@ TEST(VaeOpt, StopsWhereNumbersEnd) {
   options.learning_rate = 1e38;  // latents leave the range of float after a few steps
   options.last_learning_rate_ratio = 1.0;
   const auto solutions =
-      OptimiseAsPublished(network, DefaultBones().Cast<float>(), tasks, options, 1);
+      OptimizeAsPublished(network, DefaultBones().Cast<float>(), tasks, options, 1);
   for (const ReachSolution& solution : solutions) {
     EXPECT_TRUE(solution.latents.allFinite());
     EXPECT_TRUE(solution.track.joints.allFinite());
@@ -177,7 +177,7 @@ TEST(VaeOpt, WhatPollThrowsEndsTheRun) {
     VaeOptOptions options;
     options.method = method;
     options.poll = [] { throw std::runtime_error("enough"); };
-    EXPECT_THROW(OptimiseAsPublished(network, DefaultBones().Cast<float>(), tasks, options, 2),
+    EXPECT_THROW(OptimizeAsPublished(network, DefaultBones().Cast<float>(), tasks, options, 2),
                  std::runtime_error);
   }
 }
@@ -186,7 +186,7 @@ TEST(VaeOpt, RefusesWhatMakesNoSense) {
   const wandr::NetworkWeights weights = SmallNetwork(wandr::IntentionLayout::kFlagged, 3);
   const wandr::Network<float> network(weights);
   const auto run = [&](const ReachTask& task, const VaeOptOptions& options) {
-    return OptimiseAsPublished(network, DefaultBones().Cast<float>(), {&task, 1}, options, 1);
+    return OptimizeAsPublished(network, DefaultBones().Cast<float>(), {&task, 1}, options, 1);
   };
   const ReachTask sound = Tasks(weights, 1, 3)[0];
   VaeOptOptions options;

@@ -201,8 +201,8 @@ TEST_F(ObjectMarkersTest, AreNamedOrReadFromATable) {
   EXPECT_EQ(error("Name, X,y,z\r\ncup_a,0.04,0,0.02\r\n\ncup_b,-0.04,1e-2,0.05\n"), "read 2");
   EXPECT_THAT(error("name,x,y\n"), HasSubstr("cup.csv:1: its first line does not name"));
   EXPECT_THAT(error("name,x,y,z\ncup_a,1,2\n"), HasSubstr("cup.csv:2: 3 fields"));
-  EXPECT_THAT(error("name,x,y,z\ncup_a,1,2,mm\n"), HasSubstr("'mm' is no place in metres"));
-  EXPECT_THAT(error("name,x,y,z\ncup_a,40,2,1\n"), HasSubstr("'40' is no place in metres"));
+  EXPECT_THAT(error("name,x,y,z\ncup_a,1,2,mm\n"), HasSubstr("'mm' is no place in meters"));
+  EXPECT_THAT(error("name,x,y,z\ncup_a,40,2,1\n"), HasSubstr("'40' is no place in meters"));
   EXPECT_THAT(error("name,x,y,z\n"), HasSubstr("names no marker"));
   EXPECT_THAT(error("name,x,y,z\ncap_a,0,0,0\n"), HasSubstr("Did you mean 'cup_a'"));
   EXPECT_THROW(ObjectMarkersOf("mug_*", recording, "trial"), Error);

@@ -71,7 +71,7 @@ struct Person {
     return state;
   }
 
-  // Markers are fixed to bones about where their names say, each off by up to a centimetre, and
+  // Markers are fixed to bones about where their names say, each off by up to a centimeter, and
   // seen with 0.2 mm of noise.
   MarkerRecording Record(int frames, bool still) const {
     MarkerRecording recording;
@@ -227,14 +227,14 @@ TEST_F(SolveMarkersTest, PutsAnObjectWithMarkersIntoTheClip) {
           Eigen::Vector3d(places.col(k));
     }
   }
-  with_cup.positions *= 1000.0;  // millimetres that are called metres
+  with_cup.positions *= 1000.0;  // millimeters that are called meters
   options.object = ObjectMarkersOf("cup_*", with_cup, "trial");
   options.object->places = places;
   const SolvedRecording solved = SolveMarkers(with_cup, &still, person.model, options, "trial");
   ASSERT_TRUE(solved.clip.object && solved.report.object);
   EXPECT_TRUE(solved.report.unused.empty());
   EXPECT_LT(solved.report.object->rms_mm, 1e-3);
-  // In millimetres again, and a gap of the cup's filled.
+  // In millimeters again, and a gap of the cup's filled.
   MarkerRecording gap = with_cup;
   gap.positions.block(trial.positions.rows() + 3, 30, 3, 20)
       .setConstant(std::numeric_limits<double>::quiet_NaN());

@@ -36,7 +36,7 @@ TEST(WalkAndReach, PutsTheWristAtTheGoalAndRanksTheRest) {
     ASSERT_THAT(report.motions, SizeIs(4));
     const ReachMotion& best = report.motions.front();
     ASSERT_TRUE(best.sample.goals[0].Reached());
-    EXPECT_EQ(report.misses[0].by, MissedBy::kNothing);
+    EXPECT_EQ(report.misses[0].by, FailureReason::kNothing);
     EXPECT_TRUE(best.refit);
     EXPECT_FALSE(report.motions.back().refit);
     // The refitted wrist is at the goal, in the clip as well.
@@ -73,10 +73,10 @@ TEST(WalkAndReach, RanksByHowPeopleMove) {
 TEST(WalkAndReach, SaysWhyAGoalIsMissed) {
   ReachOptions options;
   options.samples = 1;
-  EXPECT_EQ(Reach({1.0, -1.0, 2.8}, options).misses[0].by, MissedBy::kHeight);
+  EXPECT_EQ(Reach({1.0, -1.0, 2.8}, options).misses[0].by, FailureReason::kHeight);
   options.time_s = 1.0;
   const ReachMiss late = Reach({0.0, -6.0, 1.0}, options).misses[0];
-  EXPECT_EQ(late.by, MissedBy::kTime);
+  EXPECT_EQ(late.by, FailureReason::kTime);
   EXPECT_NEAR(late.distance_m, 6.0, 0.1);
 }
 

@@ -162,7 +162,7 @@ TEST(ImosFingerLoss, GradientIsThatOfCentralDifferences) {
   FingerPose gradient = FingerPose::Constant(NAN);
   loss.Evaluate(frames.fingers, &gradient);
   FingerPose numeric;
-  // So small that no vertex changes its neighbour and no pair passes tau.
+  // So small that no vertex changes its neighbor and no pair passes tau.
   constexpr double kStep = 1e-8;
   for (int k = 0; k < kHandDofs; ++k) {
     FingerPose moved = frames.fingers;

@@ -167,7 +167,7 @@ TEST(ReadRobotHand, SaysWhatIsWrong) {
   EXPECT_THAT(WhatReadingSays(whole.substr(0, whole.size() / 2)), HasSubstr("not a URDF"));
   EXPECT_THAT(WhatReadingSays("<robot name=\"x\"><link name=\"a\"/></robot>"),
               HasSubstr("no joint that moves"));
-  EXPECT_THAT(WhatReadingSays(BoxHand{.scale = 1000.0}.Urdf()), HasSubstr("millimetres"));
+  EXPECT_THAT(WhatReadingSays(BoxHand{.scale = 1000.0}.Urdf()), HasSubstr("millimeters"));
   std::string nested = "<robot name=\"x\">";
   for (int k = 0; k < 100'000; ++k) nested += "<link>";
   EXPECT_THAT(WhatReadingSays(nested), HasSubstr("nested"));
@@ -410,7 +410,7 @@ class RobotTerms : public ::testing::Test {
     pose_.T = pose_.R * Eigen::Vector3d(-0.035, 0.0, -0.09);
     for (const int link : {2, 3, 6, 8, 15}) {
       for (const auto sample : solids_.Of(link).samples.leftCols(4).colwise()) {
-        const Eigen::Vector3d out = (sample - solids_.Of(link).centre).normalized();
+        const Eigen::Vector3d out = (sample - solids_.Of(link).center).normalized();
         pairs_.push_back({0, link % 3, true, link, sample, out});
       }
     }

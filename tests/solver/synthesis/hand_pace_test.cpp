@@ -35,7 +35,7 @@ TEST(HandPace, TwoMovementsBecomeOneOnTheSameWayInTheSameTime) {
   const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
   const Clip before = InTwo(body);
   Clip after = before;
-  PaceHand(body.rest_joints, after);
+  RetimeHand(body.rest_joints, after);
   ASSERT_EQ(after.NumFrames(), before.NumFrames());
   const Eigen::Matrix3Xd was = PathOf(body, before), is = PathOf(body, after);
   const HandWay way_was = MeasureHandWay(was, before.frame_rate, 20);
@@ -58,10 +58,10 @@ TEST(HandPace, AHandThatStaysIsLeftAsItIs) {
   const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
   Clip still = Slice(InTwo(body), 45, 60);
   const Clip before = still;
-  PaceHand(body.rest_joints, still);
+  RetimeHand(body.rest_joints, still);
   EXPECT_EQ(still.pose, before.pose);
   Clip one = Slice(before, 0, 1);
-  PaceHand(body.rest_joints, one);
+  RetimeHand(body.rest_joints, one);
   EXPECT_EQ(one.NumFrames(), 1);
 }
 

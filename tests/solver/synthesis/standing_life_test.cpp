@@ -33,8 +33,8 @@ TEST(StandingLife, WhoHasArrivedLooksAboutOnFeetThatStay) {
   const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
   Clip clip = HoldsOut(body), other = clip;
   const BodyPlacement first = Place(body.rest_joints, BodyFrames(clip, body.rest_joints).front());
-  AddTakingPart(body.rest_joints, "pass", 1, clip);
-  AddTakingPart(body.rest_joints, "pass", 2, other);
+  AddSecondaryMotion(body.rest_joints, "pass", 1, clip);
+  AddSecondaryMotion(body.rest_joints, "pass", 2, other);
   const std::vector<BodyFrame> frames = BodyFrames(clip, body.rest_joints);
   double turned = 0.0, apart = 0.0;
   for (std::size_t t = 0; t < frames.size(); ++t) {

@@ -28,7 +28,7 @@ TEST(StillStart, OfStandingStillAThirdOfASecondStays) {
   const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
   const Clip before = Waits(body, 1.2);
   Clip after = before;
-  const int left_out = LeaveOutStill(body.rest_joints, after);
+  const int left_out = TrimIdle(body.rest_joints, after);
   // Until then, and a little of the way.
   EXPECT_GE(left_out, 27);
   EXPECT_LE(left_out, 37);
@@ -48,8 +48,8 @@ TEST(StillStart, WhoSetsOutAtOnceAndWhoNeverDoesKeepAll) {
   const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
   Clip at_once = Waits(body, 0.05);
   Clip never = Slice(Waits(body, 2.0), 0, 50);
-  EXPECT_EQ(LeaveOutStill(body.rest_joints, at_once), 0);
-  EXPECT_EQ(LeaveOutStill(body.rest_joints, never), 0);
+  EXPECT_EQ(TrimIdle(body.rest_joints, at_once), 0);
+  EXPECT_EQ(TrimIdle(body.rest_joints, never), 0);
   EXPECT_EQ(never.NumFrames(), 50);
 }
 

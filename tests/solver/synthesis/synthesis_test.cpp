@@ -28,9 +28,9 @@ struct Holder {
   SynthesisScene Scene(const Clip& start) const {
     return {start, measures.rest_joints, hands, object, {3, 1}, 0.2, 9, false};
   }
-  std::vector<Synthesised> Make(const Clip& start, int samples, std::uint64_t first, int threads,
+  std::vector<Synthesized> Make(const Clip& start, int samples, std::uint64_t first, int threads,
                                 double sigma = 1.0) const {
-    return Synthesise(network, imos::ActionTable(weights), Scene(start), FitOptions().OnlyPaper(),
+    return Synthesize(network, imos::ActionTable(weights), Scene(start), FitOptions().OnlyPaper(),
                       samples, 5, first, sigma, threads);
   }
 
@@ -104,7 +104,7 @@ TEST(SynthesisHistory, SaysWhatIsMissing) {
 
 TEST(Synthesis, TheObjectStaysInTheHand) {
   const Holder holder;
-  const Synthesised made = holder.Make(holder.clip, 1, 0, 1)[0];
+  const Synthesized made = holder.Make(holder.clip, 1, 0, 1)[0];
   ASSERT_EQ(made.clip.NumFrames(), 9);
   ASSERT_EQ(made.reports.size(), 5u);
   HandState hand(holder.scene.hand);
@@ -143,7 +143,7 @@ TEST(Synthesis, WhereAndWhichWayThePersonStandsDoesNotMatter) {
   other.pose[0].col(0) = LogSO3(turn * ExpSO3(holder.clip.pose[0].col(0)));
   other.object->trans.col(0) = moved(holder.clip.object->trans.col(0));
   other.object->orient.col(0) = LogSO3(turn * ExpSO3(holder.clip.object->orient.col(0)));
-  const Synthesised here = holder.Make(holder.clip, 1, 0, 1)[0],
+  const Synthesized here = holder.Make(holder.clip, 1, 0, 1)[0],
                     there = holder.Make(other, 1, 0, 1)[0];
   for (int t = 0; t < here.clip.NumFrames(); ++t) {
     EXPECT_LT((moved(here.clip.object->trans.col(t)) - there.clip.object->trans.col(t)).norm(),
@@ -163,7 +163,7 @@ TEST(SynthesisMotion, StandingFeetStay) {
   for (int t = 0; t < 9; ++t) {
     keys.pose.push_back(standing);
     keys.pose.back()(0, 16) = 0.1 * t;
-    // The whole body slides about by centimetres, as a network's does.
+    // The whole body slides about by centimeters, as a network's does.
     keys.trans.col(t) = Vector3d(0.01 * (t % 3), -0.008 * (t % 2), -holder.measures.sole_y);
   }
   const Clip motion = MotionOfKeyFrames(keys, holder.measures, 30.0, 1);

@@ -70,7 +70,7 @@ TEST(Synthesize, ThePersonDoesNotFreezeAndTheRimComesToTheLips) {
     const Eigen::Matrix3Xd moved = joints[t + 10] - joints[t];
     least_still = std::min(least_still, moved.leftCols(22).colwise().norm().maxCoeff());
   }
-  EXPECT_GT(least_still, 5e-4) << "metres that the liveliest joint moves in a third of a second";
+  EXPECT_GT(least_still, 5e-4) << "meters that the liveliest joint moves in a third of a second";
   EXPECT_LT(slid, 2e-3);
 
   // The hand keeps its grasp: the object goes along with the wrist.

@@ -35,7 +35,7 @@ struct Pose {
 
 const RotationManifold kManifold;
 
-TEST(ObjectData, IsTheDistanceAndTheTurnAtTenCentimetres) {
+TEST(ObjectData, IsTheDistanceAndTheTurnAtTenCentimeters) {
   const ObjectPose given{Turned({0.2, 0.3, -0.4}), {1, 2, 3}};
   const ObjectData term(given, 4.0);
   const Quaterniond q = given.orientation * Turned({0, 0.5, 0});

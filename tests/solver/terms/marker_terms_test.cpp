@@ -219,7 +219,7 @@ TEST_F(HeadPlaceTest, IsZeroWithLipsInPlaceAndNothingInTheHead) {
   const double* const x[] = {q.data()};
   ASSERT_TRUE(term.Evaluate(x, r.data(), nullptr));
   EXPECT_LT(r.head<5>().norm(), 1e-9);
-  EXPECT_NEAR(r(5), 23.0, 0.5);  // with the margin, millimetres
+  EXPECT_NEAR(r(5), 23.0, 0.5);  // with the margin, millimeters
 }
 
 TEST_F(HeadPlaceTest, JacobianIsThatOfDifferences) {

@@ -239,14 +239,14 @@ TEST(JointGoal, IsTheWayFromTheGoal) {
             1e-12);
 }
 
-TEST(LatentPrior, IsTheWayFromItsCentre) {
+TEST(LatentPrior, IsTheWayFromItsCenter) {
   Draw draw(5);
-  const VectorXd centre = VectorXd::NullaryExpr(7, [&] { return draw.Number(-2, 2); });
-  const LatentPrior term(centre, 0.25);
+  const VectorXd center = VectorXd::NullaryExpr(7, [&] { return draw.Number(-2, 2); });
+  const LatentPrior term(center, 0.25);
   CheckJacobian(term, true, [](Draw& any) {
     return Blocks{VectorXd::NullaryExpr(7, [&] { return any.Number(-2, 2); })};
   });
-  EXPECT_TRUE(Residuals(term, {centre}).isZero(0.0));
+  EXPECT_TRUE(Residuals(term, {center}).isZero(0.0));
 }
 
 TEST(LookAt, IsZeroForAFaceThatLooksThere) {

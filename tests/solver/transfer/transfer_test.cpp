@@ -108,7 +108,7 @@ TEST(TransferClip, RefusesAClipThatNobodyHoldsAnythingIn) {
   demo.clip.object->trans = demo.clip.object->orient = Matrix3Xd::Zero(3, 20);
   demo.clip.holding_hand.assign(20, 0);
   EXPECT_THROW(TransferClip(demo.clip, demo.body, cube, demo.body, cube, map), Error);
-  demo.clip.holding_hand.assign(20, kHoldsRight);  // a metre away
+  demo.clip.holding_hand.assign(20, kHoldsRight);  // a meter away
   EXPECT_THROW(TransferClip(demo.clip, demo.body, cube, demo.body, cube, map), Error);
 }
 

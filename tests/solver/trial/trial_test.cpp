@@ -62,7 +62,7 @@ struct Plates {
 TEST(MassOfSolids, OfABlockIsTheTextbooks) {
   const SolidMass mass = MassOfSolids({Block({0.1, 0.0, 0.0}, {0.3, 0.1, 0.4})}, 1000.0);
   EXPECT_NEAR(mass.mass_kg, 8.0, 1e-9);
-  EXPECT_TRUE(mass.centre.isApprox(Eigen::Vector3d(0.2, 0.05, 0.2), 1e-9));
+  EXPECT_TRUE(mass.center.isApprox(Eigen::Vector3d(0.2, 0.05, 0.2), 1e-9));
   EXPECT_NEAR(mass.inertia(0, 0), 8.0 / 12.0 * (0.01 + 0.16), 1e-9);
   EXPECT_NEAR(mass.inertia(2, 2), 8.0 / 12.0 * (0.04 + 0.01), 1e-9);
   EXPECT_NEAR(mass.inertia(0, 1), 0.0, 1e-9);

@@ -71,7 +71,7 @@ struct GltfPrimitive {
   int mode = 4;  ///< 4: triangles
 };
 
-/// Colours as factors: an image multiplies them.
+/// Colors as factors: an image multiplies them.
 struct GltfMaterial {
   std::string name;
   Eigen::Vector4d color = Eigen::Vector4d::Ones();  ///< linear red, green, blue, and opacity
@@ -99,7 +99,7 @@ struct GltfProvenance {
 };
 
 /// The parts of a glTF 2.0 file that move a body, and what a thing in its hands looks like: nodes,
-/// skins, animations, materials of one colour or image, and the numbers behind them. Cameras and
+/// skins, animations, materials of one color or image, and the numbers behind them. Cameras and
 /// lights are never looked at. All indices are in range and nodes form trees; accessors are checked
 /// against their buffers when they are used (GltfNumbers). No memory is taken for what a file only
 /// promises.
@@ -157,7 +157,7 @@ class GltfNumbers {
   GltfNumbers(const GltfAsset& asset, int accessor, int rows);
 
   std::size_t Count() const { return count_; }
-  /// Number `row` of element `i`; normalised integers as the fractions they stand for.
+  /// Number `row` of element `i`; normalized integers as the fractions they stand for.
   double operator()(std::size_t i, int row) const;
 
  private:

@@ -278,7 +278,7 @@ GltfNumbers::GltfNumbers(const GltfAsset& asset, int index, int rows) {
 }
 
 double GltfNumbers::Decode(const char* at) const {
-  // Normalised integers: the fractions of glTF 2.0, section 3.11.
+  // Normalized integers: the fractions of glTF 2.0, section 3.11.
   switch (component_) {
     case 5120: {
       const double value = Load<std::int8_t>(at);

@@ -38,7 +38,7 @@ TEST_F(Critic, SeesNumbersOfOneScale) {
   EXPECT_GT((still_ - true_).abs().max().item<double>(), 0.5);
 }
 
-TEST_F(Critic, BlurMovesPositionsByMetresAndTurnsByTheirLever) {
+TEST_F(Critic, BlurMovesPositionsByMetersAndTurnsByTheirLever) {
   const std::vector<torch::Tensor> blurred = ActionCritic::Blurred(frames_, 0.02, generator_);
   ASSERT_EQ(blurred.size(), frames_.size());
   const torch::Tensor noise = torch::stack(blurred) - torch::stack(frames_);  // (12 x B x 75)
@@ -54,7 +54,7 @@ TEST_F(Critic, WithoutBlurFramesAreAsTheyWere) {
                            torch::stack(frames_)));
 }
 
-// A tremor of a millimetre is all that these differ by.
+// A tremor of a millimeter is all that these differ by.
 TEST_F(Critic, UnderBlurATremorTellsNothing) {
   const std::vector<torch::Tensor> trembling = ActionCritic::Blurred(frames_, 0.001, generator_);
   double right = 0.0;

@@ -155,7 +155,7 @@ TEST_F(UnrolledBatchTest, ConditionsAreThoseOfTrainingFrames) {
     ForwardKinematics(testing::DefaultBones(), motion.poses.back(), kinematics);
     motion.joints.push_back(kinematics.joints);
   }
-  const Normaliser<double> norms(testing::WalkingStatistics());
+  const Normalizer<double> norms(testing::WalkingStatistics());
   const TrainingFrames frames = MakeTrainingFrames(motion, std::vector<int>(clip.poses.size(), 0),
                                                    IntentionLayout::kBounded, norms, Side::kRight);
   std::vector<TrainingWindow> windows = Windows(false);

@@ -124,8 +124,8 @@ TEST(GltfReader, AMirroredSceneIsTakenOutOfItsMirror) {
   EXPECT_GT(motion.positions[0](0, Joint(motion, "LeftUpLeg")), 0.05);
 }
 
-// Centimetres, z up, below a node that makes metres, y up of it.
-TEST(GltfReader, RestsAsSkinnedUprightInMetres) {
+// Centimeters, z up, below a node that makes meters, y up of it.
+TEST(GltfReader, RestsAsSkinnedUprightInMeters) {
   const SourceMotion motion = ReadGltfMotion(kFixtures / "mixamo.glb");
   EXPECT_EQ(motion.format, "glTF");
   EXPECT_EQ(motion.NumJoints(), 37);

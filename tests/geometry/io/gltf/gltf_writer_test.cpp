@@ -29,7 +29,7 @@ double Furthest(const Eigen::Matrix3Xd& a, const Eigen::Matrix3Xd& b) {
   return (a - b).colwise().norm().maxCoeff();
 }
 
-// The demanding one: what a viewer shows is the body model, to a tenth of a millimetre.
+// The demanding one: what a viewer shows is the body model, to a tenth of a millimeter.
 TEST(GltfWriter, ShowsTheBodyModelsSurfaceJointsAndObject) {
   const TemporaryFolder folder;
   const BodySurface surface(BodyModel::Default());

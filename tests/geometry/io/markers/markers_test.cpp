@@ -201,8 +201,8 @@ TEST(C3d, ReadsWhatPyC3dWrote) {
     for (int p = 0; p < 3; ++p) {
       EXPECT_EQ(recording.Seen(p, t), p != 1 || t != 2);
       if (!recording.Seen(p, t)) continue;
-      const Eigen::Vector3d millimetres(100.0 * p + t, 10.0 * p - t, 1000.5 + p);
-      EXPECT_NEAR((recording.At(p, t) - 1e-3 * millimetres).norm(), 0.0, 1e-9);
+      const Eigen::Vector3d millimeters(100.0 * p + t, 10.0 * p - t, 1000.5 + p);
+      EXPECT_NEAR((recording.At(p, t) - 1e-3 * millimeters).norm(), 0.0, 1e-9);
     }
   }
 }
@@ -332,7 +332,7 @@ TEST(MarkerTables, ReadWhatContradictsItselfWithANote) {
   EXPECT_EQ(nameless.At(1, 0), Eigen::Vector3d(4, 5, 6));
   EXPECT_THAT(nameless.notes, ElementsAre(HasSubstr("without a name")));
   const MarkerRecording cut = read(Changed(kTrc, "\tm\n", "\tmet\n"));
-  EXPECT_EQ(cut.metres_per_unit, 1.0);
+  EXPECT_EQ(cut.meters_per_unit, 1.0);
   EXPECT_THAT(cut.notes, ElementsAre(HasSubstr("'met' is cut off")));
   EXPECT_TRUE(read(Changed(kTrc, "\tm\n", "\tmillimeter\n")).notes.empty());
 
@@ -371,7 +371,7 @@ TEST(C3d, ReadsWhatContradictsItselfWithANote) {
   EXPECT_EQ(start.positions, whole.positions);
   const MarkerRecording meters = read("meters.c3d");
   EXPECT_THAT(meters.notes, ElementsAre(HasSubstr("'mete' is cut off; read as meters")));
-  EXPECT_EQ(meters.metres_per_unit, 1.0);
+  EXPECT_EQ(meters.meters_per_unit, 1.0);
   const MarkerRecording twice = read("duplicate.c3d");
   EXPECT_THAT(twice.notes, ElementsAre(HasSubstr("LSHO_2")));
   EXPECT_TRUE(twice.Find("LSHO") && twice.Find("LSHO_2"));

@@ -225,9 +225,9 @@ TEST_F(MeshIo, ReadsBinaryPlyOfEveryByteOrderAndType) {
   }
 }
 
-TEST_F(MeshIo, ReadsOffWithCommentsColoursAndPolygons) {
+TEST_F(MeshIo, ReadsOffWithCommentsColorsAndPolygons) {
   const TriangleMesh mesh = ReadMesh(Write("house.off",
-                                           "# a house\nCOFF # with colours\n5 2 0\n\n# roof\n"
+                                           "# a house\nCOFF # with colors\n5 2 0\n\n# roof\n"
                                            "0 0 0 255 0 0 255\n1 0 0 255 0 0 255\n1 1 0 0 0 0 1\n"
                                            "0 1 0 0 0 0 1\n0.5 0.5 1 0 0 0 1\n"
                                            "4 0 1 2 3 0.5 0.5 0.5\n3 0 1 4\n"));

@@ -56,7 +56,7 @@ TEST_F(TexturedObj, KeepsCoordinatesMaterialsAndImages) {
   const Material& wood = mesh->materials[mesh->parts[0].material];
   EXPECT_EQ(wood.name, "wood");
   EXPECT_EQ(wood.image, kPng);
-  EXPECT_EQ(wood.color, Eigen::Vector4d(1, 1, 1, 1));  // the image has the colour
+  EXPECT_EQ(wood.color, Eigen::Vector4d(1, 1, 1, 1));  // the image has the color
   const Material& steel = mesh->materials[mesh->parts[1].material];
   EXPECT_EQ(steel.color, Eigen::Vector4d(0.5, 0.6, 0.7, 0.25));
   EXPECT_EQ(steel.metallic, 1);

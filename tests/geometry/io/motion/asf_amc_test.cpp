@@ -125,7 +125,7 @@ TEST(AsfAmc, PosesAgreeWithHandComputation) {
 
 TEST(AsfAmc, UnitsAndRateCanBeGiven) {
   AmcOptions options;
-  options.metres_per_unit = 1;
+  options.meters_per_unit = 1;
   options.frame_rate = 60;
   const SourceMotion motion = ParseAmc(kAsf, "t.asf", kAmc, "t.amc", options);
   EXPECT_EQ(motion.frame_rate, 60);

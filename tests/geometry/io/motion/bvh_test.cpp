@@ -65,7 +65,7 @@ void ExpectFault(const std::string& text, const std::string& part) {
   }
 }
 
-TEST(Bvh, ReadsTheSkeletonInMetres) {
+TEST(Bvh, ReadsTheSkeletonInMeters) {
   const SourceMotion motion = ParseBvh(kTwoJoints, "test.bvh");
   EXPECT_THAT(motion.joint_names, ElementsAre("Hips", "left arm"));
   EXPECT_THAT(motion.parents, ElementsAre(-1, 0));

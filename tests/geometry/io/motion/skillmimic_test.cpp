@@ -51,7 +51,7 @@ fs::path PublishedPickUp() {
 
 TEST(SkillMimic, WorldAndJointTurnsComeOutYUp) {
   std::vector<float> frame(kSkillMimicColumns, 0.0F);
-  frame[2] = 1.0F;                                      // the pelvis a metre high
+  frame[2] = 1.0F;                                      // the pelvis a meter high
   frame[3] = frame[6] = std::numbers::pi_v<float> / 2;  // upright: y of the body along z
   for (int j = 0; j < 53; ++j) frame[165 + 3 * j + 2] = 0.1F * static_cast<float>(j);
   frame[9 + 3 * 1 + 2] = 0.5F;  // left knee
@@ -111,7 +111,7 @@ TEST(SkillMimic, PublishedFileBecomesAClipWithABall) {
   ASSERT_TRUE(imported.object_surface.has_value());
   EXPECT_EQ(imported.source_frame_rate, 60.0);
   EXPECT_TRUE(imported.motion->missing_body_joints.empty());
-  // The ball lies on the ground when nobody has it; the feet say where that is, a few centimetres
+  // The ball lies on the ground when nobody has it; the feet say where that is, a few centimeters
   // off.
   const double radius = 0.12 * imported.motion->retarget.scale;
   EXPECT_NEAR(imported.clip.object->trans.row(2).minCoeff(), radius, 0.05);

@@ -42,7 +42,7 @@ std::vector<SynthesisCase> ComposedCases(int count) {
   return cases;
 }
 
-// A network that nobody trained and a recogniser that knows nothing.
+// A network that nobody trained and a recognizer that knows nothing.
 class SynthesisStudyTest : public ::testing::Test {
  protected:
   SynthesisStudyTest() {
@@ -58,12 +58,12 @@ class SynthesisStudyTest : public ::testing::Test {
   }
   SynthesisStudy Study(
       const std::string& folder, std::function<bool()> stopped = [] { return false; }) const {
-    return SynthesisStudy(folder_ / folder, cases_, recogniser_, "1", options_, std::move(stopped));
+    return SynthesisStudy(folder_ / folder, cases_, recognizer_, "1", options_, std::move(stopped));
   }
 
   testing::TemporaryFolder folder_;
   std::vector<SynthesisCase> cases_ = ComposedCases(4);
-  imos::Recogniser recogniser_{imos::RandomRecogniser(1)};
+  imos::Recognizer recognizer_{imos::RandomRecognizer(1)};
   std::vector<RatedNetwork> networks_;
   std::vector<SynthesisRow> rows_;
   SynthesisStudyOptions options_;

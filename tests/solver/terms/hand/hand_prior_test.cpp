@@ -147,7 +147,7 @@ TEST(HandPrior, IsNothingAtThePreferredPoseWithinLimits) {
 
 TEST(HandPrior, LimitsCountTheExcessOnly) {
   const Hands hands;
-  HandPriorWeights only_limits{.limits = 10.0, .coupling = 0.0, .neighbours = 0.0, .stay = 0.0};
+  HandPriorWeights only_limits{.limits = 10.0, .coupling = 0.0, .neighbors = 0.0, .stay = 0.0};
   const HandPriorTerm term(hands.right_axes, HandAngles::Zero(), only_limits);
   HandAngles angles = HandAngles::Zero();
   const AngleRange& range = hands.right_axes.Range(0, 3 * kMiddle);
@@ -159,7 +159,7 @@ TEST(HandPrior, LimitsCountTheExcessOnly) {
 
 TEST(HandPrior, LastJointFollowsTheMiddleOne) {
   const Hands hands;
-  HandPriorWeights only_coupling{.limits = 0.0, .coupling = 1.0, .neighbours = 0.0, .stay = 0.0};
+  HandPriorWeights only_coupling{.limits = 0.0, .coupling = 1.0, .neighbors = 0.0, .stay = 0.0};
   const HandPriorTerm term(hands.right_axes, HandAngles::Zero(), only_coupling);
   HandAngles angles;
   for (int k = 0; k < kJointsPerHand; ++k) {

@@ -44,7 +44,7 @@ TEST(Temporal, VanishesWhereNothingMoved) {
   EXPECT_NEAR(Temporal::Energy(q, t, p, q, t, p), 0.0, 1e-15);
 }
 
-TEST(Temporal, CountsRadiansMetresAndFingers) {
+TEST(Temporal, CountsRadiansMetersAndFingers) {
   const Eigen::Quaterniond q = Turned({0.2, 0.3, -0.4});
   const Eigen::Vector3d t(1, 2, 3);
   const FingerPose p = FingerPose::Zero();

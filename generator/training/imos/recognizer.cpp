@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "generator/training/imos/recogniser.h"
+#include "generator/training/imos/recognizer.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@
 namespace holdfast::imos {
 namespace {
 
-constexpr int kHidden = kRecogniserFeatures;
+constexpr int kHidden = kRecognizerFeatures;
 
 // A motion as the network was given it: (T x 66).
 torch::Tensor RowsOf(const JointMotion& motion) {
@@ -35,7 +35,7 @@ torch::Tensor BatchOf(const std::vector<JointMotion>& motions) {
   return torch::stack(rows);
 }
 
-void Require(const LabelledMotions& set, const LabelledMotions& like) {
+void Require(const LabeledMotions& set, const LabeledMotions& like) {
   if (set.labels.size() != set.motions.size()) {
     throw Error(
         "labels",
@@ -69,7 +69,7 @@ torch::Tensor OneHotActions(const std::vector<int>& labels) {
   return targets;
 }
 
-bool Better(const RecogniserEpoch& a, const RecogniserEpoch& b) {
+bool Better(const RecognizerEpoch& a, const RecognizerEpoch& b) {
   return a.validation_accuracy > b.validation_accuracy ||
          (a.validation_accuracy == b.validation_accuracy && a.validation_loss < b.validation_loss);
 }
@@ -77,22 +77,22 @@ bool Better(const RecogniserEpoch& a, const RecogniserEpoch& b) {
 }  // namespace
 
 // Mean and deviation of each of the 66 coordinates over frames and motions.
-struct RecogniserScale {
+struct RecognizerScale {
   torch::Tensor mean, deviation;
 
-  RecogniserScale()
+  RecognizerScale()
       : mean(torch::zeros({3 * kMetricJoints})), deviation(torch::ones({3 * kMetricJoints})) {}
-  explicit RecogniserScale(const torch::Tensor& motions) {
+  explicit RecognizerScale(const torch::Tensor& motions) {
     constexpr double kLeast_m = 0.01;  // what hardly moves is not blown up
     const torch::Tensor rows = motions.flatten(0, 1);
     mean = rows.mean(0);
     deviation = rows.std(0).clamp_min(kLeast_m);
   }
-  torch::Tensor Standardised(const torch::Tensor& motions) const {
+  torch::Tensor Standardized(const torch::Tensor& motions) const {
     return (motions - mean) / deviation;
   }
-  // Weights for coordinates as they are from those for standardised ones.
-  void FoldInto(RecogniserWeights& weights) const {
+  // Weights for coordinates as they are from those for standardized ones.
+  void FoldInto(RecognizerWeights& weights) const {
     for (int k = 0; k < 2; ++k) {
       const std::string lstm = k == 0 ? "lstm2_2" : "lstm2_3";
       nn::Tensor& matrix = weights.tensors.at(lstm + ".weight_ih_l0");
@@ -112,20 +112,20 @@ struct RecogniserScale {
   }
 };
 
-RecogniserOptions PaperRecogniserOptions() {
-  RecogniserOptions options;
+RecognizerOptions PaperRecognizerOptions() {
+  RecognizerOptions options;
   options.batch = 1;
   options.epochs = 500;
   options.learning_rate = 5e-4;
   options.patience = 0;
-  options.standardise = false;
+  options.standardize = false;
   options.softmax = false;
   options.falling = false;
   options.stance_m = options.jitter_m = 0.0;
   return options;
 }
 
-struct TorchRecogniser::Impl {
+struct TorchRecognizer::Impl {
   torch::nn::LSTM lstm[2]{{nullptr}, {nullptr}};
   torch::nn::Conv1d convolution[2]{{nullptr}, {nullptr}};
   torch::nn::Linear labels{nullptr};
@@ -169,26 +169,26 @@ struct TorchRecogniser::Impl {
   }
 };
 
-TorchRecogniser::TorchRecogniser(const RecogniserWeights& weights)
+TorchRecognizer::TorchRecognizer(const RecognizerWeights& weights)
     : impl_(std::make_unique<Impl>()) {
-  static_cast<void>(Recogniser(weights));  // checks names and shapes
+  static_cast<void>(Recognizer(weights));  // checks names and shapes
   const torch::NoGradGuard no_gradients;
   for (auto& [name, parameter] : impl_->Parameters()) {
     parameter.copy_(wandr::TorchTensorOf(weights.tensors.at(name)));
   }
 }
 
-TorchRecogniser::~TorchRecogniser() = default;
+TorchRecognizer::~TorchRecognizer() = default;
 
-RecogniserWeights TorchRecogniser::Weights() const {
-  RecogniserWeights weights;
+RecognizerWeights TorchRecognizer::Weights() const {
+  RecognizerWeights weights;
   for (const auto& [name, parameter] : impl_->Parameters()) {
     weights.tensors[name] = wandr::TensorOf(parameter);
   }
   return weights;
 }
 
-Recognition TorchRecogniser::Recognise(const std::vector<JointMotion>& motions) const {
+Recognition TorchRecognizer::Recognize(const std::vector<JointMotion>& motions) const {
   const torch::NoGradGuard no_gradients;
   const torch::Tensor y = impl_->Forward(BatchOf(motions));
   const torch::Tensor logits = impl_->labels->forward(y).contiguous();
@@ -205,13 +205,13 @@ Recognition TorchRecogniser::Recognise(const std::vector<JointMotion>& motions) 
   return result;
 }
 
-// The network with its optimiser and the motions as it is shown them.
-class RecogniserTraining {
+// The network with its optimizer and the motions as it is shown them.
+class RecognizerTraining {
  public:
-  RecogniserTraining(const LabelledMotions& training, const LabelledMotions& validation,
-                     const RecogniserOptions& options);
+  RecognizerTraining(const LabeledMotions& training, const LabeledMotions& validation,
+                     const RecognizerOptions& options);
 
-  TrainedRecogniser Run(const std::function<bool(const RecogniserEpoch&)>& progress);
+  TrainedRecognizer Run(const std::function<bool(const RecognizerEpoch&)>& progress);
 
  private:
   torch::Tensor Logits(const torch::Tensor& motions) const {
@@ -227,29 +227,29 @@ class RecogniserTraining {
   torch::Tensor Shown(const torch::Tensor& some, nn::RandomStream& random) const;
   // One epoch of steps; the mean loss.
   double RunSteps(nn::RandomStream& random);
-  void Validate(RecogniserEpoch& now) const;
+  void Validate(RecognizerEpoch& now) const;
   // Validation has not been better for as long as patience lasts.
   bool Stalls(int epoch, int best_epoch) const;
 
-  const RecogniserOptions& options_;
+  const RecognizerOptions& options_;
   int count_;
   bool disturbed_, validates_;
-  TorchRecogniser network_;
+  TorchRecognizer network_;
   std::vector<torch::Tensor> parameters_;
   std::unique_ptr<torch::optim::Adam> optimizer_;
   torch::Tensor motions_, targets_, validation_motions_, validation_targets_;
-  RecogniserScale scale_;
+  RecognizerScale scale_;
   std::vector<std::int64_t> order_;
 };
 
-RecogniserTraining::RecogniserTraining(const LabelledMotions& training,
-                                       const LabelledMotions& validation,
-                                       const RecogniserOptions& options)
+RecognizerTraining::RecognizerTraining(const LabeledMotions& training,
+                                       const LabeledMotions& validation,
+                                       const RecognizerOptions& options)
     : options_(options),
       count_(static_cast<int>(training.motions.size())),
       disturbed_(options.stance_m > 0.0 || options.jitter_m > 0.0),
       validates_(!validation.motions.empty()),
-      network_(RandomRecogniser(options.seed)),
+      network_(RandomRecognizer(options.seed)),
       order_(training.motions.size()) {
   for (const auto& [name, parameter] : network_.impl_->Parameters()) {
     parameters_.push_back(parameter);
@@ -258,37 +258,37 @@ RecogniserTraining::RecogniserTraining(const LabelledMotions& training,
       parameters_, torch::optim::AdamOptions(options.learning_rate));
   motions_ = BatchOf(training.motions);
   targets_ = OneHotActions(training.labels);
-  if (options.standardise) scale_ = RecogniserScale(motions_);
-  if (!disturbed_) motions_ = scale_.Standardised(motions_);
+  if (options.standardize) scale_ = RecognizerScale(motions_);
+  if (!disturbed_) motions_ = scale_.Standardized(motions_);
   if (validates_) {
-    validation_motions_ = scale_.Standardised(BatchOf(validation.motions));
+    validation_motions_ = scale_.Standardized(BatchOf(validation.motions));
     validation_targets_ = OneHotActions(validation.labels);
   }
 }
 
-void RecogniserTraining::Shuffle(nn::RandomStream& random) {
+void RecognizerTraining::Shuffle(nn::RandomStream& random) {
   std::iota(order_.begin(), order_.end(), 0);
   for (int n = count_ - 1; n > 0; --n) {
     std::swap(order_[n], order_[static_cast<int>(random.Uniform() * (n + 1))]);
   }
 }
 
-void RecogniserTraining::LowerRate(int epoch) {
+void RecognizerTraining::LowerRate(int epoch) {
   const double way = std::numbers::pi * (epoch - 1) / options_.epochs;
   for (auto& group : optimizer_->param_groups()) {
     group.options().set_lr(0.5 * options_.learning_rate * (1.0 + std::cos(way)));
   }
 }
 
-torch::Tensor RecogniserTraining::Shown(const torch::Tensor& some, nn::RandomStream& random) const {
+torch::Tensor RecognizerTraining::Shown(const torch::Tensor& some, nn::RandomStream& random) const {
   torch::Tensor shown = motions_.index_select(0, some);
   if (options_.stance_m > 0.0) shown = InOtherStances(shown, options_.stance_m, random);
   if (options_.jitter_m > 0.0) shown = Jittered(shown, options_.jitter_m, random);
-  if (disturbed_) shown = scale_.Standardised(shown);
+  if (disturbed_) shown = scale_.Standardized(shown);
   return shown;
 }
 
-double RecogniserTraining::RunSteps(nn::RandomStream& random) {
+double RecognizerTraining::RunSteps(nn::RandomStream& random) {
   double mean = 0.0;
   for (int first = 0; first < count_; first += options_.batch) {
     const int size = std::min(options_.batch, count_ - first);
@@ -305,7 +305,7 @@ double RecogniserTraining::RunSteps(nn::RandomStream& random) {
   return mean;
 }
 
-void RecogniserTraining::Validate(RecogniserEpoch& now) const {
+void RecognizerTraining::Validate(RecognizerEpoch& now) const {
   now.validation_loss = now.validation_accuracy = std::numeric_limits<double>::quiet_NaN();
   if (!validates_) return;
   const torch::NoGradGuard no_gradients;
@@ -315,24 +315,24 @@ void RecogniserTraining::Validate(RecogniserEpoch& now) const {
       logits.argmax(1).eq(validation_targets_.argmax(1)).to(torch::kFloat64).mean().item<double>();
 }
 
-bool RecogniserTraining::Stalls(int epoch, int best_epoch) const {
+bool RecognizerTraining::Stalls(int epoch, int best_epoch) const {
   const int steps = epoch * ((count_ + options_.batch - 1) / options_.batch);
   return validates_ && options_.patience > 0 && steps >= options_.least_steps &&
          epoch - best_epoch >= options_.patience;
 }
 
-TrainedRecogniser RecogniserTraining::Run(
-    const std::function<bool(const RecogniserEpoch&)>& progress) {
-  TrainedRecogniser result;
+TrainedRecognizer RecognizerTraining::Run(
+    const std::function<bool(const RecognizerEpoch&)>& progress) {
+  TrainedRecognizer result;
   for (int epoch = 1; epoch <= options_.epochs; ++epoch) {
     nn::RandomStream random(options_.seed, static_cast<std::uint64_t>(epoch));
     Shuffle(random);
     if (options_.falling) LowerRate(epoch);
-    RecogniserEpoch now;
+    RecognizerEpoch now;
     now.epoch = epoch;
     now.training_loss = RunSteps(random);
     if (!std::isfinite(now.training_loss)) {
-      throw Error("recogniser", fmt::format("its loss is no longer finite in epoch {}", epoch),
+      throw Error("recognizer", fmt::format("its loss is no longer finite in epoch {}", epoch),
                   "Give a lower --learning-rate");
     }
     Validate(now);
@@ -348,10 +348,9 @@ TrainedRecogniser RecogniserTraining::Run(
   return result;
 }
 
-TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
-                                  const LabelledMotions& validation,
-                                  const RecogniserOptions& options,
-                                  const std::function<bool(const RecogniserEpoch&)>& progress) {
+TrainedRecognizer TrainRecognizer(const LabeledMotions& training, const LabeledMotions& validation,
+                                  const RecognizerOptions& options,
+                                  const std::function<bool(const RecognizerEpoch&)>& progress) {
   if (training.motions.empty()) {
     throw Error("motions", "there are none to train with", "Give a folder of action clips");
   }
@@ -359,7 +358,7 @@ TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
   Require(validation, training);
   // Sums of many threads depend on their number: batches of this size have no work for two.
   torch::set_num_threads(1);
-  return RecogniserTraining(training, validation, options).Run(progress);
+  return RecognizerTraining(training, validation, options).Run(progress);
 }
 
 }  // namespace holdfast::imos

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/latent/reach_by_optimisation.h"
+#include "solver/latent/reach_by_optimization.h"
 
 #include <algorithm>
 #include <cmath>
@@ -27,7 +27,7 @@ class MultiGoalMotion {
  public:
   MultiGoalMotion(const wandr::Network<float>& network, const LatentBody& body,
                   const wandr::RolloutStart<float>& start, std::span<const Eigen::Vector3d> goals,
-                  int index, const ReachByOptimisationOptions& options)
+                  int index, const ReachByOptimizationOptions& options)
       : network_(network),
         body_(body),
         options_(options),
@@ -101,14 +101,14 @@ class MultiGoalMotion {
     task.seed = options_.seed;
     task.stream = stream_ + kStreams * (g * 16 + static_cast<std::size_t>(attempt));
     if (options_.as_published) {
-      return OptimiseAsPublished(network_, body_.bones, {&task, 1}, options_.vae, 1)[0];
+      return OptimizeAsPublished(network_, body_.bones, {&task, 1}, options_.vae, 1)[0];
     }
     LatentOptions latent = options_.latent;
     latent.hold_frames = Stay(g);
     if (g < options_.approaches.size() && options_.approaches[g].norm() > 0.5) {
       latent.approach = options_.approaches[g];
     }
-    return OptimiseLatents(network_, body_, {&task, 1}, latent, 1)[0];
+    return OptimizeLatents(network_, body_, {&task, 1}, latent, 1)[0];
   }
 
   void Append(const ReachSolution& solution, std::size_t g, int first, int due) {
@@ -131,12 +131,12 @@ class MultiGoalMotion {
     const wandr::Pose<float> pose = wandr::PoseOf<float>(last.col(1));
     const wandr::StateVector<float> delta =
         wandr::DeltaBetween<float>(wandr::PoseOf<float>(last.col(0)), pose);
-    here_ = {pose, wandr::NormalisedDelta<float>(network_.Norms(), delta)};
+    here_ = {pose, wandr::NormalizedDelta<float>(network_.Norms(), delta)};
   }
 
   const wandr::Network<float>& network_;
   const LatentBody& body_;
-  const ReachByOptimisationOptions& options_;
+  const ReachByOptimizationOptions& options_;
   std::span<const Eigen::Vector3d> goals_;
   std::uint64_t stream_;
   wandr::RolloutStart<float> here_;
@@ -156,12 +156,12 @@ void Refit(const BodyMeasures& measures, const LatentBody& body, MultiGoalMotion
 
 }  // namespace
 
-std::vector<OptimisedReach> ReachByOptimisation(const wandr::Network<float>& network,
+std::vector<OptimizedReach> ReachByOptimization(const wandr::Network<float>& network,
                                                 const BodyMeasures& measures,
                                                 const wandr::RolloutStart<float>& start,
                                                 std::span<const Eigen::Vector3d> goals, int count,
                                                 int threads,
-                                                const ReachByOptimisationOptions& options,
+                                                const ReachByOptimizationOptions& options,
                                                 const std::function<void(int, int)>& progress) {
   if (goals.empty() || count < 1) {
     throw Error("reach", fmt::format("{} goals, {} samples", goals.size(), count),
@@ -169,7 +169,7 @@ std::vector<OptimisedReach> ReachByOptimisation(const wandr::Network<float>& net
   }
   options.deadline.Check();
   const LatentBody body = LatentBodyOf(measures.rest_joints, measures.sole_y);
-  std::vector<OptimisedReach> reaches(static_cast<std::size_t>(count));
+  std::vector<OptimizedReach> reaches(static_cast<std::size_t>(count));
   std::mutex progress_mutex;
   const int parts = count * static_cast<int>(goals.size());
   int done = 0;
@@ -180,7 +180,7 @@ std::vector<OptimisedReach> ReachByOptimisation(const wandr::Network<float>& net
       const std::lock_guard lock(progress_mutex);
       if (progress) progress(++done, parts);
     }
-    OptimisedReach& reach = reaches[static_cast<std::size_t>(i)];
+    OptimizedReach& reach = reaches[static_cast<std::size_t>(i)];
     if (options.refit && !motion.Sample().diverged) Refit(measures, body, motion, reach.refit);
     reach.sample = std::move(motion.Sample());
     reach.solves = std::move(motion.Solves());

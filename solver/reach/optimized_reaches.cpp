@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/reach/optimised_reaches.h"
+#include "solver/reach/optimized_reaches.h"
 
 #include <algorithm>
 #include <array>
@@ -32,12 +32,12 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kTogether = 16;     // reaches that are optimised in one go
-constexpr int kRound = 4;         // such between two entries in the manifest
-constexpr int kAfter = 45;        // frames at least after the goal is due
-constexpr int kMostAfter = 90;    // and kept at most
-constexpr int kMostFrames = 200;  // until it is due
-constexpr int kEdge = 5;          // first and last frames of a clip that nobody starts from
+constexpr int kTogether = 16;    // reaches that are optimized in one go
+constexpr int kRound = 4;        // such between two entries in the manifest
+constexpr int kAfter = 45;       // frames at least after the goal is due
+constexpr int kMaxAfter = 90;    // and kept at most
+constexpr int kMaxFrames = 200;  // until it is due
+constexpr int kEdge = 5;         // first and last frames of a clip that nobody starts from
 constexpr double kNearest_m = 0.25, kNear_m = 1.2, kLowest_m = 0.1, kHighest_m = 1.9;
 constexpr double kLowestPelvis_m = 0.7;  // of who stands or walks
 constexpr double kOffGoal_m = 0.02, kFastest_m_s = 2.1;
@@ -52,7 +52,7 @@ class ReachDrawer {
   ReachDrawer(const CaptureSet& set, const wandr::NetworkWeights& network,
               const BodyMeasures& measures)
       : network_(network),
-        normaliser_(network.statistics),
+        normalizer_(network.statistics),
         bones_(wandr::BoneOffsetsOf(measures.rest_joints)) {
     for (const Capture& capture : set.captures) {
       if (capture.held_out || !capture.fault.empty()) continue;
@@ -69,7 +69,7 @@ class ReachDrawer {
   }
 
   /// Task `index`, and where it starts.
-  ReachTask Draw(const OptimisedReachesOptions& options, int index, json& line) const {
+  ReachTask Draw(const OptimizedReachesOptions& options, int index, json& line) const {
     constexpr int kTries = 1000;
     const wandr::DeadlineRule rule;
     RandomDraws draws(MixSeed(options.seed, static_cast<std::uint64_t>(index)));
@@ -79,7 +79,7 @@ class ReachDrawer {
       const Start& start = starts_[std::min(at, starts_.size() - 1)];
       const int frame = kEdge + draws.Index(static_cast<int>(start.states.cols()) - 2 * kEdge);
       ReachTask task;
-      task.start = wandr::StartAtFrame(start.states, frame, normaliser_).Cast<float>();
+      task.start = wandr::StartAtFrame(start.states, frame, normalizer_).Cast<float>();
       const Eigen::Vector3d pelvis =
           task.start.pose.translation.cast<double>() + bones_.offset.col(0);
       task.goal = DrawGoal(task, pelvis, options.farthest_m, draws);
@@ -91,7 +91,7 @@ class ReachDrawer {
       }
       task.seed = options.seed;
       task.stream = static_cast<std::uint64_t>(index);
-      if (pelvis.z() < kLowestPelvis_m || task.deadline > kMostFrames) continue;
+      if (pelvis.z() < kLowestPelvis_m || task.deadline > kMaxFrames) continue;
       line = {{"index", index},
               {"start", start.name},
               {"start_frame", frame},
@@ -124,7 +124,7 @@ class ReachDrawer {
   }
 
   wandr::Network<float> network_;
-  wandr::Normaliser<double> normaliser_;
+  wandr::Normalizer<double> normalizer_;
   wandr::BoneOffsets<double> bones_;
   std::vector<Start> starts_;
   std::vector<double> upto_;
@@ -132,9 +132,9 @@ class ReachDrawer {
 };
 
 // All that is the same for every reach.
-struct OptimisedWorkshop {
+struct OptimizedWorkshop {
   const CaptureSet& set;
-  const OptimisedReachesOptions& options;
+  const OptimizedReachesOptions& options;
   const std::filesystem::path& folder;
   BodyMeasures measures;
   ReachDrawer drawer;
@@ -155,13 +155,13 @@ std::string FaultOf(const Eigen::MatrixXf& joints, const ReachTask& task) {
 }
 
 // Refitted, cut and written unless it has a fault; its line in the manifest.
-void FinishReach(const OptimisedWorkshop& shop, const ReachTask& task,
+void FinishReach(const OptimizedWorkshop& shop, const ReachTask& task,
                  const wandr::RolloutTrack& track, json& line) {
   const std::string file = fmt::format("reach_{:05d}.npz", line["index"].get<int>());
   const RefitGoal goal{task.goal, task.deadline, true};
   wandr::StateMatrix<double> states =
       RefitReach(shop.measures, track.states.cast<double>(), {&goal, 1});
-  const Eigen::Index kept = std::min<Eigen::Index>(states.cols(), task.deadline + kMostAfter + 1);
+  const Eigen::Index kept = std::min<Eigen::Index>(states.cols(), task.deadline + kMaxAfter + 1);
   states.conservativeResize(Eigen::NoChange, kept);
   const std::string fault =
       FaultOf(wandr::JointsOfStates(states.cast<float>(), shop.body.bones), task);
@@ -184,7 +184,7 @@ void FinishReach(const OptimisedWorkshop& shop, const ReachTask& task,
   line["file"] = file;
 }
 
-std::vector<json> OptimiseTogether(const OptimisedWorkshop& shop, int first, int count) {
+std::vector<json> OptimizeTogether(const OptimizedWorkshop& shop, int first, int count) {
   std::vector<json> lines(static_cast<std::size_t>(count));
   std::vector<ReachTask> tasks;
   int longest = 0;
@@ -194,14 +194,14 @@ std::vector<json> OptimiseTogether(const OptimisedWorkshop& shop, int first, int
   }
   for (ReachTask& task : tasks) task.num_steps = longest + kAfter;
   const std::vector<ReachSolution> solutions =
-      OptimiseLatents(shop.drawer.Network(), shop.body, tasks, shop.latent, 1, {});
+      OptimizeLatents(shop.drawer.Network(), shop.body, tasks, shop.latent, 1, {});
   for (std::size_t k = 0; k < tasks.size(); ++k) {
     FinishReach(shop, tasks[k], solutions[k].track, lines[k]);
   }
   return lines;
 }
 
-// First indices of the groups of which a reach is missing: those that are optimised together share
+// First indices of the groups of which a reach is missing: those that are optimized together share
 // their length, so that a group is made as a whole.
 std::vector<int> GroupsToMake(const ManifestLines& lines, int count) {
   std::vector<int> groups;
@@ -214,8 +214,8 @@ std::vector<int> GroupsToMake(const ManifestLines& lines, int count) {
   return groups;
 }
 
-OptimisedReachesReport ReportOf(const ManifestLines& lines) {
-  OptimisedReachesReport report;
+OptimizedReachesReport ReportOf(const ManifestLines& lines) {
+  OptimizedReachesReport report;
   for (const auto& [index, line] : lines) {
     const bool kept = line.contains("file");
     (kept ? report.kept : report.dropped) += 1;
@@ -226,13 +226,13 @@ OptimisedReachesReport ReportOf(const ManifestLines& lines) {
 
 }  // namespace
 
-OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyModel& body,
+OptimizedReachesReport MakeOptimizedReaches(const CaptureSet& set, const BodyModel& body,
                                             const wandr::NetworkWeights& network,
-                                            const OptimisedReachesOptions& options,
+                                            const OptimizedReachesOptions& options,
                                             const std::filesystem::path& folder,
                                             const StagedProgress& progress) {
   const BodyMeasures measures = MeasureBody(body, {});
-  OptimisedWorkshop shop{set,
+  OptimizedWorkshop shop{set,
                          options,
                          folder,
                          measures,
@@ -240,7 +240,7 @@ OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyMod
                          LatentBodyOf(measures.rest_joints, measures.sole_y),
                          {}};
   shop.latent.path = options.path_weight;
-  const json head = {{"schema", "holdfast/optimised-reaches/1"},
+  const json head = {{"schema", "holdfast/optimized-reaches/1"},
                      {"holdfast_version", options.version},
                      {"seed", options.seed},
                      {"options",
@@ -253,7 +253,7 @@ OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyMod
   std::filesystem::create_directories(folder, error);
   const std::filesystem::path manifest = folder / "manifest.json";
   ManifestLines lines =
-      LinesBefore(manifest, head, "make-reach-data --optimised", "captures", options.replace);
+      LinesBefore(manifest, head, "make-reach-data --optimized", "captures", options.replace);
   UseJson(manifest, [&] { DropLost(lines, folder); });
   const std::vector<int> missing = GroupsToMake(lines, options.count);
   std::mutex lock;
@@ -264,7 +264,7 @@ OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyMod
     const std::scoped_lock guard(lock);
     done += more;
     return !(stopped =
-                 stopped || (progress && !progress("reaches optimised", done, options.count)));
+                 stopped || (progress && !progress("reaches optimized", done, options.count)));
   };
   for (std::size_t made = 0; made < missing.size() && goes_on(0); made += kRound) {
     std::array<std::vector<json>, kRound> round;
@@ -272,7 +272,7 @@ OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyMod
       const std::size_t at = made + static_cast<std::size_t>(k);
       if (at >= missing.size() || !goes_on(0)) return;
       const int count = std::min(kTogether, options.count - missing[at]);
-      round[static_cast<std::size_t>(k)] = OptimiseTogether(shop, missing[at], count);
+      round[static_cast<std::size_t>(k)] = OptimizeTogether(shop, missing[at], count);
       goes_on(count);
     });
     if (stopped) break;
@@ -284,7 +284,7 @@ OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyMod
     }
     WriteManifest(manifest, head, lines);
   }
-  OptimisedReachesReport report = UseJson(manifest, [&] { return ReportOf(lines); });
+  OptimizedReachesReport report = UseJson(manifest, [&] { return ReportOf(lines); });
   report.stopped = stopped;
   return report;
 }

@@ -11,14 +11,14 @@
 namespace holdfast::imos {
 
 /// Motions of one length and the actions they show.
-struct LabelledMotions {
+struct LabeledMotions {
   std::vector<JointMotion> motions;
   std::vector<int> labels;
 };
 
-/// How the recogniser is trained. The defaults are this project's; PaperRecogniserOptions() are the
+/// How the recognizer is trained. The defaults are this project's; PaperRecognizerOptions() are the
 /// authors'.
-struct RecogniserOptions {
+struct RecognizerOptions {
   int batch = 16;
   int epochs = 300;
   double learning_rate = 2e-3;    ///< of Adam
@@ -29,25 +29,25 @@ struct RecogniserOptions {
   /// each action is, and its loss does not fall.
   int least_steps = 2000;
   /// Learns from coordinates of mean 0 and deviation 1; the weights that come out take them as they
-  /// are. Without, centimetres that tell one action from another hardly move the gates.
-  bool standardise = true;
+  /// are. Without, centimeters that tell one action from another hardly move the gates.
+  bool standardize = true;
   /// Cross-entropy of the softmax over actions; without, binary cross-entropy of each action.
   bool softmax = true;
   /// Every motion is seen with all of each joint's positions shifted by a draw of this deviation,
-  /// metres, and as a whole scaled by up to a tenth: how somebody stands is not what they do.
+  /// meters, and as a whole scaled by up to a tenth: how somebody stands is not what they do.
   double stance_m = 0.05;
-  /// Every coordinate of every key frame is seen with a draw of this deviation added, metres: a
-  /// centimetre more or less is not what tells actions apart.
+  /// Every coordinate of every key frame is seen with a draw of this deviation added, meters: a
+  /// centimeter more or less is not what tells actions apart.
   double jitter_m = 0.01;
   std::uint64_t seed = 1;
 };
 
 /// Batches of one, 500 epochs, rate 5e-4, binary cross-entropy, coordinates as they are, and no
 /// early stop.
-RecogniserOptions PaperRecogniserOptions();
+RecognizerOptions PaperRecognizerOptions();
 
 /// After an epoch.
-struct RecogniserEpoch {
+struct RecognizerEpoch {
   int epoch = 0;
   double training_loss = 0.0;    ///< cross-entropy, as options say
   double validation_loss = 0.0;  ///< NaN without motions to validate with
@@ -57,35 +57,34 @@ struct RecogniserEpoch {
 /// What was trained: the weights of the epoch with the highest validation accuracy, of those with
 /// the lowest loss (which rises with confidence long before accuracy falls); without motions to
 /// validate with, of the last one.
-struct TrainedRecogniser {
-  RecogniserWeights weights;
-  RecogniserEpoch best;
-  std::vector<RecogniserEpoch> epochs;
+struct TrainedRecognizer {
+  RecognizerWeights weights;
+  RecognizerEpoch best;
+  std::vector<RecognizerEpoch> epochs;
 };
 
 /// Trains. `validation` may be empty. `progress` sees each epoch and stops the training by
 /// returning false. The same motions, options and seed give the same weights on one machine,
 /// whatever the number of threads. Throws Error for no motions, of different sizes, or with labels
 /// that are no actions.
-TrainedRecogniser TrainRecogniser(const LabelledMotions& training,
-                                  const LabelledMotions& validation,
-                                  const RecogniserOptions& options,
-                                  const std::function<bool(const RecogniserEpoch&)>& progress = {});
+TrainedRecognizer TrainRecognizer(const LabeledMotions& training, const LabeledMotions& validation,
+                                  const RecognizerOptions& options,
+                                  const std::function<bool(const RecognizerEpoch&)>& progress = {});
 
-/// The recogniser in LibTorch.
-class TorchRecogniser {
+/// The recognizer in LibTorch.
+class TorchRecognizer {
  public:
-  explicit TorchRecogniser(const RecogniserWeights& weights);
-  ~TorchRecogniser();
-  TorchRecogniser(const TorchRecogniser&) = delete;
-  TorchRecogniser& operator=(const TorchRecogniser&) = delete;
+  explicit TorchRecognizer(const RecognizerWeights& weights);
+  ~TorchRecognizer();
+  TorchRecognizer(const TorchRecognizer&) = delete;
+  TorchRecognizer& operator=(const TorchRecognizer&) = delete;
 
-  /// Logits and features of a motion, as Recogniser gives them.
-  Recognition Recognise(const std::vector<JointMotion>& motions) const;
-  RecogniserWeights Weights() const;
+  /// Logits and features of a motion, as Recognizer gives them.
+  Recognition Recognize(const std::vector<JointMotion>& motions) const;
+  RecognizerWeights Weights() const;
 
  private:
-  friend class RecogniserTraining;
+  friend class RecognizerTraining;
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };

@@ -48,7 +48,7 @@ const kCharts = [
     factor: 100,
     series: [["goal_distance_m", "", "a"]],
   },
-  energy("Total energy", "Weighted sum of the terms that the fit minimises", "energy_total"),
+  energy("Total energy", "Weighted sum of the terms that the fit minimizes", "energy_total"),
   energy("Distance term E_d", "Hand and object keep the distances of the first frame", "energy_distance_m2"),
   energy("Contact term E_c", "What touched in the first frame stays together", "energy_contact_m2"),
   energy("Temporal term E_t", "Little change from frame to frame", "energy_temporal"),

@@ -8,7 +8,7 @@
 #include "generator/body/rest_pelvis_note.h"
 #include "generator/imos/synthesis_metrics.h"
 #include "generator/imos/vocabulary.h"
-#include "generator/training/imos/recogniser.h"
+#include "generator/training/imos/recognizer.h"
 #include "geometry/error.h"
 
 namespace holdfast::apps {
@@ -16,18 +16,18 @@ namespace {
 
 using nlohmann::json;
 
-struct TrainRecogniserCommand {
+struct TrainRecognizerCommand {
   CommonOptions common;
   ActionClips clips;
   std::string output;
   bool paper = false;
-  Recipe<imos::RecogniserOptions> recipe;
+  Recipe<imos::RecognizerOptions> recipe;
 };
 
 // With `mirrored` the other hand does the same.
-imos::LabelledMotions MotionsOf(const std::vector<imos::ActionSequence>& sequences,
-                                bool mirrored = false) {
-  imos::LabelledMotions set;
+imos::LabeledMotions MotionsOf(const std::vector<imos::ActionSequence>& sequences,
+                               bool mirrored = false) {
+  imos::LabeledMotions set;
   for (const imos::ActionSequence& sequence : sequences) {
     set.motions.push_back(sequence.joints);
     set.labels.push_back(sequence.action);
@@ -39,9 +39,9 @@ imos::LabelledMotions MotionsOf(const std::vector<imos::ActionSequence>& sequenc
 }
 
 // Accuracy on a set, in all and by action; what was taken for what.
-json AccuracyJson(const imos::Recogniser& recogniser, const imos::LabelledMotions& set,
+json AccuracyJson(const imos::Recognizer& recognizer, const imos::LabeledMotions& set,
                   int threads) {
-  const imos::Recognition seen = recogniser.Recognise(set.motions, threads);
+  const imos::Recognition seen = recognizer.Recognize(set.motions, threads);
   std::map<int, std::pair<int, int>> by_action;  // right, all
   json mistaken = json::object();
   for (std::size_t n = 0; n < set.labels.size(); ++n) {
@@ -76,7 +76,7 @@ std::string Line(const char* what, const json& accuracy) {
   return text + "\n";
 }
 
-int TrainRecogniser(const TrainRecogniserCommand& options) {
+int TrainRecognizer(const TrainRecognizerCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
   const imos::ActionSet set = options.clips.Read(common);
@@ -88,25 +88,25 @@ int TrainRecogniser(const TrainRecogniserCommand& options) {
                             fmt::join(options.clips.validation, ",")),
                 "Give other --held-out or --validation, or more subjects");
   }
-  const imos::LabelledMotions training = MotionsOf(set.train, !options.paper);
-  const imos::LabelledMotions validation = MotionsOf(set.validation);
-  const imos::LabelledMotions held_out = MotionsOf(set.test);
+  const imos::LabeledMotions training = MotionsOf(set.train, !options.paper);
+  const imos::LabeledMotions validation = MotionsOf(set.validation);
+  const imos::LabeledMotions held_out = MotionsOf(set.test);
 
-  imos::RecogniserOptions recipe =
-      options.paper ? options.recipe.Over(imos::PaperRecogniserOptions()) : options.recipe.given;
+  imos::RecognizerOptions recipe =
+      options.paper ? options.recipe.Over(imos::PaperRecognizerOptions()) : options.recipe.given;
   recipe.seed = common.seed;
-  imos::TrainedRecogniser trained = [&] {
+  imos::TrainedRecognizer trained = [&] {
     Progress progress(common, "epochs");
-    return imos::TrainRecogniser(training, validation, recipe,
-                                 [&](const imos::RecogniserEpoch& now) {
+    return imos::TrainRecognizer(training, validation, recipe,
+                                 [&](const imos::RecognizerEpoch& now) {
                                    progress.Update(now.epoch, recipe.epochs);
                                    return !Interrupted();
                                  });
   }();
   if (Interrupted()) return kInterrupted;  // a quarter-trained judge is worse than none
 
-  const imos::Recogniser recogniser(trained.weights);
-  json summary = JsonHead("holdfast/train-recogniser/1", common);
+  const imos::Recognizer recognizer(trained.weights);
+  json summary = JsonHead("holdfast/train-recognizer/1", common);
   summary["epochs"] = trained.epochs.size();
   summary["kept_epoch"] = trained.best.epoch;
   summary["training_loss"] = trained.best.training_loss;
@@ -116,32 +116,32 @@ int TrainRecogniser(const TrainRecogniserCommand& options) {
   for (const auto& [name, motions] :
        {std::pair{"training", &training}, {"validation", &validation}, {"held out", &held_out}}) {
     if (motions->motions.empty()) continue;
-    summary[name] = AccuracyJson(recogniser, *motions, threads);
+    summary[name] = AccuracyJson(recognizer, *motions, threads);
     text += Line(name, summary[name]);
     trained.weights.notes[fmt::format("accuracy, {}", name)] =
         fmt::format("{:.4f} of {}", summary[name]["accuracy"].get<double>(),
                     summary[name]["sequences"].get<int>());
   }
-  trained.weights.notes["made_by"] = "holdfast train recogniser " HOLDFAST_VERSION;
+  trained.weights.notes["made_by"] = "holdfast train recognizer " HOLDFAST_VERSION;
   NoteRestPelvis(trained.weights.notes);
   trained.weights.notes["key_frames"] = options.clips.key_frames;
   trained.weights.notes["seed"] = std::to_string(common.seed);
   trained.weights.notes["epochs"] = std::to_string(trained.best.epoch);
   trained.weights.notes["held_out"] = fmt::format("{}", fmt::join(options.clips.held_out, ","));
-  imos::WriteRecogniser(trained.weights, options.output);
+  imos::WriteRecognizer(trained.weights, options.output);
   PrintResult(common, summary, text);
   return kDone;
 }
 
 }  // namespace
 
-void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<TrainRecogniserCommand>();
-  Recipe<imos::RecogniserOptions>& recipe = options->recipe;
-  using Training = imos::RecogniserOptions;
+void AddTrainRecognizerCommand(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<TrainRecognizerCommand>();
+  Recipe<imos::RecognizerOptions>& recipe = options->recipe;
+  using Training = imos::RecognizerOptions;
   ActionClips& clips = options->clips;
   CLI::App* command =
-      app.add_subcommand("recogniser", "Trains the action classifier of 'evaluate synthesis'");
+      app.add_subcommand("recognizer", "Trains the action classifier of 'evaluate synthesis'");
   command->add_option("folders", clips.folders, "Folders of action clips, as of 'make-actions'")
       ->required();
   command->add_option("-o,--output", options->output, "File to write (.safetensors)")->required();
@@ -162,16 +162,16 @@ void AddTrainRecogniserCommand(CLI::App& app, int& exit_code) {
   recipe.AddNumber(*command, "--learning-rate", &Training::learning_rate, 1e-9, 1.0,
                    "Adam learning rate");
   recipe.AddNumber(*command, "--jitter", &Training::jitter_m, 0.0, 1.0,
-                   "Standard deviation of noise on every coordinate, metres");
+                   "Standard deviation of noise on every coordinate, meters");
   recipe.AddNumber(*command, "--patience", &Training::patience, 0, 1'000'000,
                    "Stop after that many epochs without improvement on validation; 0: never");
   command->add_option("--body", clips.body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(
       *command, options->common, true,
-      "  holdfast train recogniser actions -o recogniser.safetensors --held-out s9,s10\n"
-      "  holdfast train recogniser grab_clips --without lift --key-frames paper --paper -o "
+      "  holdfast train recognizer actions -o recognizer.safetensors --held-out s9,s10\n"
+      "  holdfast train recognizer grab_clips --without lift --key-frames paper --paper -o "
       "paper.safetensors\n");
-  command->callback([options, &exit_code] { exit_code = TrainRecogniser(*options); });
+  command->callback([options, &exit_code] { exit_code = TrainRecognizer(*options); });
 }
 
 }  // namespace holdfast::apps

@@ -17,8 +17,8 @@
 
 namespace holdfast {
 
-/// How goals one after another are reached by optimisation.
-struct ReachByOptimisationOptions {
+/// How goals one after another are reached by optimization.
+struct ReachByOptimizationOptions {
   bool as_published = false;  ///< VaeOptOptions in place of LatentOptions
   LatentOptions latent;
   VaeOptOptions vae;
@@ -35,24 +35,24 @@ struct ReachByOptimisationOptions {
   std::uint64_t seed = 1;
 };
 
-/// What reaches by optimisation, and the last touch.
-struct OptimisedReach {
+/// What reaches by optimization, and the last touch.
+struct OptimizedReach {
   wandr::ReachSample sample;
   RefitReport refit;
   std::vector<LatentSolve> solves;  ///< of the parts that were kept, in order
 };
 
-/// Makes `count` motions from the same start through all goals, each goal's part optimised by
+/// Makes `count` motions from the same start through all goals, each goal's part optimized by
 /// itself from where the one before ended. Motion i starts from latents of stream i; neither
 /// threads nor the number of motions changes one. The wrist is the right one (wandr::MirroredStates
 /// for the left). `progress` sees parts done; what it throws ends the run. Throws Error for no
-/// goals, and what OptimiseLatents and OptimiseAsPublished throw.
-std::vector<OptimisedReach> ReachByOptimisation(const wandr::Network<float>& network,
+/// goals, and what OptimizeLatents and OptimizeAsPublished throw.
+std::vector<OptimizedReach> ReachByOptimization(const wandr::Network<float>& network,
                                                 const BodyMeasures& measures,
                                                 const wandr::RolloutStart<float>& start,
                                                 std::span<const Eigen::Vector3d> goals, int count,
                                                 int threads,
-                                                const ReachByOptimisationOptions& options,
+                                                const ReachByOptimizationOptions& options,
                                                 const std::function<void(int, int)>& progress = {});
 
 }  // namespace holdfast

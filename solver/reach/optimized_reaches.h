@@ -12,7 +12,7 @@
 
 namespace holdfast {
 
-struct OptimisedReachesOptions {
+struct OptimizedReachesOptions {
   int count = 800;          ///< reaches to try
   double farthest_m = 4.5;  ///< way to a goal
   /// LatentOptions::path. What fails is left out, so that pace may come first.
@@ -24,22 +24,22 @@ struct OptimisedReachesOptions {
   std::string network;   ///< checksum of the weights, for the manifest
 };
 
-struct OptimisedReachesReport {
+struct OptimizedReachesReport {
   bool stopped = true;  ///< by `progress`
   int kept = 0, dropped = 0;
   double minutes = 0.0;  ///< of motion kept
 };
 
-/// Reaches of OptimiseLatents, refitted, from frames of captured people who are learned from to
+/// Reaches of OptimizeLatents, refitted, from frames of captured people who are learned from to
 /// drawn goals, due by PaceOf or (a quarter) DeadlineRule, of the right wrist: reach_*.npz with
-/// goals (WriteGoalClip) and manifest.json (schema holdfast/optimised-reaches/1) in `folder`. What
+/// goals (WriteGoalClip) and manifest.json (schema holdfast/optimized-reaches/1) in `folder`. What
 /// misses its goal, leaves the ground or runs is left out. A network that is trained on them does
-/// at once what its own optimiser finds in a second. A set that was stopped is resumed, a finished
-/// one extended. Progress has the stage "reaches optimised". Throws Error for a manifest of
+/// at once what its own optimizer finds in a second. A set that was stopped is resumed, a finished
+/// one extended. Progress has the stage "reaches optimized". Throws Error for a manifest of
 /// something else, and for a set of which nobody stands or walks.
-OptimisedReachesReport MakeOptimisedReaches(const CaptureSet& set, const BodyModel& body,
+OptimizedReachesReport MakeOptimizedReaches(const CaptureSet& set, const BodyModel& body,
                                             const wandr::NetworkWeights& network,
-                                            const OptimisedReachesOptions& options,
+                                            const OptimizedReachesOptions& options,
                                             const std::filesystem::path& folder,
                                             const StagedProgress& progress = {});
 
