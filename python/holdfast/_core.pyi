@@ -95,12 +95,12 @@ class Clip:
     def to_smplx(self) -> dict[str, _Floats]: ...
     @staticmethod
     def load(
-        path: _Path, *, body: Optional[BodyModel] = None, frame_rate: float = 0.0
+        path: _Path, *, body: Optional[BodyModel] = None, frame_rate: Optional[float] = None
     ) -> Clip: ...
     def save(self, path: _Path, *, force: bool = False) -> None: ...
 
 def import_motion(
-    path: _Path, *, body: Optional[BodyModel] = None, frame_rate: float = 0.0
+    path: _Path, *, body: Optional[BodyModel] = None, frame_rate: Optional[float] = None
 ) -> Clip: ...
 
 class BodyModel:
@@ -272,6 +272,8 @@ class RefineResult:
     @property
     def after(self) -> dict[str, Any]: ...
     @property
+    def gaps(self) -> tuple[_Floats, _Floats]: ...
+    @property
     def distance(self) -> dict[str, Any]: ...
     @property
     def holds(self) -> list[dict[str, Any]]: ...
@@ -326,6 +328,16 @@ class RobotTransfer:
     def contacts(self) -> list[dict[str, Any]]: ...
     @property
     def metrics(self) -> dict[str, Any]: ...
+    @property
+    def human_metrics(self) -> dict[str, Any]: ...
+    @property
+    def solve_ms(self) -> float: ...
+    def baseline(
+        self, method: Literal["laplacian", "keypoints", "fingertip-vectors"]
+    ) -> RobotTransfer: ...
+    def hold_trial(
+        self, human: bool = False, *, friction: float = ...
+    ) -> Optional[dict[str, Any]]: ...
     def save(self, path: _Path, *, force: bool = False) -> None: ...
     def save_scene(self, path: _Path, *, force: bool = False) -> None: ...
 
@@ -440,6 +452,7 @@ def grasps(
     friction: float = ...,
     apart_cm: float = ...,
     apart_angle_deg: float = ...,
+    trial_friction: Optional[float] = None,
     seed: int = 1,
     threads: int = 0,
     progress: _Progress = None,
@@ -648,6 +661,9 @@ def hold_trial(
     *,
     object_scale: float = 1.0,
     body: Optional[BodyModel] = None,
+    friction: float = ...,
+    film: Optional[_Path] = None,
+    force: bool = False,
     threads: int = 0,
 ) -> Optional[dict[str, Any]]: ...
 def render(
@@ -726,3 +742,29 @@ def convert(
     betas: int = 10,
     onto: Optional[_Clip] = None,
 ) -> ConvertResult: ...
+
+def read_jobs(path: _Path) -> list[dict[str, Any]]: ...
+def find_marker_trials(folder: _Path) -> list[dict[str, Any]]: ...
+def joint_positions(clip: _Clip, body: Optional[BodyModel] = None) -> _Floats: ...
+def find_holds(
+    clip: _Clip,
+    object: Optional[_Object] = None,
+    *,
+    object_scale: float = 1.0,
+    cell: float = ...,
+    body: Optional[BodyModel] = None,
+    threads: int = 0,
+) -> dict[str, Any]: ...
+def find_handovers(
+    clip: _Clip, object_size: float, *, body: Optional[BodyModel] = None
+) -> dict[str, Any]: ...
+def handover_clip(
+    object: _Object,
+    *,
+    seed: int = 1,
+    frame_rate: float = 30.0,
+    switches: int = 0,
+    noise: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    object_scale: float = 1.0,
+    body: Optional[BodyModel] = None,
+) -> tuple[Clip, list[int]]: ...

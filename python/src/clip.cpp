@@ -114,10 +114,13 @@ LoadedClip Load(const std::string& path, const py::object& body, ImportFileOptio
   return loaded;
 }
 
-ClipPtr LoadAny(const std::filesystem::path& path, const py::object& body, double frame_rate) {
-  if (!(frame_rate >= 0.0)) throw py::value_error("frame_rate: expected 0 (the file's) or more");
+ClipPtr LoadAny(const std::filesystem::path& path, const py::object& body,
+                const std::optional<double>& frame_rate) {
+  if (frame_rate && !(*frame_rate >= 0.0)) {
+    throw py::value_error("frame_rate: expected 0 (the file's) or more");
+  }
   ImportFileOptions options;
-  if (frame_rate > 0.0) options.frame_rate = frame_rate;
+  options.frame_rate = frame_rate;
   return std::make_shared<Clip>(Load(path.string(), body, std::move(options)).clip);
 }
 
@@ -267,9 +270,9 @@ void BindClip(py::module_& module) {
            "The arguments of smplx's forward by its names, arrays (T, ...) and betas (1, B), for a "
            "model made with use_pca=False, flat_hand_mean=True.")
       .def_static("load", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
-                  "frame_rate"_a = 0.0,
+                  "frame_rate"_a = py::none(),
                   "A clip: an embedded one by name ('demo_drink'), a result folder, or any file of "
-                  "motion that import_motion reads.")
+                  "motion that import_motion reads, with its frame_rate.")
       .def(
           "save",
           [](const Clip& self, const std::filesystem::path& path, bool force) {
@@ -282,10 +285,11 @@ void BindClip(py::module_& module) {
           "file that exists, which force=True overwrites.");
   module.def(
       "import_motion", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
-      "frame_rate"_a = 0.0,
+      "frame_rate"_a = py::none(),
       "A clip from GRAB, AMASS, ARCTIC, Motion-X, smplx parameters, glTF, BVH, ASF/AMC, ..., "
-      "told by the content. frame_rate in Hz; 0: as the file has it, 30 for motion that is "
-      "retargeted. The mesh of its object, which the file holds or names, is clip.object.surface. "
+      "told by the content. frame_rate in Hz; 0: as the file has it; None: that, but 30 for motion "
+      "that is retargeted. The mesh of its object, which the file holds or names, is "
+      "clip.object.surface. "
       "What was decided on the way is logged to 'holdfast' (INFO; WARNING where it may be wrong, "
       "as a frame rate that the file does not tell).");
 }

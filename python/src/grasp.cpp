@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include <array>
 #include <map>
+#include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include <pybind11/stl.h>
 
@@ -13,6 +15,7 @@
 #include "solver/fit/clip_state.h"
 #include "solver/grasp/grasp_both.h"
 #include "solver/grasp/grasp_set.h"
+#include "solver/trial/trial_grasps.h"
 
 namespace holdfast::python {
 namespace {
@@ -124,13 +127,29 @@ py::dict ArraysOf(const std::map<std::string, NpyArray>& arrays) {
   return dict;
 }
 
+void AddTrials(const std::vector<HoldTrial>& trials, py::dict& result) {
+  const auto count = static_cast<py::ssize_t>(trials.size());
+  py::array_t<int> held(count);
+  py::array_t<double> slip_mm(count), slip_deg(count);
+  for (py::ssize_t i = 0; i < count; ++i) {
+    const HoldTrial& trial = trials[static_cast<std::size_t>(i)];
+    held.mutable_at(i) = trial.Held();
+    slip_mm.mutable_at(i) = trial.WorstSlip_mm();
+    slip_deg.mutable_at(i) = trial.WorstSlip_deg();
+  }
+  result["held_directions"] = held;
+  result["worst_slip_mm"] = slip_mm;
+  result["worst_slip_deg"] = slip_deg;
+}
+
 py::dict ManyGrasps(const py::object& object, int count, const py::object& at,
                     const py::object& region, const py::object& avoid, const py::object& body,
-                    std::uint64_t seed, int threads, const py::object& progress,
-                    const py::kwargs& given) {
+                    const std::optional<double>& trial_friction, std::uint64_t seed, int threads,
+                    const py::object& progress, const py::kwargs& given) {
   GraspJob job;
   SetOptions(given, OptionsOf(job).Without({"closings", "refinements", "upright"}));
   RequireBetween(count, "count", 1, 1'000'000);
+  if (trial_friction) RequireBetween(*trial_friction, "trial_friction", 0.0, 100.0);
   if (job.hands == GraspHands::kBoth) {
     throw py::value_error("hand: expected one of 'auto', 'right', 'left', got 'both'");
   }
@@ -144,6 +163,7 @@ py::dict ManyGrasps(const py::object& object, int count, const py::object& at,
   const Side side = HandFor(job.hands, *model);
   const LoadedObject loaded = ObjectOf(object, job.object_scale);
   StandingGraspSet held;
+  std::vector<HoldTrial> trials;
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
     RequireGraspable(loaded, false);
     if (place) options.search.place = std::make_shared<const GraspPlace>(loaded.mesh, *place);
@@ -152,8 +172,17 @@ py::dict ManyGrasps(const py::object& object, int count, const py::object& at,
     });
     if (held.set.status == GraspStatus::kStopped) throw Stopped();
     RequireFound(held.set, loaded);
+    if (trial_friction) {
+      TrialProtocol protocol;
+      protocol.scene.friction = *trial_friction;
+      protocol.threads = options.search.threads;
+      trials = TryGrasps(
+          HandModel(model, {}, side), loaded.mesh, held.set.grasps, protocol,
+          [&](double share) { return go_on("trials", static_cast<int>(count * share), count); });
+    }
   });
   py::dict result = ArraysOf(GraspSetArrays(held.set, loaded.name, side));
+  if (trial_friction) AddTrials(trials, result);
   result["clip"] = WithSurface(std::move(held.clip), loaded.mesh);
   return result;
 }
@@ -198,7 +227,9 @@ void BindGrasp(py::module_& module) {
       "'wrist_from_object' and 'object_from_wrist' (N, 4, 4) meters, 'finger_pose' (N, 45) "
       "axis-angle in SMPL-X's order, 'style' (N,), 'least_friction' (N,), 'ball_lower' (N,), "
       "'contact_grasp' (C,), 'contact_point_object' and 'contact_normal_object' (C, 3) and more; "
-      "and 'clip', a frame for each of the first 100. There may be fewer than `count`. Raises "
+      "and 'clip', a frame for each of the first 100. trial_friction: MuJoCo tries each grasp with "
+      "this coefficient, as hold_trial() does; adds 'held_directions' of 6, 'worst_slip_mm' and "
+      "'worst_slip_deg' (N,). There may be fewer than `count`. Raises "
       "FitFailure where there is none, Stopped, and Error, also for a mesh that encloses no "
       "solid.\n\n"
       "    many = holdfast.grasps('mug', 50)\n"
@@ -206,8 +237,8 @@ void BindGrasp(py::module_& module) {
       OptionsText(OptionsOf(job).Without({"closings", "refinements", "upright"}));
   module.def("grasps", &ManyGrasps, "object"_a, "count"_a = GraspSetOptions{}.count, py::kw_only(),
              "at"_a = py::none(), "region"_a = py::none(), "avoid"_a = py::none(),
-             "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(),
-             many_doc.c_str());
+             "body"_a = py::none(), "trial_friction"_a = py::none(), "seed"_a = 1, "threads"_a = 0,
+             "progress"_a = py::none(), many_doc.c_str());
 }
 
 }  // namespace holdfast::python

@@ -147,6 +147,17 @@ void SetObject(const py::object& object, const py::object& object_markers, doubl
   mesh = ObjectOf(object, scale);
 }
 
+// Names of those at the end of a finger.
+py::list FingertipMarkers(const MarkerReport& report) {
+  py::list names;
+  for (const SolvedMarker& marker : report.markers) {
+    if (marker.site.joint >= kLeftHandBegin && marker.site.toward < 0) {
+      names.append(marker.site.name);
+    }
+  }
+  return names;
+}
+
 py::tuple Solve(const py::object& recording, const py::object& still,
                 const std::optional<std::filesystem::path>& table, const std::string& up,
                 const std::string& posture, const py::object& object,
@@ -183,6 +194,9 @@ py::tuple Solve(const py::object& recording, const py::object& still,
   if (mesh) solved.clip.object->name = mesh->name;
   py::dict told = ToPython(MarkerReportJson(solved.report));
   told["repaired"] = RecordingDict(RepairedMarkers(trial, solved));
+  const py::ssize_t frames = solved.carried.cols(), markers = solved.carried.rows() / 3;
+  told["carried"] = Rows(solved.carried).reshape({frames, markers, py::ssize_t{3}});
+  told["fingertips"] = FingertipMarkers(solved.report);
   return py::make_tuple(mesh ? WithSurface(std::move(solved.clip), mesh->mesh)
                              : std::make_shared<Clip>(std::move(solved.clip)),
                         told);
@@ -232,7 +246,9 @@ void BindMarkers(py::module_& module) {
       "up, and what became of the markers ('rms_mm', 'markers', 'swaps', 'outliers', "
       "'unmarked_joints'); its 'repaired' is the recording, a dict as of read_markers(), with "
       "labels "
-      "put right, outliers and gaps filled. Raises Error for names that are not known and for "
+      "put right, outliers and gaps filled; 'carried' (T, M, 3) is where the body carries those of "
+      "'markers', meters in the recording's axes; 'fingertips' are names of those on fingertips. "
+      "Raises Error for names that are not known and for "
       "recordings that tell "
       "no pose, FitFailure, Stopped.\n\n"
       "    clip, told = holdfast.solve_markers('drink.c3d', static='rest.c3d')");

@@ -38,4 +38,5 @@ PYBIND11_MODULE(_core, module) {
   hf::BindExport(module);
   hf::BindMarkers(module);
   hf::BindRobot(module);
+  hf::BindStudies(module);
 }

@@ -93,6 +93,14 @@ nlohmann::json TouchesOfRefined(const RefinedClip& self) {
   return HoldsJson(self.report.result)["touches"];
 }
 
+// The least distance of skin and object in each frame.
+py::array_t<double> LeastDistances(const ContactScore& contact) {
+  py::array_t<double> distances(static_cast<py::ssize_t>(contact.frames.size()));
+  double* out = distances.mutable_data();
+  for (const ContactScore::Frame& frame : contact.frames) *out++ = frame.min_distance_mm;
+  return distances;
+}
+
 py::dict DistanceDict(const RefinedClip& self) {
   const DataDistance& distance = self.report.distance;
   const auto array = [](const std::vector<double>& values) {
@@ -115,6 +123,13 @@ void BindRefine(py::module_& module) {
       .def_property_readonly(
           "after", [](const RefinedClip& self) { return ToPython(QualityJson(self.report.after)); },
           "the same of the refined clip, by the same hands in the same frames")
+      .def_property_readonly(
+          "gaps",
+          [](const RefinedClip& self) {
+            return py::make_tuple(LeastDistances(self.report.before.contact),
+                                  LeastDistances(self.report.after.contact));
+          },
+          "(before (T,), after (T,)): least distance of the hands' skin from the object, mm")
       .def_property_readonly("distance", &DistanceDict,
                              "dict: how far the object is from the data, 'rms_mm', 'rms_deg', and "
                              "of each frame 'mm' and 'deg' (T,)")

@@ -1,27 +1,42 @@
 // SPDX-License-Identifier: MIT
 #include "solver/robot/robot.h"
 
+#include <memory>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include "geometry/io/gltf/mjcf_writer.h"
 #include "geometry/rotation.h"
-#include "python/src/bindings.h"
+#include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
+#include "solver/robot/robot_baselines.h"
 #include "solver/trial/robot_scene.h"
+#include "solver/trial/robot_trial.h"
 
 namespace holdfast::python {
 namespace {
 
 using namespace py::literals;
 
-struct TransferredRobot {
+// What the transfers of one clip to one robot share.
+struct RobotCase {
   RobotTransferSetup setup;
+  RobotTransferOptions options;
+  Clip clip;
+};
+
+struct TransferredRobot {
+  std::shared_ptr<const RobotCase> of;
   RobotTransfer transfer;
   RobotMeasures measures;
+
+  const RobotTransferSetup& Setup() const { return of->setup; }
 };
 using TransferredPtr = std::shared_ptr<TransferredRobot>;
 
@@ -46,19 +61,54 @@ TransferredPtr Transfer(const py::object& clip, const std::filesystem::path& rob
   const ReportInput scene = SceneOf(clip, object, object_scale, body);
   auto out = std::make_shared<TransferredRobot>();
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
-    out->setup = PrepareRobotTransfer(scene, std::move(read), options);
-    out->transfer = TransferToRobot(out->setup, options, go_on);
+    out->of.reset(
+        new RobotCase{PrepareRobotTransfer(scene, std::move(read), options), options, scene.clip});
+    out->transfer = TransferToRobot(out->Setup(), options, go_on);
     if (!out->transfer.stopped) {
-      out->measures = MeasureTransfer(out->setup, out->transfer.poses, options.threads);
+      out->measures = MeasureTransfer(out->Setup(), out->transfer.poses, options.threads);
     }
   });
   if (out->transfer.stopped) throw Stopped();
   return out;
 }
 
+TransferredPtr ByBaseline(const TransferredPtr& self, const std::string& method) {
+  const auto baseline =
+      Choice<RobotBaseline>(method, "method",
+                            {{"laplacian", RobotBaseline::kLaplacian},
+                             {"keypoints", RobotBaseline::kKeypoints},
+                             {"fingertip-vectors", RobotBaseline::kFingertipVectors}});
+  return RunAside([of = self->of, baseline] {
+    auto out = std::make_shared<TransferredRobot>();
+    out->of = of;
+    out->transfer = TransferByBaseline(of->setup, of->options, baseline);
+    out->measures = MeasureTransfer(of->setup, out->transfer.poses, of->options.threads);
+    return out;
+  });
+}
+
+py::object TryIt(const TransferredPtr& self, bool human, double friction) {
+  RequireBetween(friction, "friction", 0.0, 100.0);
+  const std::optional<HoldTrial> trial = RunAside([self, human, friction]() {
+    RequirePhysics();
+    const RobotTransferSetup& setup = self->Setup();
+    TrialProtocol protocol;
+    protocol.scene.friction = friction;
+    protocol.threads = self->of->options.threads;
+    const TrialSolid solid = MakeTrialSolid(setup.object, *setup.object_distance, protocol);
+    const int frame = FullestFrame(setup.demonstration);
+    return human ? TryHumanHold(setup, self->of->clip, frame, solid, protocol)
+                 : TryRobotHold(setup, self->transfer.poses[frame], solid, protocol);
+  });
+  if (!trial) return py::none();
+  return py::dict("held_directions"_a = trial->Held(), "worst_slip_mm"_a = trial->WorstSlip_mm(),
+                  "worst_slip_deg"_a = trial->WorstSlip_deg(), "mass_kg"_a = trial->mass_kg,
+                  "grip_N"_a = trial->grip_N);
+}
+
 // (T, joints) of those that move on their own.
 py::array_t<double> Joints(const TransferredRobot& self) {
-  const RobotHand& robot = self.setup.robot;
+  const RobotHand& robot = self.Setup().robot;
   Eigen::MatrixXd angles(robot.NumDofs(), static_cast<Eigen::Index>(self.transfer.poses.size()));
   for (Eigen::Index t = 0; t < angles.cols(); ++t) angles.col(t) = self.transfer.poses[t].q;
   return Rows(angles);
@@ -69,7 +119,7 @@ py::tuple Wrist(const TransferredRobot& self) {
   Eigen::Matrix3Xd orient(3, frames), trans(3, frames);
   Eigen::Vector3d before = Eigen::Vector3d::Zero();
   for (Eigen::Index t = 0; t < frames; ++t) {
-    const Eigen::Isometry3d pose = self.setup.demonstration.frames[t].world_from_object *
+    const Eigen::Isometry3d pose = self.Setup().demonstration.frames[t].world_from_object *
                                    self.transfer.poses[t].ObjectFromRoot();
     before = UnwrapAxisAngle(LogSO3(pose.linear()), before);
     orient.col(t) = before;
@@ -81,11 +131,11 @@ py::tuple Wrist(const TransferredRobot& self) {
 py::list Contacts(const TransferredRobot& self) {
   py::list all;
   for (std::size_t t = 0; t < self.measures.frames.size(); ++t) {
-    const Eigen::Isometry3d& world = self.setup.demonstration.frames[t].world_from_object;
+    const Eigen::Isometry3d& world = self.Setup().demonstration.frames[t].world_from_object;
     for (const RobotContact& contact : self.measures.frames[t].contacts) {
       const Eigen::Matrix3Xd point = world * contact.point;
       const Eigen::Matrix3Xd normal = world.linear() * contact.normal;
-      all.append(py::dict("frame"_a = t, "link"_a = self.setup.robot.links[contact.link].name,
+      all.append(py::dict("frame"_a = t, "link"_a = self.Setup().robot.links[contact.link].name,
                           "point"_a = Rows(point), "normal"_a = Rows(normal),
                           "distance_m"_a = contact.distance_m));
     }
@@ -124,7 +174,7 @@ void BindRobot(py::module_& module) {
   py::class_<TransferredRobot, TransferredPtr>(module, "RobotTransfer",
                                                "A clip's hand, transferred to a robot's.")
       .def_property_readonly(
-          "robot", [](const TransferredRobot& self) { return self.setup.robot; }, "RobotHand")
+          "robot", [](const TransferredRobot& self) { return self.Setup().robot; }, "RobotHand")
       .def_property_readonly("joint_angles", &Joints,
                              "(T, J) of the joints of robot.joints, in their order")
       .def_property_readonly("wrist", &Wrist,
@@ -137,11 +187,32 @@ void BindRobot(py::module_& module) {
           "metrics",
           [](const TransferredRobot& self) { return ToPython(RobotMeasuresJson(self.measures)); },
           "dict: contacts kept, penetration; as metrics.json")
+      .def_property_readonly(
+          "human_metrics",
+          [](const TransferredPtr& self) {
+            return ToPython(RobotMeasuresJson(RunAside(
+                [of = self->of] { return MeasureHuman(of->setup, of->options.threads); })));
+          },
+          "dict: the human hand of the clip by the same measure")
+      .def_property_readonly(
+          "solve_ms", [](const TransferredRobot& self) { return self.transfer.solve_ms; },
+          "wall time of solving all frames, the first frame's starts apart, ms")
+      .def("baseline", &ByBaseline, "method"_a,
+           "The same clip on the same robot by a published method, as a RobotTransfer: "
+           "'laplacian' (an interaction mesh, OmniRetarget, Yang et al. 2025), 'keypoints' "
+           "(inverse kinematics of fingertips and wrist) or 'fingertip-vectors' (DexPilot, Handa "
+           "et al. 2020).")
+      .def("hold_trial", &TryIt, "human"_a = false, py::kw_only(),
+           "friction"_a = TrialProtocol{}.scene.friction,
+           "Whether the hand keeps the object in the frame with most contacts, simulated by "
+           "MuJoCo with gravity in six directions: a dict with 'held_directions', slips in mm and "
+           "degrees, 'mass_kg' and 'grip_N'; None for a hand with sliding joints. human: of the "
+           "clip's hand. Raises Error without MuJoCo.")
       .def(
           "save",
           [](const TransferredRobot& self, const std::filesystem::path& path, bool force) {
             RequireNew(path, force);
-            WriteRobotMotion(self.setup, self.transfer.poses, self.measures, path);
+            WriteRobotMotion(self.Setup(), self.transfer.poses, self.measures, path);
           },
           "path"_a, py::kw_only(), "force"_a = false,
           "Writes robot.npz (docs/robots.md). Raises Error for a file that exists, which "
@@ -152,7 +223,7 @@ void BindRobot(py::module_& module) {
           [](const TransferredRobot& self, const std::filesystem::path& path, bool force) {
             RequireNew(path, force);
             RequireNew(MjcfAssets(path), force);
-            WriteRobotScene(self.setup, self.transfer.poses, path);
+            WriteRobotScene(self.Setup(), self.transfer.poses, path);
           },
           "path"_a, py::kw_only(), "force"_a = false,
           "Writes a scene for MuJoCo (.xml) with its meshes in a folder beside it. Raises Error "

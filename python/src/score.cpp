@@ -15,6 +15,7 @@
 #include "geometry/clip/clip_body.h"
 #include "geometry/error.h"
 #include "geometry/render/clip_pictures.h"
+#include "geometry/render/video.h"
 #include "geometry/rotation.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
@@ -22,6 +23,7 @@
 #include "solver/markers/marker_json.h"
 #include "solver/score/score_output.h"
 #include "solver/trial/trial_clip.h"
+#include "solver/trial/trial_film.h"
 
 namespace holdfast::python {
 namespace {
@@ -224,23 +226,36 @@ void BindScore(py::module_& module) {
   module.def(
       "hold_trial",
       [](const py::object& clip, const py::object& object, double object_scale,
-         const py::object& body, int threads) -> py::object {
+         const py::object& body, double friction, const std::optional<std::filesystem::path>& film,
+         bool force, int threads) -> py::object {
+        if (!(friction >= 0.0 && friction <= 100.0)) {
+          throw py::value_error("friction: expected 0 to 100");
+        }
+        if (film && !VideoFormatOf(*film)) throw py::value_error("film: expected .mp4 or .gif");
+        if (film) RequireNew(*film, force);
         const ClipScene scene = SceneOf(clip, object, object_scale, body);
         TrialProtocol protocol;
+        protocol.scene.friction = friction;
         protocol.threads = ThreadsOf(threads);
-        const std::optional<ClipTrial> trial =
-            RunAside([scene, protocol] { return TryClip(scene, protocol); });
+        const std::optional<ClipTrial> trial = RunAside([scene, protocol, film] {
+          std::optional<ClipTrial> tried = TryClip(scene, protocol);
+          if (tried && film) WriteTrialFilm(*film, scene, *tried, protocol.threads);
+          return tried;
+        });
         if (!trial) return py::none();
         nlohmann::json json = TrialJson(*trial);
         json["protocol"] = TrialProtocolJson(protocol);
         return ToPython(json);
       },
       "clip"_a, "object"_a = py::none(), py::kw_only(), "object_scale"_a = 1.0,
-      "body"_a = py::none(), "threads"_a = 0,
+      "body"_a = py::none(), "friction"_a = TrialProtocol{}.scene.friction, "film"_a = py::none(),
+      "force"_a = false, "threads"_a = 0,
       "Whether the hand would keep the object, simulated by MuJoCo (libmujoco-dev): a dict with "
       "'held_directions' of 6, slips in mm and degrees by direction of gravity and along the "
       "clip's motion, and the 'protocol' (docs/metrics.md). None where no frame has one hand alone "
-      "holding an object. clip, object, body as in score(). Raises holdfast.Error without MuJoCo.");
+      "holding an object. clip, object, body as in score(). friction: coefficient of hand and "
+      "object. film: a video (.mp4, .gif) of the trial to write; Error where it exists, which "
+      "force=True overwrites. Raises holdfast.Error without MuJoCo.");
   module.def("render", &RenderTo, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
              "object_scale"_a = 1.0, "body"_a = py::none(), "size"_a = std::pair(640, 480),
              "camera"_a = "auto", "frame"_a = py::none(), "sheet"_a = std::pair(4, 2),

@@ -56,18 +56,9 @@ const std::vector<Reduced> kReduced = {
      "captured/held_out -o out/mine --no-ablations --samples 1 --deadline adaptive --goals 12",
      "3,750 motions for each of ten rows"},
     {"-o out/track", "-o out/track --goals 1", "six tracks of each kind, seconds each"},
-    {"evaluate hold mug --count 10", "evaluate hold mug --count 2", "five seconds a trial"},
     {"--goals 150", "--goals 1", "each of 150 goals by five methods, seconds each"},
     {"-o out/synthesis", "-o out/synthesis --repeats 1 --fitted-repeats 1 --object-cases 1",
      "20 samples of each sequence"},
-    {"evaluate fit tests/evaluation/fit.txt -o out/evaluation",
-     "evaluate fit list.txt -o out/evaluation --handovers 1",
-     "fifteen fits in three ways and 40 hand-overs; its list of shared data is the repository's"},
-    {"evaluate fit list.txt -o out/mine", "evaluate fit list.txt -o out/mine --handovers 1",
-     "40 hand-overs"},
-    {"evaluate handovers -o handovers.json",
-     "evaluate handovers cube --one-way --found 2 -o handovers.json",
-     "sixteen passes and 120 hand-overs"},
     {"fit demo_drink mug -o held", "fit demo_drink mug --end 60 -o held", "it is looked at often"},
     {"fit walk.npz banana.obj", "fit walk.npz banana.obj --end 40", "eight seconds of motion"},
     {"-o hand_%03d.png", "-o hand_%03d.png --every 12", "a tenth of a second a picture"},
@@ -92,8 +83,7 @@ const std::vector<Reduced> kReduced = {
 // Commands whose examples take long even so: in tests of their own.
 const std::set<std::string> kSlowMotion = {"offhand", "reach",      "refine",
                                            "render",  "synthesize", "transfer"};
-const std::set<std::string> kSlowStudies = {"evaluate fit", "evaluate handovers", "evaluate reach",
-                                            "evaluate synthesis", "make-actions"};
+const std::set<std::string> kSlowStudies = {"evaluate reach", "evaluate synthesis", "make-actions"};
 const std::set<std::string> kTraining = {"train imos", "train recognizer", "train wandr"};
 
 std::vector<std::string> Lines(const std::string& text) {

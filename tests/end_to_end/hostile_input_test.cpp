@@ -253,8 +253,7 @@ std::vector<Role> SynthesizeRoles() {
           {"synthesize --action drink --object mug --body {} -o out -q", ".npz"}};
 }
 std::vector<Role> EvaluateRoles() {
-  return {{"evaluate fit {} -o out -q", ".list", kLists},
-          {"evaluate reach --weights {} -o out -q", ".safetensors"},
+  return {{"evaluate reach --weights {} -o out -q", ".safetensors"},
           {"evaluate reach --starts {} -o out -q", ".npz"},
           {"evaluate naturalness {} -o out.json -q", ".npz"},
           {"make-reach-data {} -o out -q", ""},
@@ -319,10 +318,7 @@ TEST(HostileInput, NumbersOfTheCommandLine) {
       {"make-reach-data", "make-reach-data a -o out"},
       {"make-actions", "make-actions -o out"},
       {"import-weights", "import-weights a b -o out"},
-      {"evaluate fit", "evaluate fit list -o out"},
       {"evaluate reach", "evaluate reach -o out"},
-      {"evaluate markers", "evaluate markers a"},
-      {"evaluate captures", "evaluate captures a"},
       {"evaluate naturalness", "evaluate naturalness a -o out"},
       {"evaluate synthesis", "evaluate synthesis --data a --recognizer b -o out"}};
   std::vector<Case> cases;

@@ -50,8 +50,6 @@ const std::vector<std::string> kCommands = {
     "evaluate naturalness reach/clip.npz -o natural",
 };
 const std::vector<std::string> kStudies = {
-    "evaluate handovers apple --one-way --found 2 -o handovers.json",
-    "evaluate hold mug --count 1 -o hold.json",
     "evaluate reach --methods intention,vae-opt-adam --goals 2 -o methods",
 };
 

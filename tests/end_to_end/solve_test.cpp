@@ -117,19 +117,6 @@ TEST(SolveCommand, SolvesAHandThatTouchesAPillow) {
   EXPECT_TRUE(clean["holds"].empty());
   EXPECT_GT(clean["before"]["frames_deeper_than_2_mm"], 60);
   EXPECT_EQ(clean["after"]["frames_deeper_than_2_mm"], 0);
-
-  const ProgramResult study =
-      RunHoldfast(folder.Path(),
-                  "evaluate markers . --left-out 0 --gap 0 --outliers 0 --json -q "
-                  "--object-markers pillow.csv --object '" +
-                      (data / "pillow_small.stl").string() + "'");
-  ASSERT_EQ(study.exit_code, 0) << study.err;
-  const nlohmann::json touches = nlohmann::json::parse(study.out)["trials"][0]["touches"];
-  EXPECT_EQ(touches["by_markers"].size(), 1u);
-  EXPECT_EQ(touches["found"], 1);
-  EXPECT_EQ(touches["kept"], 1);
-  EXPECT_EQ(touches["without_marker"], 0);
-  EXPECT_EQ(touches["frames_deeper_than_2_mm_refined"], 0);
 }
 
 TEST(SolveCommand, SaysWhatAnObjectLacks) {

@@ -14,7 +14,7 @@ OUT/JOB of each, OUT/table.csv, and prints the table. JOB: some of them alone, s
 mugs and at three scales, as OUT/film_*.png; and 40 variants of it, a picture each, as OUT/variants.png.
 
 --robots: the table of docs/robots.md. Six clips on every right robot hand of FOLDER/robots, beside published ways, on one
-core (OUT/robots.json), then fifteen clips that nothing was chosen on, our way alone (OUT/other_robots.json).
+core (OUT/robots), then fifteen clips that nothing was chosen on, our way alone (OUT/other_robots). Needs the Python module.
 
 Ends with 1 if a command failed.
 """
@@ -148,11 +148,11 @@ def right_hands(args):
 
 
 def tabulate_robots(args):
-    """What `evaluate transfer` prints of both lists of clips, times of one core."""
+    """What `python3 -m holdfast.evaluate transfer` prints of both lists of clips, times of one core."""
     for name, objects, extra in ("robots", ON_ROBOTS, []), ("other_robots", OTHERS_ON_ROBOTS, ["--no-baselines"]):
         clips = [fitted(thing, args) for thing in objects]
-        done = run([args.holdfast, "evaluate", "transfer", *clips, "--robot", *right_hands(args), "-o", args.out / f"{name}.json",
-                    "-f", "-q", "--threads", 1, *extra])
+        done = run([sys.executable, "-m", "holdfast.evaluate", "transfer", *clips, "--robot", *right_hands(args), "-o",
+                    args.out / name, "--force", "--jobs", 1, *extra])
         print(done.stdout, end="", flush=True)
 
 

@@ -2,7 +2,9 @@
 """What all studies share: a resumable store, a pool of processes, tables and the command line."""
 
 import argparse
+import csv
 import hashlib
+import io
 import json
 import math
 import multiprocessing
@@ -23,7 +25,7 @@ def parser(name, description, example):
     made.add_argument("-o", "--output", type=pathlib.Path, required=True,
                       help="folder for the results; a study that was stopped continues there")
     made.add_argument("--jobs", type=int, default=os.cpu_count(), help="number of processes")
-    made.add_argument("--seed", type=int, default=0, help="seed of everything random")
+    made.add_argument("--seed", type=int, default=1, help="seed of everything random")
     made.add_argument("--force", action="store_true",
                       help="replace results of a different configuration")
     return made
@@ -44,6 +46,67 @@ def write_atomically(path, text):
 
 def write_json(path, value):
     write_atomically(path, json.dumps(value, indent=1, allow_nan=False) + "\n")
+
+
+def finish(folder, value, text, times=None):
+    """Writes the results into `folder`, prints the table, and returns nothing.
+
+    evaluation.json is `value` with the version, evaluation.md is `text`; neither may have wall
+    times. `times` ({name: number or text}) are printed and go to timing.json.
+    """
+    write_json(folder / "evaluation.json", finite({"version": holdfast.__version__, **value}))
+    write_atomically(folder / "evaluation.md", text)
+    print(text, end="")
+    if times:
+        write_json(folder / "timing.json", finite(times))
+        print("\n" + "\n".join(f"{name}: {time}" for name, time in times.items()))
+
+
+def write_csv(path, rows):
+    """A table of dicts: what is in dicts of them as OUTER_INNER, lists left out."""
+    def scalars(row, prefix=""):
+        for key, value in row.items():
+            if isinstance(value, dict):
+                yield from scalars(value, f"{prefix}{key}_")
+            elif not isinstance(value, list):
+                yield prefix + key, value
+
+    flat = [dict(scalars(row)) for row in rows]
+    text = io.StringIO()
+    table = csv.DictWriter(text, list(dict.fromkeys(key for row in flat for key in row)),
+                           lineterminator="\n")
+    table.writeheader()
+    table.writerows(flat)
+    write_atomically(path, text.getvalue())
+
+
+def finite(value):
+    """`value` of dicts, lists and numbers for JSON: None where a number is NaN or infinite."""
+    if isinstance(value, dict):
+        return {key: finite(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def contents(path_or_name):
+    """What a configuration is told apart by: a checksum of the file, of a folder's clips and
+    meshes, or the name of something embedded."""
+    path = pathlib.Path(path_or_name)
+    if not path.exists():
+        return str(path_or_name)
+    files = [path] if path.is_file() else sorted(path.glob("*.npz")) + sorted(path.glob("*.ply"))
+    return [hashlib.sha256(file.read_bytes()).hexdigest() for file in files]
+
+
+def body_of(path):
+    """The body model of a path, None (the embedded one) for none."""
+    return holdfast.BodyModel.load(path) if path else None
+
+
+def data_folder(name):
+    """Folder `name` of HOLDFAST_DATA, which is by default the shared data beside this clone."""
+    return pathlib.Path(os.environ.get("HOLDFAST_DATA", "../shared/data")) / name
 
 
 class Store:

@@ -10,7 +10,6 @@
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
-#include "solver/evaluation/handover_study.h"
 #include "solver/handover/dwell_fit.h"
 #include "solver/handover/handover_search.h"
 
@@ -216,33 +215,6 @@ TEST(FindHandovers, SaysSoWhenTheHandsNeverMeet) {
   Clip clip = Handover(5).clip;
   for (JointPose& pose : clip.pose) pose.middleCols<6>(16).setZero();  // arms stretched sideways
   EXPECT_THROW(FindHandovers(clip, Right(), Left(), 0.07), Error);
-}
-
-TEST(HandoverStudy, FindsAtLeast38Of40WithNoise) {
-  HandoverStudyOptions options;
-  options.threads = 2;
-  const HandoverStudy study = RunHandoverStudy(BodyModel::Default(), options);
-  ASSERT_EQ(study.clips.size(), 40u);
-  EXPECT_GE(study.found_with_object, 38);
-  EXPECT_GE(study.found_without_object, 35);  // the body alone says less
-  EXPECT_GT(study.hands_right, 0.9);
-  std::size_t switches = 0;
-  for (const HandoverStudyClip& clip : study.clips) switches += clip.truth.size();
-  EXPECT_GT(switches, 50u);  // several in some
-}
-
-TEST(HandoverStudy, IsTheSameOnAnyNumberOfThreads) {
-  HandoverStudyOptions options;
-  options.count = 3;
-  options.seed = 100;
-  const HandoverStudy one = RunHandoverStudy(BodyModel::Default(), options);
-  options.threads = 2;
-  const HandoverStudy two = RunHandoverStudy(BodyModel::Default(), options);
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_EQ(one.clips[i].with_object, two.clips[i].with_object);
-    EXPECT_EQ(one.clips[i].without_object, two.clips[i].without_object);
-    EXPECT_EQ(one.clips[i].hands_right, two.clips[i].hands_right);
-  }
 }
 
 }  // namespace

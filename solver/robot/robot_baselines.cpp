@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
-#include "solver/evaluation/robot_baselines.h"
+#include "solver/robot/robot_baselines.h"
 
 #include <chrono>
 #include <cmath>
 
 #include "geometry/mesh/surface_distance.h"
 #include "geometry/rotation.h"
-#include "solver/evaluation/robot_baseline_terms.h"
 #include "solver/robot/human_demonstration.h"
+#include "solver/robot/robot_baseline_terms.h"
 #include "solver/robot/robot_solver.h"
 #include "solver/robot/robot_terms.h"
 #include "solver/unknowns/ceres_solve.h"

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include "solver/evaluation/robot_study.h"
+#include "solver/trial/robot_trial.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "geometry/mesh/convex_hull.h"
 #include "solver/trial/robot_scene.h"
@@ -56,20 +57,20 @@ std::vector<TrialLink> TrialLinks(const RobotTransferSetup& setup, const RobotPo
   return links;
 }
 
+}  // namespace
+
 int FullestFrame(const HumanDemonstration& demonstration) {
   const auto fullest = std::ranges::max_element(
       demonstration.frames, {}, [](const HumanFrame& f) { return f.contacts.size(); });
   return static_cast<int>(fullest - demonstration.frames.begin());
 }
 
-}  // namespace
-
 std::optional<HoldTrial> TryRobotHold(const RobotTransferSetup& setup, const RobotPose& pose,
                                       const TrialSolid& solid, const TrialProtocol& protocol) {
   const bool slides = std::ranges::any_of(setup.robot.links, [](const RobotLink& link) {
     return link.dof >= 0 && link.kind == RobotJointKind::kSliding;
   });
-  if (!HasPhysics() || slides) return std::nullopt;
+  if (slides) return std::nullopt;
   std::vector<int> body_of;
   const std::vector<TrialLink> links = TrialLinks(setup, pose, protocol.fingers, body_of);
   std::vector<GripContact> contacts = GripOfRobot(setup, pose, solid, protocol);
@@ -77,44 +78,13 @@ std::optional<HoldTrial> TryRobotHold(const RobotTransferSetup& setup, const Rob
   return TryHold(links, contacts, solid, pose.ObjectFromRoot().inverse(), protocol);
 }
 
-std::vector<RobotStudyRow> StudyTransfer(const ClipScene& scene, const RobotHand& robot,
-                                         const RobotStudyOptions& options) {
-  const RobotTransferSetup setup = PrepareRobotTransfer(scene, robot, options.transfer);
-  std::optional<TrialSolid> solid;
-  if (options.physics && HasPhysics()) {
-    solid = MakeTrialSolid(setup.object, *setup.object_distance, options.protocol);
-  }
-  const int fullest = FullestFrame(setup.demonstration);
-  std::vector<RobotStudyRow> rows;
-  const auto add = [&](std::string_view method, const RobotTransfer& transfer) {
-    RobotStudyRow row{robot.name, scene.source, std::string(method), {}, 0.0, std::nullopt};
-    row.measures = MeasureTransfer(setup, transfer.poses, options.transfer.threads);
-    row.ms_per_frame = transfer.solve_ms / static_cast<double>(transfer.poses.size());
-    if (solid) {
-      const auto trial = TryRobotHold(setup, transfer.poses[fullest], *solid, options.protocol);
-      if (trial) row.held = trial->Held();
-    }
-    rows.push_back(std::move(row));
-  };
-  add("holdfast", TransferToRobot(setup, options.transfer));
-  if (options.baselines) {
-    for (const RobotBaseline baseline :
-         {RobotBaseline::kLaplacian, RobotBaseline::kKeypoints, RobotBaseline::kFingertipVectors}) {
-      add(BaselineName(baseline), TransferByBaseline(setup, options.transfer, baseline));
-    }
-  }
-  RobotStudyRow& human_row = rows.emplace_back(
-      RobotStudyRow{robot.name, scene.source, "human hand", {}, 0.0, std::nullopt});
-  human_row.measures = MeasureHuman(setup, options.transfer.threads);
-  if (solid) {
-    HandState human(*setup.human);
-    human.SetBody(scene.clip.pose[fullest], scene.clip.trans.col(fullest));
-    human.Evaluate(FingersOf(scene.clip.pose[fullest], setup.demonstration.side), false);
-    human_row.held = TryHold(human, setup.demonstration.frames[fullest].world_from_object, *solid,
-                             *setup.object_distance, options.protocol)
-                         .Held();
-  }
-  return rows;
+HoldTrial TryHumanHold(const RobotTransferSetup& setup, const Clip& clip, int frame,
+                       const TrialSolid& solid, const TrialProtocol& protocol) {
+  HandState human(*setup.human);
+  human.SetBody(clip.pose[frame], clip.trans.col(frame));
+  human.Evaluate(FingersOf(clip.pose[frame], setup.demonstration.side), false);
+  return TryHold(human, setup.demonstration.frames[frame].world_from_object, solid,
+                 *setup.object_distance, protocol);
 }
 
 }  // namespace holdfast
