@@ -59,46 +59,7 @@ struct LineChart {
 /// A figure with inline SVG and a legend; empty when no line has a point.
 std::string DrawLineChart(const LineChart& chart);
 
-/// Rows of dots on one axis from 0, such as the distances of several sets by several measures.
-struct DotChart {
-  struct Row {
-    std::string label;
-    std::vector<double> values;  ///< one per series; NaN draws none
-    std::vector<double> ticks;   ///< one per series: a mark that the value is to be compared with
-  };
-  std::string title, x_label;
-  double greatest = 6.0;  ///< end of the axis; what is beyond stands at the end, with its number
-  std::vector<std::pair<std::string, std::string>> series;  ///< label, color
-  std::vector<Row> rows;
-};
-std::string DrawDotChart(const DotChart& chart);
-
-/// The rules that these two need in the page's style.
+/// The rules that it needs in the page's style.
 extern const char* const kChartStyle;
-
-/// Groups of bars: one group per label, one bar per series.
-struct Bars {
-  std::string title;
-  std::vector<std::string> labels;
-  std::vector<std::pair<std::string, std::vector<double>>> series;  ///< shares in [0, 1]
-  int width = 400;
-};
-std::string BarChart(const Bars& bars);
-
-/// Shares in [0, 1] over a quantity.
-struct ShareSeries {
-  std::string label;
-  std::vector<std::pair<double, double>> points;  ///< quantity, share
-  bool dashed = false;
-};
-struct ShareLines {
-  std::string title;
-  std::vector<ShareSeries> series;
-  std::vector<std::pair<double, std::string>> ticks;  ///< along x; the first and last are its ends
-  bool logarithmic = false;                           ///< in x
-  double limit = 0.0;                                 ///< a dashed line across, where within range
-  int width = 400;
-};
-std::string ShareChart(const ShareLines& lines);
 
 }  // namespace holdfast::apps

@@ -174,7 +174,6 @@ void AddSolveCommand(CLI::App& app, int& exit_code);
 void AddExportCommand(CLI::App& app, int& exit_code);
 void AddOffhandCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibrary>& library);
 void AddTransferCommand(CLI::App& app, int& exit_code);
-void AddEvaluateCommand(CLI::App& app, int& exit_code);
 void AddReportCommand(CLI::App& app, int& exit_code);
 void AddRefineCommand(CLI::App& app, int& exit_code);
 void AddMakeReachDataCommand(CLI::App& app, int& exit_code);

@@ -48,7 +48,6 @@ int main(int argc, char** argv) {
   batchable("solve", {}, AddSolveCommand);
   batchable("export", {".glb", ".bvh", ".usda", ".xml", ".npz", ".csv"}, AddExportCommand);
   batchable("report", {".html"}, AddReportCommand);
-  AddEvaluateCommand(app, exit_code);
   batchable("refine", {}, AddRefineCommand);
   batchable("transfer", {}, AddTransferCommand);
   AddReachCommand(app, exit_code);

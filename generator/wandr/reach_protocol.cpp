@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "generator/wandr/reach_protocol.h"
 
-#include <algorithm>
-#include <map>
 #include <mutex>
 #include <numbers>
 
@@ -136,11 +134,6 @@ std::vector<ReachOutcome> RunReachProtocol(const Network<float>& network,
 
 namespace {
 
-// Item i of `count` spread over `size`, in the middle of its share.
-int SpreadIndex(int i, int count, int size) {
-  return std::min(size - 1, (2 * i + 1) * size / (2 * count));
-}
-
 // A reach that is under way at kReachStartFrame: from hanging arms to `wrist` in 1.6 s.
 struct ComposedReach {
   const char* name;
@@ -179,48 +172,6 @@ Clip MotionOf(const BodyMeasures& body, const ComposedReach& reach) {
 }
 
 }  // namespace
-
-std::vector<int> ChooseStartClips(std::span<const StartCandidate> candidates, int count,
-                                  int frame) {
-  std::map<std::string, std::vector<int>> of_subject;
-  int usable = 0;
-  for (int i = 0; i < static_cast<int>(candidates.size()); ++i) {
-    if (candidates[i].num_frames <= frame) continue;
-    of_subject[candidates[i].subject].push_back(i);
-    ++usable;
-  }
-  if (usable < count) {
-    throw Error("start clips",
-                fmt::format("{} of {} clips have more than {} frames at 30 fps, {} are needed",
-                            usable, candidates.size(), frame, count),
-                "Give more or longer clips");
-  }
-  std::vector<std::vector<int>> subjects;
-  for (auto& [subject, clips] : of_subject) {
-    std::sort(clips.begin(), clips.end(),
-              [&](int a, int b) { return candidates[a].name < candidates[b].name; });
-    subjects.push_back(clips);
-  }
-  // How many of each person: one more each round, by turns, until there are enough.
-  const int num_subjects = static_cast<int>(subjects.size());
-  std::vector<int> share(num_subjects, 0);
-  if (num_subjects >= count) {
-    for (int i = 0; i < count; ++i) share[SpreadIndex(i, count, num_subjects)] = 1;
-  } else {
-    for (int taken = 0, s = 0; taken < count; s = (s + 1) % num_subjects) {
-      if (share[s] == static_cast<int>(subjects[s].size())) continue;
-      ++share[s];
-      ++taken;
-    }
-  }
-  std::vector<int> chosen;
-  for (int s = 0; s < num_subjects; ++s) {
-    for (int i = 0; i < share[s]; ++i) {
-      chosen.push_back(subjects[s][SpreadIndex(i, share[s], static_cast<int>(subjects[s].size()))]);
-    }
-  }
-  return chosen;
-}
 
 std::vector<ReachStart> StartsOfClips(std::span<const Clip> clips,
                                       std::span<const std::string> names,

@@ -768,3 +768,65 @@ def handover_clip(
     object_scale: float = 1.0,
     body: Optional[BodyModel] = None,
 ) -> tuple[Clip, list[int]]: ...
+def reach_starts(
+    clips: Optional[Sequence[_Clip]] = None, *, single_precision: bool = True, weights: str = ""
+) -> dict[str, Any]: ...
+def reach_motions(
+    method: Literal[
+        "intention", "latent-opt", "vae-opt-lm", "vae-opt-lbfgs", "vae-opt-lbfgs-step1", "vae-opt-adam"
+    ],
+    states: ArrayLike,
+    previous_deltas: ArrayLike,
+    goals: ArrayLike,
+    deadlines: ArrayLike,
+    streams: ArrayLike,
+    *,
+    frames: int = 240,
+    sigma: float = 1.0,
+    parts: Sequence[Literal["wrist", "pelvis", "heading"]] = ...,
+    with_intention: bool = True,
+    min_frames_left: float = 1.0,
+    hold_last_goal: bool = False,
+    refit: bool = False,
+    weights: str = "",
+    seed: int = 1,
+    threads: int = 1,
+) -> list[dict[str, Any]]: ...
+def walk(
+    clip: _Clip, *, body: Optional[BodyModel] = None, skating: bool = False
+) -> dict[str, Any]: ...
+def random_draws(seed: int, count: int) -> _Floats: ...
+
+class ActionCase:
+    @property
+    def subject(self) -> str: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def action(self) -> str: ...
+    @property
+    def action_id(self) -> int: ...
+    @property
+    def clip(self) -> Clip: ...
+    @property
+    def keys(self) -> Clip: ...
+    def joints(self, keys: Clip) -> _Floats: ...
+    def object_from_head(self, keys: Clip) -> _Floats: ...
+    def in_motion(self, keys: Clip, frame_rate: float = 30.0) -> Clip: ...
+    def score(self, clip: Clip) -> dict[str, Optional[float]]: ...
+    def generate(
+        self,
+        objects: Literal["given", "carried", "fitted"],
+        *,
+        weights: str = "",
+        stream: int = 0,
+        stroke_seed: int = 1,
+        sigma: float = 1.0,
+        finish: bool = False,
+        seed: int = 1,
+    ) -> dict[str, Any]: ...
+
+def action_case(
+    path: str, *, key_frames: Literal["whole", "paper"] = "whole"
+) -> Optional[ActionCase]: ...
+def synthesis_network(weights: str = "") -> dict[str, Any]: ...

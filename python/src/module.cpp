@@ -5,6 +5,10 @@
 #include "python/src/bindings.h"
 #include "python/src/run.h"
 
+namespace holdfast::python {
+void BindGenerators(pybind11::module_& module);  // generators.cpp
+}  // namespace holdfast::python
+
 PYBIND11_MODULE(_core, module) {
   namespace hf = holdfast::python;
   module.attr("__version__") = HOLDFAST_VERSION;
@@ -39,4 +43,5 @@ PYBIND11_MODULE(_core, module) {
   hf::BindMarkers(module);
   hf::BindRobot(module);
   hf::BindStudies(module);
+  hf::BindGenerators(module);
 }

@@ -5,10 +5,11 @@
     tests/bench/naturalness.py --build build/release --captured FOLDER -o out/naturalness
 
 Every method goes to the same goals, around the same frames of the captured clips, one sample each;
-then `holdfast evaluate naturalness` compares the folders. Motions that are there already stay.
+then `python3 -m holdfast.evaluate naturalness` compares the folders. Motions that are there already stay.
 """
 import argparse
 import math
+import os
 import pathlib
 import random
 import subprocess
@@ -53,8 +54,9 @@ def main():
                             made], check=False, stdout=subprocess.DEVNULL)
             (made / "clip.npz").rename(target)
             print(f"{method}: {number + 1}/{options.goals}", flush=True)
-    subprocess.run([program, "evaluate", "naturalness", options.captured, *against, "--force", "-o",
-                    options.output / "comparison"], check=True)
+    subprocess.run(["/usr/bin/python3", "-m", "holdfast.evaluate", "naturalness", options.captured,
+                    *against, "--force", "-o", options.output / "comparison"], check=True,
+                   env={"PYTHONPATH": str(options.build / "python"), **os.environ})
 
 
 if __name__ == "__main__":

@@ -25,10 +25,6 @@ TEST(CommandLine, AloneItListsTheCommands) {
   EXPECT_EQ(alone.exit_code, 2);
   EXPECT_EQ(alone.out, RunHoldfast(folder.Path(), "--help").out);
   EXPECT_THAT(alone.out, HasSubstr("decimate"));
-  const ProgramResult group = RunHoldfast(folder.Path(), "evaluate");
-  EXPECT_EQ(group.exit_code, 2);
-  EXPECT_EQ(group.out, RunHoldfast(folder.Path(), "evaluate --help").out);
-  EXPECT_THAT(group.out, HasSubstr("naturalness"));
 }
 
 struct Mistake {
@@ -62,8 +58,6 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         Mistake{"Command", "fti demo_drink mug -o held", 2, "Did you mean 'fit'? Run 'holdfast --"},
         Mistake{"CommandOfAnother", "grab mug", 2, "there is no command 'grab'"},
-        Mistake{"Subcommand", "evaluate reech -o out", 2,
-                "holdfast evaluate: there is no command 'reech'. Did you mean 'reach'?"},
         Mistake{"Option", "fit demo_drink mug --ouput held", 2,
                 "holdfast fit: there is no option '--ouput'. Did you mean '--output'?"},
         Mistake{"OptionWithValue", "render demo_drink -o a.png --siez=80x120", 2, "'--size'"},

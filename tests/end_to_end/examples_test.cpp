@@ -49,16 +49,6 @@ const std::vector<Reduced> kReduced = {
     {"--variants 500", "--variants 3", "a tenth of a second a variant"},
     {"-o few --count 20", "-o few --count 2", "seconds a clip"},
     {"-o both --count 20", "-o both --count 2", "seconds a clip"},
-    {"evaluate reach -o out/reach",
-     "evaluate reach -o out/reach --no-ablations --samples 1 --deadline adaptive --goals 12",
-     "3,750 motions for each of ten rows"},
-    {"captured/held_out -o out/mine",
-     "captured/held_out -o out/mine --no-ablations --samples 1 --deadline adaptive --goals 12",
-     "3,750 motions for each of ten rows"},
-    {"-o out/track", "-o out/track --goals 1", "six tracks of each kind, seconds each"},
-    {"--goals 150", "--goals 1", "each of 150 goals by five methods, seconds each"},
-    {"-o out/synthesis", "-o out/synthesis --repeats 1 --fitted-repeats 1 --object-cases 1",
-     "20 samples of each sequence"},
     {"fit demo_drink mug -o held", "fit demo_drink mug --end 60 -o held", "it is looked at often"},
     {"fit walk.npz banana.obj", "fit walk.npz banana.obj --end 40", "eight seconds of motion"},
     {"-o hand_%03d.png", "-o hand_%03d.png --every 12", "a tenth of a second a picture"},
@@ -83,7 +73,7 @@ const std::vector<Reduced> kReduced = {
 // Commands whose examples take long even so: in tests of their own.
 const std::set<std::string> kSlowMotion = {"offhand", "reach",      "refine",
                                            "render",  "synthesize", "transfer"};
-const std::set<std::string> kSlowStudies = {"evaluate reach", "evaluate synthesis", "make-actions"};
+const std::set<std::string> kSlowStudies = {"make-actions"};
 const std::set<std::string> kTraining = {"train imos", "train recognizer", "train wandr"};
 
 std::vector<std::string> Lines(const std::string& text) {

@@ -252,10 +252,8 @@ std::vector<Role> SynthesizeRoles() {
           {"synthesize --action drink --object mug --weights {} -o out -q", ".safetensors", kData},
           {"synthesize --action drink --object mug --body {} -o out -q", ".npz"}};
 }
-std::vector<Role> EvaluateRoles() {
-  return {{"evaluate reach --weights {} -o out -q", ".safetensors"},
-          {"evaluate reach --starts {} -o out -q", ".npz"},
-          {"evaluate naturalness {} -o out.json -q", ".npz"},
+std::vector<Role> MakeRoles() {
+  return {
           {"make-reach-data {} -o out -q", ""},
           {"make-actions --starts {} -o out -q", ""},
           {"make-actions --count 0 --captured {} -o out -q", ""},
@@ -276,14 +274,14 @@ TEST(HostileInput, Decimate) { ExpectAllHeld(CasesOf(MeshRoles())); }
 TEST(HostileInput, Doctor) { ExpectAllHeld(CasesOf(DoctorRoles())); }
 TEST(HostileInput, Reach) { ExpectAllHeld(CasesOf(ReachRoles())); }
 TEST(HostileInput, Synthesize) { ExpectAllHeld(CasesOf(SynthesizeRoles())); }
-TEST(HostileInput, Evaluate) { ExpectAllHeld(CasesOf(EvaluateRoles())); }
+TEST(HostileInput, Make) { ExpectAllHeld(CasesOf(MakeRoles())); }
 
 TEST(HostileInput, TheTableHasFourHundredCasesAndMore) {
   std::size_t count = 0;
   for (const auto& roles :
        {FitRoles(), FitMeshRoles(), OffhandAndRefineRoles(), GraspRoles(), ViewRoles(),
         ScoreAndExportRoles(), ExportResultRoles(), ImportRoles(), ModelRoles(), MeshRoles(),
-        DoctorRoles(), ReachRoles(), SynthesizeRoles(), EvaluateRoles()}) {
+        DoctorRoles(), ReachRoles(), SynthesizeRoles(), MakeRoles()}) {
     count += CasesOf(roles).size();
   }
   RecordProperty("cases", static_cast<int>(count));
@@ -317,10 +315,7 @@ TEST(HostileInput, NumbersOfTheCommandLine) {
       {"synthesize", "synthesize --action drink --object mug -o out"},
       {"make-reach-data", "make-reach-data a -o out"},
       {"make-actions", "make-actions -o out"},
-      {"import-weights", "import-weights a b -o out"},
-      {"evaluate reach", "evaluate reach -o out"},
-      {"evaluate naturalness", "evaluate naturalness a -o out"},
-      {"evaluate synthesis", "evaluate synthesis --data a --recognizer b -o out"}};
+      {"import-weights", "import-weights a b -o out"}};
   std::vector<Case> cases;
   for (const auto& [command, line] : commands) {
     const auto options = NumberOptions(command);

@@ -47,10 +47,6 @@ const std::vector<std::string> kCommands = {
     "--no-report",
     "synthesize --action drink --object mug -o drink --samples 1 --no-report",
     "make-actions --count 1 --subjects 2 -o actions",
-    "evaluate naturalness reach/clip.npz -o natural",
-};
-const std::vector<std::string> kStudies = {
-    "evaluate reach --methods intention,vae-opt-adam --goals 2 -o methods",
 };
 
 void RunAll(const std::vector<std::string>& commands, const fs::path& folder, int threads) {
@@ -102,8 +98,6 @@ void ExpectSameBytes(const std::vector<std::string>& commands) {
 }
 
 TEST(SameBytes, OfEveryCommandInTwoRuns) { ExpectSameBytes(kCommands); }
-
-TEST(SameBytes, OfStudiesInTwoRuns) { ExpectSameBytes(kStudies); }
 
 }  // namespace
 }  // namespace holdfast

@@ -5,7 +5,8 @@
 #   ./setup train
 #   tests/evaluation/reach.sh [FOLDER]     # out/reach_network
 #
-# Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
+# Environment: HOLDFAST (the program, default build/release/apps/holdfast), PYTHON (with the module, default
+# /usr/bin/python3 with build/release/python), HOLDFAST_DATA (default
 # ../shared/data), HOURS (of motion to generate, default 8), WITHOUT (captured subjects to leave out,
 # comma separated), WALK and REACH (iterations of the two stages, default 2000 and 500), ROUNDS (of learning
 # from its own optimizer before the last one, default 2), OPTIMIZED (reaches to optimize in each, default 800;
@@ -81,5 +82,5 @@ else
   average "$out/settle_last/latest_half.safetensors" "$weights"
 fi
 
-"$holdfast" evaluate reach --weights "$weights" \
+PYTHONPATH=${PYTHONPATH:-build/release/python} "${PYTHON:-/usr/bin/python3}" -m holdfast.evaluate reach --weights "$weights" \
   --starts "$out"/corpus/captured/held_out/cmu_* -o "$out/table"

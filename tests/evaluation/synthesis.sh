@@ -5,7 +5,8 @@
 #   ./setup train
 #   tests/evaluation/synthesis.sh [FOLDER]     # out/synthesis; five hours of one core
 #
-# Environment: HOLDFAST (the program, default build/release/apps/holdfast), HOLDFAST_DATA (default
+# Environment: HOLDFAST (the program, default build/release/apps/holdfast), PYTHON (with the module, default
+# /usr/bin/python3 with build/release/python), HOLDFAST_DATA (default
 # ../shared/data), SEEDS (of the trainings, default 1: a row of the table each, and one for their
 # mean), ITERATIONS (default 4800), JOBS (trainings at the same time, a core each; default what there is),
 # WITHOUT (captured people that networks do not learn from, comma separated; sb_garza,sb_ballplayer are under LGPL).
@@ -60,5 +61,5 @@ for seed in ${SEEDS:-1}; do
 done
 while [ -n "$(jobs -rp)" ]; do wait -n; done
 
-"$holdfast" evaluate synthesis --data "$out/actions" --held-out s9,s10 --recognizer "$recognizer" \
+PYTHONPATH=${PYTHONPATH:-build/release/python} "${PYTHON:-/usr/bin/python3}" -m holdfast.evaluate synthesis --data "$out/actions" --held-out s9,s10 --recognizer "$recognizer" \
   "${rows[@]}" --repeats 20 --fitted-repeats 2 --object-cases 40 -o "$out/table"

@@ -44,11 +44,10 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"solver/trial"},
     {"solver/carry", "solver/reach"},
     {"solver/actions", "solver/transfer"},
-    {"solver/synthesis", "solver/evaluation"},
-    {"solver/evaluation/synthesis"},
+    {"solver/synthesis"},
     {"apps"},
-    {"apps/evaluate", "apps/files", "apps/fit", "apps/make", "apps/motion", "apps/report",
-     "apps/score", "apps/train"},
+    {"apps/files", "apps/fit", "apps/make", "apps/motion", "apps/report", "apps/score",
+     "apps/train"},
 };
 
 struct Tree {

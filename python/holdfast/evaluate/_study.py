@@ -13,6 +13,8 @@ import pathlib
 import sys
 import tempfile
 
+import numpy as np
+
 import holdfast
 
 
@@ -188,7 +190,66 @@ def fixed(value, digits, unit="", missing="-"):
     return f"{value:.{digits}f}{' ' + unit if unit else ''}"
 
 
-def markdown(head, rows):
-    """A Markdown table of rows of strings."""
-    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+def markdown(head, rows, numbers=False):
+    """A Markdown table of rows of strings; `numbers` stand to the right but in the first column."""
+    rule = "---:|" if numbers else "---|"
+    lines = ["| " + " | ".join(head) + " |", "|---|" + rule * (len(head) - 1)]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
+
+
+def percent(share, digits=1):
+    return f"{100 * share:.{digits}f} %"
+
+
+def or_none(value):
+    """What JSON can hold of a number: None for NaN."""
+    return float(value) if np.isfinite(value) else None
+
+
+def checksum(path):
+    """SHA-256 of a file: what a store's question says of it."""
+    try:
+        return hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()
+    except OSError as error:
+        raise holdfast.Error(f"{path}: {error.strerror}") from None
+
+
+def head(schema, seed):
+    return {"schema": schema, "holdfast_version": holdfast.__version__, "seed": seed}
+
+
+def _mix(z):
+    z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return z ^ (z >> np.uint64(31))
+
+
+def uniforms(count, seed, stream=None):
+    """(count,) numbers of [0, 1) by SplitMix64 (Steele, Lea & Flood 2014), those of the library's
+    random streams: the k-th is a mix of seed and k. Streams of a seed are independent."""
+    state = np.array([seed % 2**64], np.uint64)
+    if stream is not None:
+        state = _mix(_mix(state) ^ _mix(~np.array([stream], np.uint64)))
+    counts = np.arange(1, count + 1, dtype=np.uint64) * np.uint64(0x9E3779B97F4A7C15)
+    return (_mix(state + counts) >> np.uint64(11)).astype(np.float64) * 2.0**-53
+
+
+def figure(path, draw, columns=1, rows=1, size=(6.4, 4.0)):
+    """A PNG of `draw(axes)`, or `draw(list of axes)` for several; nothing without matplotlib.
+
+    Returns the line of Markdown that shows it."""
+    try:
+        import matplotlib
+    except ImportError:
+        print("holdfast.evaluate: no figures without matplotlib (python3-matplotlib)",
+              file=sys.stderr)
+        return ""
+    matplotlib.use("Agg")
+    from matplotlib import pyplot
+    made, axes = pyplot.subplots(rows, columns, squeeze=False, layout="constrained",
+                                 figsize=(size[0] * columns, size[1] * rows))
+    flat = list(axes.flat)
+    draw(flat[0] if len(flat) == 1 else flat)
+    made.savefig(path, dpi=100, metadata={"Software": None})
+    pyplot.close(made)
+    return f"![]({path.name})\n"

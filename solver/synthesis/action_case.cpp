@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "solver/evaluation/synthesis/synthesis_case.h"
+#include "solver/synthesis/action_case.h"
 
 #include <algorithm>
 #include <chrono>
 #include <memory>
 #include <utility>
-
-#include <fmt/format.h>
 
 #include "generator/actions/action_strokes.h"
 #include "generator/imos/action_sequence.h"
@@ -15,7 +13,6 @@
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/resample.h"
-#include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
 #include "solver/fit/fit.h"
@@ -27,9 +24,6 @@ namespace {
 
 constexpr int kSimplified = 300;  // vertices, as published
 constexpr double kFinishedRate_Hz = 30.0;
-constexpr std::pair<ObjectMode, const char*> kModes[] = {{ObjectMode::kGiven, "given"},
-                                                         {ObjectMode::kCarried, "carried"},
-                                                         {ObjectMode::kFitted, "fitted"}};
 
 using Clock = std::chrono::steady_clock;
 double SecondsSince(Clock::time_point begin) {
@@ -82,7 +76,7 @@ class ObjectOnItsWay {
 };
 
 // Key frames in the world: fingers, jaw and eyes as in the last that was given, as published.
-Clip KeysOf(const SynthesisCase& one, const imos::SynthesisTrack& track,
+Clip KeysOf(const ActionCase& one, const imos::SynthesisTrack& track,
             const std::vector<imos::ObjectPose>& objects) {
   const imos::CanonicalFrame& canonical = one.sequence.canonical;
   Clip keys = one.keys;
@@ -104,46 +98,39 @@ Clip KeysOf(const SynthesisCase& one, const imos::SynthesisTrack& track,
   return keys;
 }
 
-// Networks alone, some or all cases at once.
-std::vector<SynthesizedCase> Follow(const RatedNetwork& network,
-                                    std::span<const SynthesisCase> cases,
-                                    const SynthesisOrder& order) {
+// Networks alone.
+MadeCase Follow(const CaseNetwork& network, const ActionCase& one, const CaseOptions& options) {
   const imos::ObjectRotation rotation = network.network.Options().object_rotation;
-  std::vector<imos::SynthesisStart> starts;
-  std::vector<Eigen::Matrix3Xd> roots;
-  std::vector<ObjectOnItsWay> objects;
-  std::vector<std::vector<imos::ObjectPose>> found(cases.size());
-  for (const SynthesisCase& one : cases) {
-    starts.push_back(imos::StartOf(one.sequence, rotation, network.loaded.action_table));
-    roots.push_back(one.sequence.transl);
-    objects.emplace_back(one.sequence, order.mode);
-  }
+  const std::vector<imos::SynthesisStart> starts = {
+      imos::StartOf(one.sequence, rotation, network.loaded.action_table)};
+  const std::vector<Eigen::Matrix3Xd> roots = {one.sequence.transl};
+  ObjectOnItsWay object(one.sequence, options.mode);
+  std::vector<imos::ObjectPose> found;
   imos::SynthesisRequest request;
   request.starts = starts;
   request.num_frames = imos::kNumKeyFrames;
-  request.seed = order.seed;
-  request.first_stream =
-      static_cast<std::uint64_t>(order.repeat) * static_cast<std::uint64_t>(order.total) +
-      static_cast<std::uint64_t>(order.first);
-  request.sigma = order.sigma;
+  request.seed = options.seed;
+  request.first_stream = options.stream;
+  request.sigma = options.sigma;
   request.roots = roots;  // not looked at by networks that make their own
+  MadeCase made;
+  const auto begin = Clock::now();
   const std::vector<imos::SynthesisTrack> tracks = imos::RunSynthesis(
       network.network, request,
-      [&](int sample, int frame, const wandr::Pose<double>& pose) {
-        const imos::ObjectPose now = objects[sample].Next(frame, pose);
-        found[sample].push_back(now);
+      [&](int, int frame, const wandr::Pose<double>& pose) {
+        const imos::ObjectPose now = object.Next(frame, pose);
+        found.push_back(now);
         return imos::ObjectColumn(now.R, now.T, rotation);
       },
-      order.threads);
-  std::vector<SynthesizedCase> made(cases.size());
-  for (std::size_t i = 0; i < cases.size(); ++i)
-    made[i].keys = KeysOf(cases[i], tracks[i], found[i]);
+      1);
+  made.keys = KeysOf(one, tracks[0], found);
+  made.seconds = SecondsSince(begin);
   return made;
 }
 
 // Key frames as the motion that 'synthesize' makes of them: all frames, with the strokes that key
 // frames stand too far apart for. The object is where the hand carries it.
-Clip InMotion(const SynthesisCase& one, const Clip& keys, const LoadedObject& object,
+Clip InMotion(const ActionCase& one, const Clip& keys, const LoadedObject& object,
               std::uint64_t seed) {
   Clip motion = MotionOfKeyFrames(keys, MeasureBody(*one.scene.body, one.scene.betas),
                                   kFinishedRate_Hz, seed);
@@ -174,8 +161,8 @@ Clip KeyFramesIn(const Clip& motion, const Clip& keys) {
 }
 
 // The loop with the fit, as 'synthesize' runs it.
-SynthesizedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int index,
-                    const SynthesisOrder& order, FitLibrary& library) {
+MadeCase Fit(const CaseNetwork& network, const ActionCase& one, const CaseOptions& order,
+             FitLibrary& library) {
   const std::shared_ptr<const PreparedObject> object =
       library.Object(one.scene.object_source, 1.0, kSimplified, 1);
   const HandModel right(one.scene.body, one.scene.betas, Side::kRight);
@@ -197,22 +184,16 @@ SynthesizedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int i
                        .key_frames = imos::kNumKeyFrames,
                        .changes_hands = offhand};
   const FitOptions options;
-  SynthesizedCase made;
+  MadeCase made;
   auto begin = Clock::now();
-  made.keys =
-      Synthesize(
-          network.network, network.loaded.action_table, scene, options, 1, order.seed,
-          static_cast<std::uint64_t>(order.repeat) * static_cast<std::uint64_t>(order.total) +
-              static_cast<std::uint64_t>(index),
-          order.sigma, 1)[0]
-          .clip;
+  made.keys = Synthesize(network.network, network.loaded.action_table, scene, options, 1,
+                         order.seed, order.stream, order.sigma, 1)[0]
+                  .clip;
   made.seconds = SecondsSince(begin);
   begin = Clock::now();
-  const Clip motion =
-      InMotion(one, made.keys, object->object, order.seed + static_cast<std::uint64_t>(index));
+  const Clip motion = InMotion(one, made.keys, object->object, order.stroke_seed);
   made.keys = KeyFramesIn(motion, made.keys);
-  const auto of_these = static_cast<std::size_t>(index - order.first);
-  if (of_these >= order.finish.size() || !order.finish[of_these]) return made;
+  if (!order.finish) return made;
   GraspTransferOptions transfer;
   transfer.seed = order.seed;
   const GraspMaker first = GraspsFromClip(motion, hands);
@@ -231,70 +212,29 @@ SynthesizedCase Fit(const RatedNetwork& network, const SynthesisCase& one, int i
 
 }  // namespace
 
-std::string ObjectModeName(ObjectMode mode) {
-  for (const auto& [known, name] : kModes) {
-    if (known == mode) return name;
-  }
-  return "";
-}
-
-std::optional<SynthesisCase> SynthesisCaseOf(imos::ActionSequence sequence, ClipScene scene,
-                                             imos::KeyFrameRule rule) {
-  scene.object.reset();  // loaded again where it is measured: there are hundreds of cases
+ActionCase ActionCaseOf(imos::ActionSequence sequence, ClipScene scene, imos::KeyFrameRule rule) {
   Clip keys = imos::KeyFramesOf(scene.clip, rule);
-  const std::vector<std::uint8_t>& hands = keys.holding_hand;
-  if (hands.empty() || hands[imos::kHistory - 1] == 0) return std::nullopt;
-  return SynthesisCase{std::move(sequence), std::move(scene), std::move(keys)};
+  return {std::move(sequence), std::move(scene), std::move(keys)};
 }
 
-std::vector<SynthesizedCase> SynthesizeCases(const RatedNetwork& network,
-                                             std::span<const SynthesisCase> cases,
-                                             const SynthesisOrder& order, FitLibrary& library) {
-  const int count = static_cast<int>(cases.size());
-  if (order.mode == ObjectMode::kFitted) {
-    std::vector<SynthesizedCase> made(cases.size());
-    ParallelFor(count, order.threads, [&](int i) {
-      if (!order.stopped()) made[i] = Fit(network, cases[i], order.first + i, order, library);
-    });
-    return made;
-  }
-  if (!order.timed) return Follow(network, cases, order);
-  std::vector<SynthesizedCase> made;
-  for (int i = 0; i < count; ++i) {
-    SynthesisOrder alone = order;
-    alone.first = order.first + i;
-    alone.threads = 1;
-    const auto begin = Clock::now();
-    made.push_back(std::move(Follow(network, cases.subspan(i, 1), alone)[0]));
-    made.back().seconds = SecondsSince(begin);
-  }
-  return made;
+MadeCase MakeCase(const CaseNetwork& network, const ActionCase& one, const CaseOptions& options,
+                  FitLibrary& library) {
+  return options.mode == ObjectMode::kFitted ? Fit(network, one, options, library)
+                                             : Follow(network, one, options);
 }
 
-Clip HeldStill(const SynthesisCase& one) {
-  Clip keys = one.keys;
-  constexpr int kLast = imos::kHistory - 1;
-  for (int k = imos::kHistory; k < keys.NumFrames(); ++k) {
-    keys.pose[k] = keys.pose[kLast];
-    keys.trans.col(k) = keys.trans.col(kLast);
-    keys.object->trans.col(k) = keys.object->trans.col(kLast);
-    keys.object->orient.col(k) = keys.object->orient.col(kLast);
-  }
-  return keys;
-}
-
-imos::JointMotion JointsOf(const Clip& keys, const SynthesisCase& one) {
-  imos::JointMotion joints(3 * imos::kMetricJoints, keys.NumFrames());
+Eigen::MatrixXd JointsOf(const Clip& keys, const ActionCase& one) {
+  Eigen::MatrixXd joints(3 * kNumBodyJoints, keys.NumFrames());
   for (int k = 0; k < keys.NumFrames(); ++k) {
     const wandr::BodyKinematics<double> body = KinematicsOf(one.sequence, keys, k);
-    for (int j = 0; j < imos::kMetricJoints; ++j) {
+    for (int j = 0; j < kNumBodyJoints; ++j) {
       joints.col(k).segment<3>(3 * j) = one.sequence.canonical.PointFromWorld(body.joints.col(j));
     }
   }
   return joints;
 }
 
-Eigen::Matrix3Xd ObjectFromHead(const Clip& keys, const SynthesisCase& one) {
+Eigen::Matrix3Xd ObjectFromHead(const Clip& keys, const ActionCase& one) {
   Eigen::Matrix3Xd seen(3, keys.NumFrames());
   for (int k = 0; k < keys.NumFrames(); ++k) {
     const wandr::BodyKinematics<double> body = KinematicsOf(one.sequence, keys, k);
