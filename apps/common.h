@@ -180,7 +180,6 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code);
 void AddMakeActionsCommand(CLI::App& app, int& exit_code);
 void AddReachCommand(CLI::App& app, int& exit_code);
 void AddSynthesizeCommand(CLI::App& app, int& exit_code);
-void AddTrainCommand(CLI::App& app, int& exit_code);
 void AddImportWeightsCommand(CLI::App& app, int& exit_code);
 
 }  // namespace holdfast::apps

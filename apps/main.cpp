@@ -54,7 +54,6 @@ int main(int argc, char** argv) {
   AddSynthesizeCommand(app, exit_code);
   AddMakeReachDataCommand(app, exit_code);
   AddMakeActionsCommand(app, exit_code);
-  AddTrainCommand(app, exit_code);
   AddImportWeightsCommand(app, exit_code);
   return RunProgram(app, "holdfast", argc, argv, exit_code);
 }

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "generator/body/rest_pelvis_note.h"
 
+#include <string_view>
+
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -10,6 +12,7 @@ namespace holdfast {
 namespace {
 
 constexpr const char* kName = "rest_pelvis";
+constexpr std::string_view kMaker = "holdfast train";  // then the network's kind and the version
 
 std::string RestPelvis() { return fmt::format("{:.4f}", fmt::join(kEmbeddedRestPelvis, ",")); }
 
@@ -20,14 +23,14 @@ void NoteRestPelvis(std::map<std::string, std::string>& notes) { notes[kName] = 
 std::optional<std::string> OldPelvisWarning(const std::string& source,
                                             const std::map<std::string, std::string>& notes) {
   const auto made_by = notes.find("made_by"), pelvis = notes.find(kName);
-  if (made_by == notes.end() || !made_by->second.starts_with("holdfast train") ||
+  if (made_by == notes.end() || !made_by->second.starts_with(kMaker) ||
       (pelvis != notes.end() && pelvis->second == RestPelvis())) {
     return std::nullopt;
   }
   return fmt::format(
       "{}: was trained when the embedded body rested its pelvis elsewhere: places come out 0.35 m "
-      "off. Train it again ('{}'), unless it was trained with --body",
-      source, made_by->second.substr(0, made_by->second.rfind(' ')));
+      "off. Train it again ('python3 -m holdfast.train{}'), unless it was trained with --body",
+      source, made_by->second.substr(0, made_by->second.rfind(' ')).substr(kMaker.size()));
 }
 
 }  // namespace holdfast

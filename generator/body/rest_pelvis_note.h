@@ -11,7 +11,7 @@ namespace holdfast {
 /// (kEmbeddedRestPelvis): "rest_pelvis".
 void NoteRestPelvis(std::map<std::string, std::string>& notes);
 
-/// For people, of a network that 'holdfast train' made while the pelvis rested elsewhere: what it
+/// For people, of a network that holdfast.train made while the pelvis rested elsewhere: what it
 /// knows of places is off by as much. Networks of other programs are of SMPL-X. `source`: its file.
 std::optional<std::string> OldPelvisWarning(const std::string& source,
                                             const std::map<std::string, std::string>& notes);

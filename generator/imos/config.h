@@ -22,7 +22,7 @@ inline constexpr int kTrunkSize = kNumTrunkJoints * kRotationSize;  ///< 96
 inline constexpr int kObjectSize = 9;                               ///< translation 3, rotation 6
 
 inline constexpr const char* kWeightsRemedy =
-    "Give weights that 'holdfast train imos' or import-weights wrote";
+    "Give weights that 'holdfast.train imos' or import-weights wrote";
 
 /// How far a motion is at key frame t of the published protocol's: 0 in the first, 1 from the last
 /// one on.

@@ -16,7 +16,7 @@ namespace holdfast::imos {
 namespace {
 
 constexpr const char* kRecognizerFormat = "imos-recognizer-1";
-constexpr const char* kRecognizerRemedy = "Give a file that 'holdfast train recognizer' wrote";
+constexpr const char* kRecognizerRemedy = "Give a file that 'holdfast.train recognizer' wrote";
 
 constexpr int kHidden = kRecognizerFeatures;
 constexpr int kGates = 4 * kHidden;

@@ -22,7 +22,7 @@ nlohmann::json JsonNote(const imos::NetworkWeights& weights, const std::string& 
   nlohmann::json value = nlohmann::json::parse(note->second, nullptr, false);
   if (!value.is_object()) {
     throw Error(where, "its note '" + name + "' is not a JSON object",
-                "Use weights of 'holdfast train imos'");
+                "Use weights of 'holdfast.train imos'");
   }
   return value;
 }

@@ -14,7 +14,7 @@ namespace holdfast::wandr {
 namespace {
 
 constexpr const char* kFormat = "wandr-1";
-constexpr const char* kRemedy = "Give weights that 'holdfast train wandr' wrote, or converted ones";
+constexpr const char* kRemedy = "Give weights that 'holdfast.train wandr' wrote, or converted ones";
 
 constexpr std::array<std::pair<IntentionLayout, std::string_view>, 3> kLayoutNames{
     {{IntentionLayout::kPaper, "paper"},

@@ -16,4 +16,3 @@
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/network.h"
 #include "generator/wandr/rollout.h"
-#include "generator/wandr/training_frames.h"

@@ -44,6 +44,7 @@ void BindExport(py::module_& module);
 void BindMarkers(py::module_& module);
 void BindRobot(py::module_& module);
 void BindStudies(py::module_& module);
+void BindTraining(py::module_& module);
 
 /// Thrown for work that the caller's progress stopped: holdfast.Stopped, a RuntimeError.
 struct Stopped : std::runtime_error {

@@ -44,4 +44,5 @@ PYBIND11_MODULE(_core, module) {
   hf::BindRobot(module);
   hf::BindStudies(module);
   hf::BindGenerators(module);
+  hf::BindTraining(module);
 }

@@ -5,15 +5,14 @@
 usage: wandr_torch.py [--build build/release]
 
 Prints a Markdown table of CPU time per step for each network, and how far the motions of both differ after 8 s. Needs
-holdfast_wandr_bench (-DHOLDFAST_BUILD_BENCHMARKS=ON) and Debian's python3-torch, best beside
-libopenblas0-pthread: with the reference BLAS PyTorch's products are several times slower. The loop is
+holdfast_wandr_bench, the Python module (-DHOLDFAST_BUILD_BENCHMARKS=ON -DHOLDFAST_BUILD_PYTHON=ON) and Debian's
+python3-torch, best beside libopenblas0-pthread: with the reference BLAS PyTorch's products are several times slower. The loop is
 written with batched tensor operations throughout, the wrist by the seven joints that move it.
 PyTorch runs as it comes ("eager") and compiled (traced and frozen); the faster counts.
 """
 import argparse
 import json
 import math
-import os
 import pathlib
 import subprocess
 import sys
@@ -25,84 +24,13 @@ import numpy as np
 import torch
 
 HERE = pathlib.Path(__file__).resolve().parent
+BUILD = pathlib.Path(sys.argv[sys.argv.index("--build") + 1] if "--build" in sys.argv else HERE.parents[1] / "build" / "release")
+sys.path.append(str(BUILD / "python"))
+
+from holdfast.train import motion, networks  # noqa: E402
+
 STEPS = 240
 WRIST_CHAIN = (0, 3, 6, 9, 14, 17, 19, 21)  # pelvis to right wrist
-
-
-def read_safetensors(path):
-    data = path.read_bytes()
-    size = int.from_bytes(data[:8], "little")
-    header, body = json.loads(data[8 : 8 + size]), data[8 + size :]
-    header.pop("__metadata__", None)
-    return {
-        name: torch.from_numpy(
-            np.frombuffer(body[slice(*e["data_offsets"])], np.float32).reshape(e["shape"]).copy()
-        )
-        for name, e in header.items()
-    }
-
-
-class Block(torch.nn.Module):
-    """h, z -> h + W2 silu(W1 norm(h) + Wz z + b1) + b2."""
-
-    def __init__(self, width, latent):
-        super().__init__()
-        self.norm = torch.nn.LayerNorm(width)
-        self.first = torch.nn.Linear(width, width)
-        self.latent = torch.nn.Linear(latent, width, bias=False)
-        self.second = torch.nn.Linear(width, width)
-
-    def forward(self, h, z):
-        return h + self.second(torch.nn.functional.silu(self.first(self.norm(h)) + self.latent(z)))
-
-
-class Residual(torch.nn.Module):
-    """The residual network, its parameters named as in the file."""
-
-    def __init__(self, size, latent, width, blocks, output):
-        super().__init__()
-        self.latent_size = latent
-        self.input = torch.nn.Linear(size, width)
-        self.blocks = torch.nn.ModuleList(Block(width, latent) for _ in range(blocks))
-        self.output_norm = torch.nn.LayerNorm(width)
-        self.output = torch.nn.Linear(width, output)
-
-    def forward(self, x):
-        z, h = x[:, : self.latent_size], self.input(x)
-        for block in self.blocks:
-            h = block(h, z)
-        return self.output(self.output_norm(h))
-
-
-def decoder(tensors):
-    own = {name.removeprefix("decoder."): v for name, v in tensors.items() if name.startswith("decoder.")}
-    if "input.weight" in own:
-        (width, size), latent = own["input.weight"].shape, own["blocks.0.latent.weight"].shape[1]
-        blocks = sum(name.endswith("first.weight") for name in own)
-        residual = Residual(size, latent, width, blocks, len(own["output.bias"]))
-        residual.load_state_dict(own)
-        return residual
-    layers, k = [], 0
-    while f"decoder.layers.{4 * k + 2}.weight" in tensors:
-        weight = tensors[f"decoder.layers.{4 * k + 2}.weight"]
-        norm, linear = torch.nn.LayerNorm(weight.shape[1]), torch.nn.Linear(*reversed(weight.shape))
-        norm.weight.data, norm.bias.data = (tensors[f"decoder.layers.{4 * k + 1}.{w}"] for w in ("weight", "bias"))
-        linear.weight.data, linear.bias.data = weight, tensors[f"decoder.layers.{4 * k + 2}.bias"]
-        layers += [norm, linear, torch.nn.ReLU()]
-        k += 1
-    return torch.nn.Sequential(*layers[:-1])
-
-
-def matrices(six):
-    """(..., 6) -> (..., 3, 3): Gram-Schmidt of the first two rows."""
-    a1, a2 = six[..., :3], six[..., 3:]
-    b1 = torch.nn.functional.normalize(a1, dim=-1, eps=1e-12)
-    b2 = torch.nn.functional.normalize(a2 - (b1 * a2).sum(-1, keepdim=True) * b1, dim=-1, eps=1e-12)
-    return torch.stack((b1, b2, torch.cross(b1, b2, dim=-1)), dim=-2)
-
-
-def rows12(R):
-    return R[..., :2, :].flatten(-2)
 
 
 class Step(torch.nn.Module):
@@ -111,7 +39,7 @@ class Step(torch.nn.Module):
     def __init__(self, tensors, rest_joints, detached_heading=False):
         super().__init__()
         self.detached_heading = detached_heading  # in gradients, as the authors' code has it
-        self.decoder = decoder(tensors)
+        self.decoder = networks.network_of(networks.under(tensors, "decoder")).eval()
         stat = lambda what, *names: torch.cat([tensors[f"statistics.{n}.{what}"] for n in names])
         pose = ("body_transl", "body_orient_xy", "body_pose")
         delta = ("body_transl_delta_pelv_xy", "body_orient_delta", "body_pose_delta")
@@ -125,12 +53,12 @@ class Step(torch.nn.Module):
 
     def forward(self, state, delta, z, goal, eta):
         n = state.shape[0]
-        p, R = state[:, :3], matrices(state[:, 3:].view(n, 22, 6))
+        p, R = state[:, :3], motion.rotations_of(state[:, 3:].view(n, 22, 6))
         root = R[:, 0]
         azimuth = torch.atan2(root[:, 1, 0], root[:, 0, 0])
         c, s, o = torch.cos(azimuth), torch.sin(azimuth), torch.zeros_like(azimuth)
         Z = torch.stack((c, -s, o, s, c, o, o, o, o + 1), dim=-1).view(n, 3, 3)
-        upright = rows12(Z.transpose(1, 2) @ root)
+        upright = motion.six_of(Z.transpose(1, 2) @ root)
         Z = Z.detach() if self.detached_heading else Z
         Zt = Z.transpose(1, 2)
         local = lambda v: (Zt @ v.unsqueeze(-1)).squeeze(-1)
@@ -150,14 +78,14 @@ class Step(torch.nn.Module):
         turn = local(wanted) + torch.tensor([0.0, 1.0, 0.0])
 
         upright = torch.cat((upright[:, :3], o.unsqueeze(-1), upright[:, 4:]), dim=-1)
-        features = torch.cat((p[:, 2:], upright, rows12(R[:, 1:]).flatten(1)), dim=-1)
+        features = torch.cat((p[:, 2:], upright, motion.six_of(R[:, 1:]).flatten(1)), dim=-1)
         features = (features - self.pose_mean) / self.pose_scale
         u = self.decoder(torch.cat((z, features, delta, velocity, walk, turn), dim=-1))
 
         d = u * self.delta_scale + self.delta_mean
         p = p + (Z @ d[:, :3].unsqueeze(-1)).squeeze(-1)
-        R = R @ matrices(d[:, 3:].view(n, 22, 6))
-        return torch.cat((p, rows12(R).flatten(1)), dim=-1), u
+        R = R @ motion.rotations_of(d[:, 3:].view(n, 22, 6))
+        return torch.cat((p, motion.six_of(R).flatten(1)), dim=-1), u
 
 
 def cpu_time(run, seconds=2.0):
@@ -200,7 +128,7 @@ def every_motion(program, network):
 
 def compare(network, program, folder):
     scene = {name: torch.from_numpy(array) for name, array in np.load(folder / f"{network}.npz").items()}
-    step = Step(read_safetensors(folder / f"{network}.safetensors"), scene["rest_joints"]).eval()
+    step = Step(networks.read_safetensors(folder / f"{network}.safetensors")[1], scene["rest_joints"]).eval()
 
     state, delta = scene["states"], scene["previous_deltas"]
     worst = {}
@@ -237,7 +165,7 @@ def compare(network, program, folder):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--build", type=pathlib.Path, default=HERE.parents[1] / "build" / "release")
+    parser.add_argument("--build", type=pathlib.Path, default=BUILD)
     options = parser.parse_args()
     program = options.build / "tests" / "bench" / "holdfast_wandr_bench"
     if not program.exists():

@@ -56,25 +56,12 @@ const std::vector<Reduced> kReduced = {
     {"-o held.mp4", "-o held.mp4 --every 12", "a tenth of a second a picture"},
     {"--actions clip_embeddings", "--actions clip_embeddings_8",
      "512 numbers an action; the fixtures' networks have 8"},
-#ifdef HOLDFAST_HAS_TRAINING
-    {"-o out/imos", "-o out/imos --iterations 4 --batch 8 --evaluate-every 2", "hours"},
-    {"grab_clips -o out/paper --paper --iterations 20000",
-     "grab_clips -o out/paper --paper --iterations 2 --batch 8 --evaluate-every 2", "hours"},
-    {"-o out/wandr", "-o out/wandr --iterations 4 --frames 64 --unroll 4 --evaluate-every 4",
-     "hours"},
-    {"--iterations 250", "--iterations 4 --frames 64 --unroll 4 --evaluate-every 4", "minutes"},
-    {"reaches -o out/paper --paper --iterations 20000",
-     "reaches -o out/paper --paper --iterations 4 --frames 64 --evaluate-every 4", "hours"},
-    {"train recognizer actions", "train recognizer actions --epochs 2", "minutes"},
-    {"train recognizer grab_clips", "train recognizer grab_clips --epochs 1", "minutes"},
-#endif
 };
 
 // Commands whose examples take long even so: in tests of their own.
 const std::set<std::string> kSlowMotion = {"offhand", "reach",      "refine",
                                            "render",  "synthesize", "transfer"};
 const std::set<std::string> kSlowStudies = {"make-actions"};
-const std::set<std::string> kTraining = {"train imos", "train recognizer", "train wandr"};
 
 std::vector<std::string> Lines(const std::string& text) {
   std::vector<std::string> lines;
@@ -106,9 +93,6 @@ void AddHelp(const std::string& command, std::map<std::string, std::string>& hel
   ASSERT_EQ(run.exit_code, 0) << command << ": " << run.err;
   helps[command] = run.out;
   for (const std::string& name : SubcommandsOf(run.out)) {
-#ifndef HOLDFAST_HAS_TRAINING
-    if (name == "train") continue;  // built without
-#endif
     AddHelp(command.empty() ? name : command + " " + name, helps);
   }
 }
@@ -209,12 +193,6 @@ ProgramResult RunInShell(const std::string& line, const fs::path& folder) {
 // One example in the folder; says so where it cannot be run here.
 void RunExample(const std::string& line, ExampleFiles& files, const fs::path& folder,
                 const std::string& where) {
-#ifndef HOLDFAST_HAS_TRAINING
-  if (line.starts_with("holdfast train")) {
-    fmt::print("  built without training, left out: {}\n", line);
-    return;
-  }
-#endif
   try {
     PlaceFiles(line, files, folder);
     if (files.PlaceResultOf(line, folder)) {
@@ -271,8 +249,7 @@ std::vector<std::vector<std::string>> BlocksOf(const std::string& markdown) {
 
 TEST(ExamplesOfHelp, RunAsPasted) {
   RunHelps([](const std::string& command) {
-    return !kSlowMotion.contains(command) && !kSlowStudies.contains(command) &&
-           !kTraining.contains(command);
+    return !kSlowMotion.contains(command) && !kSlowStudies.contains(command);
   });
 }
 
@@ -282,10 +259,6 @@ TEST(ExamplesOfHelp, OfMotionAndPicturesRunAsPasted) {
 
 TEST(ExamplesOfHelp, OfSetsAndStudiesRunAsPasted) {
   RunHelps([](const std::string& command) { return kSlowStudies.contains(command); });
-}
-
-TEST(ExamplesOfHelp, OfTrainingRunAsPasted) {
-  RunHelps([](const std::string& command) { return kTraining.contains(command); });
 }
 
 // Names that begin with "--" in a text.
@@ -336,10 +309,8 @@ TEST(Help, NamesEveryOptionOfTheDocumentation) {
        fs::recursive_directory_iterator(fs::path(HOLDFAST_SOURCE_DIR) / "docs")) {
     if (entry.path().extension() == ".md") pages.push_back(entry.path());
   }
-#ifndef HOLDFAST_HAS_TRAINING
-  // Options of 'train' are not in this program's help.
+  // Its options are of holdfast.train.
   std::erase_if(pages, [](const fs::path& page) { return page.filename() == "train.md"; });
-#endif
   for (const fs::path& page : pages) {
     for (const std::string& option : OptionsIn(ReadText(page))) {
       EXPECT_TRUE(known.contains(option)) << page << " has " << option << ", which no command has";
@@ -359,9 +330,6 @@ TEST(Documentation, EveryPageIsInTheSitesIndex) {
 }
 
 TEST(ExamplesOfHelp, AreReducedOnlyWhereTheyStand) {
-#ifndef HOLDFAST_HAS_TRAINING
-  GTEST_SKIP() << "the examples of training are not in this program's help";
-#endif
   std::string all;
   for (const auto& [command, help] : Helps()) all += help;
   for (const Reduced& reduced : kReduced) {

@@ -5,8 +5,8 @@
 #   ./setup train
 #   tests/evaluation/reach.sh [FOLDER]     # out/reach_network
 #
-# Environment: HOLDFAST (the program, default build/release/apps/holdfast), PYTHON (with the module, default
-# /usr/bin/python3 with build/release/python), HOLDFAST_DATA (default
+# Environment: HOLDFAST (the program, default build/release/apps/holdfast), PYTHON (default /usr/bin/python3),
+# PYTHONPATH (of the module, default build/release/python), HOLDFAST_DATA (default
 # ../shared/data), HOURS (of motion to generate, default 8), WITHOUT (captured subjects to leave out,
 # comma separated), WALK and REACH (iterations of the two stages, default 2000 and 500), ROUNDS (of learning
 # from its own optimizer before the last one, default 2), OPTIMIZED (reaches to optimize in each, default 800;
@@ -17,6 +17,8 @@ cd "$(dirname "$0")/../.."
 out=${1:-out/reach_network}
 holdfast=${HOLDFAST:-build/release/apps/holdfast}
 data=${HOLDFAST_DATA:-../shared/data}
+python=${PYTHON:-/usr/bin/python3}
+export PYTHONPATH=${PYTHONPATH:-build/release/python}
 held_out=cmu_08,cmu_39,cmu_49,cmu_expmap_train_walking_43
 seed=${SEED:-1}
 mkdir -p "$out"
@@ -31,7 +33,7 @@ train() { # folder flags...
   local folder=$out/$1
   shift
   [ -e "$folder/done" ] && return
-  "$holdfast" train wandr -o "$folder" --threads 1 --seed "$seed" "$@" 2>"$folder.log" ||
+  "$python" -m holdfast.train wandr -o "$folder" --threads 1 --seed "$seed" "$@" 2>"$folder.log" ||
     { tail "$folder.log" && return 1; }
   touch "$folder/done"
 }
@@ -82,5 +84,5 @@ else
   average "$out/settle_last/latest_half.safetensors" "$weights"
 fi
 
-PYTHONPATH=${PYTHONPATH:-build/release/python} "${PYTHON:-/usr/bin/python3}" -m holdfast.evaluate reach --weights "$weights" \
+"$python" -m holdfast.evaluate reach --weights "$weights" \
   --starts "$out"/corpus/captured/held_out/cmu_* -o "$out/table"

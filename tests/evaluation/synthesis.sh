@@ -5,8 +5,8 @@
 #   ./setup train
 #   tests/evaluation/synthesis.sh [FOLDER]     # out/synthesis; five hours of one core
 #
-# Environment: HOLDFAST (the program, default build/release/apps/holdfast), PYTHON (with the module, default
-# /usr/bin/python3 with build/release/python), HOLDFAST_DATA (default
+# Environment: HOLDFAST (the program, default build/release/apps/holdfast), PYTHON (default /usr/bin/python3),
+# PYTHONPATH (of the module, default build/release/python), HOLDFAST_DATA (default
 # ../shared/data), SEEDS (of the trainings, default 1: a row of the table each, and one for their
 # mean), ITERATIONS (default 4800), JOBS (trainings at the same time, a core each; default what there is),
 # WITHOUT (captured people that networks do not learn from, comma separated; sb_garza,sb_ballplayer are under LGPL).
@@ -15,6 +15,8 @@ cd "$(dirname "$0")/../.."
 out=${1:-out/synthesis}
 holdfast=${HOLDFAST:-build/release/apps/holdfast}
 data=${HOLDFAST_DATA:-../shared/data}
+python=${PYTHON:-/usr/bin/python3}
+export PYTHONPATH=${PYTHONPATH:-build/release/python}
 jobs=${JOBS:-$(nproc)}
 recognizer=$out/recognizer.safetensors
 mkdir -p "$out/networks"
@@ -33,13 +35,13 @@ for set in "actions arm" "learn wrist"; do
 done
 
 [ -e "$recognizer" ] ||
-  "$holdfast" train recognizer "$out/actions" -o "$recognizer" --held-out s9,s10 --validation s8 \
+  "$python" -m holdfast.train recognizer "$out/actions" -o "$recognizer" --held-out s9,s10 --validation s8 \
     --epochs 150 --patience 0 --batch 64
 
 train() { # name seed flags...
   local folder=$out/networks/$1-$2 seed=$2
   shift 2
-  "$holdfast" train imos "$out/learn" -o "$folder" --held-out s9,s10 --validation s1 --mirror \
+  "$python" -m holdfast.train imos "$out/learn" -o "$folder" --held-out s9,s10 --validation s1 --mirror \
     --learning-rate 8e-4 --iterations "${ITERATIONS:-4800}" --threads 1 --seed "$seed" "$@" \
     2>"$folder.log" || { tail "$folder.log" && return 1; }
 }
@@ -61,5 +63,5 @@ for seed in ${SEEDS:-1}; do
 done
 while [ -n "$(jobs -rp)" ]; do wait -n; done
 
-PYTHONPATH=${PYTHONPATH:-build/release/python} "${PYTHON:-/usr/bin/python3}" -m holdfast.evaluate synthesis --data "$out/actions" --held-out s9,s10 --recognizer "$recognizer" \
+"$python" -m holdfast.evaluate synthesis --data "$out/actions" --held-out s9,s10 --recognizer "$recognizer" \
   "${rows[@]}" --repeats 20 --fitted-repeats 2 --object-cases 40 -o "$out/table"

@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "generator/nn/random_stream.h"
 #include "generator/scripted/reach_motion.h"
 #include "generator/wandr/pose.h"
 #include "generator/wandr/wandr.h"

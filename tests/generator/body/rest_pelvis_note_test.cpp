@@ -19,7 +19,7 @@ TEST(OldPelvisWarning, IsOfNetworksThatHoldfastTrainedBefore) {
   const auto old = OldPelvisWarning("a.safetensors", notes);
   ASSERT_TRUE(old);
   EXPECT_THAT(*old, HasSubstr("a.safetensors: was trained when"));
-  EXPECT_THAT(*old, HasSubstr("Train it again ('holdfast train wandr')"));
+  EXPECT_THAT(*old, HasSubstr("Train it again ('python3 -m holdfast.train wandr')"));
   NoteRestPelvis(notes);
   EXPECT_FALSE(OldPelvisWarning("a.safetensors", notes));
   notes["rest_pelvis"] = "0,0,0";
