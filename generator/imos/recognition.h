@@ -10,12 +10,17 @@
 
 #include <Eigen/Core>
 
-#include "generator/imos/synthesis_metrics_motion.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/nn/packed_matrix.h"
 #include "generator/nn/tensor.h"
 
 namespace holdfast::imos {
+
+/// Joints of the body along a motion (66 x T): a column per key frame, joint after joint (x, y, z),
+/// meters, in the canonical frame. Joints 0 to 21 of SMPL-X.
+using JointMotion = Eigen::MatrixXd;
+
+inline constexpr int kMetricJoints = 22;
 
 inline constexpr int kRecognizerFeatures = 128;  ///< numbers that stand for a motion
 

@@ -129,23 +129,6 @@ nlohmann::json TakeWallTimes(nlohmann::json& result) {
   return times;
 }
 
-void PutBackWallTimes(const nlohmann::json& times, nlohmann::json& result) {
-  if (times.is_object()) {
-    for (const auto& [key, value] : times.items()) {
-      if (result.contains(key)) {
-        PutBackWallTimes(value, result[key]);
-      } else {
-        result[key] = value;
-      }
-    }
-  } else if (times.is_array()) {
-    if (times.size() != result.size()) {
-      throw nlohmann::json::other_error::create(501, "lists differ in length", nullptr);
-    }
-    for (std::size_t i = 0; i < times.size(); ++i) PutBackWallTimes(times[i], result[i]);
-  }
-}
-
 nlohmann::json WriteWithoutWallTimes(nlohmann::json result, const std::filesystem::path& file,
                                      const std::filesystem::path& times_file) {
   const nlohmann::json times = TakeWallTimes(result);
