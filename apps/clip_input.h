@@ -16,7 +16,7 @@ namespace holdfast::apps {
 inline constexpr const char* kClipHelp =
     "Clip (.npz), result folder, embedded clip, or any file that 'holdfast import' reads";
 
-/// What a clip needs besides itself, where the user says so.
+/// What a clip needs besides itself, where the user states it.
 struct ClipInputOptions {
   std::string body;    ///< body model file; empty: the embedded body
   std::string object;  ///< mesh or embedded object in place of the one the clip names; may be empty

@@ -145,7 +145,8 @@ std::string ClearanceText(const ClearanceReport& report) {
   }
   if (report.moved) {
     return fmt::format(
-        "  body                arms gave way by up to {:.1f} cm so that they and the object keep "
+        "  body                arms were adjusted by up to {:.1f} cm so that they and the object "
+        "keep "
         "out "
         "of the body; {} (before: {}, up to {:.0f} mm)\n",
         100.0 * std::max(report.shift_max_m, report.free_shift_max_m), left, report.deep_before,

@@ -58,7 +58,7 @@ void AddFitOptions(CLI::App& command, FitCommand& fit, const std::vector<std::st
 /// Runs the fit and writes its folder, whole or not at all. Throws Error and FitFailure.
 Outcome RunFitCommand(const FitCommand& fit, const CommonOptions& common, FitLibrary& library);
 
-/// How far the arms gave way to the body, or what is in it: a line of text; empty where it is clear
+/// How far the arms avoided the body, or what is in it: a line of text; empty where it is clear
 /// of itself.
 std::string ClearanceText(const ClearanceReport& report);
 

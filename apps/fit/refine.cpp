@@ -89,7 +89,7 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
                         hold.rigid ? "held firmly" : "slips", hold.movement_mm, hold.movement_deg);
   }
   for (const RefinedTouch& touch : result.touches) {
-    text += fmt::format("  frames {}-{}: {} hand touches it, and gives way\n", touch.begin,
+    text += fmt::format("  frames {}-{}: {} hand touches it, and is adjusted\n", touch.begin,
                         touch.end - 1, SideName(touch.side));
   }
   for (const RefinedRest& rest : result.rests) {

@@ -21,7 +21,7 @@ bool HasStrokes(std::string_view action);
 ///
 /// Strokes begin when the right hand is where it goes (three quarters of its farthest way, as the
 /// chest has it) and end when it leaves again, in frames 0 to `count` - 1; a whole number of them.
-/// What the arm does over and over by itself in that time gives way to a hammer's blows. A hammer
+/// What the arm does over and over by itself in that time is replaced by a hammer's blows. A hammer
 /// rises slowly and comes down fast, about wrist, elbow and shoulder, in the vertical plane in
 /// which it points; at the blow its handle is as near to level as the wrist allows. The object goes
 /// along with the hand. Nothing for other actions, and where there is no time for a stroke.

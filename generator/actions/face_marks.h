@@ -38,7 +38,7 @@ struct ObjectMarks {
   Eigen::Vector3d tip = Eigen::Vector3d::Zero();
   Eigen::Vector3d forward = Eigen::Vector3d::UnitX();  ///< unit: where the tip points
   Eigen::Vector3d facing = Eigen::Vector3d::UnitZ();   ///< unit: edge, bristles, lens, screen
-  bool round = false;  ///< the same from all sides about z: its turn about z is nobody's wish
+  bool round = false;  ///< the same from all sides about z: it is rotationally symmetric about z
   /// It lies on either of two sides, and half a turn about its x axis leaves what a hand holds as
   /// it was: a hammer's handle, whose face is then on the other side of the hand (TurnedOver).
   bool two_sided = false;

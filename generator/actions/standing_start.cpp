@@ -261,7 +261,7 @@ ActionStarts FindActionStarts(const std::string& folder, const std::vector<std::
   std::set<std::string> train_people, held_people;
   for (std::size_t k = 0; k < all.size(); ++k) {
     const std::string person = all[k].start.person;
-    // With too few people to part them, at least nobody's moment is in both.
+    // With too few people to part them, no one moment is in both.
     const bool away = held.empty() ? k >= all.size() / 2 : held.contains(person);
     (away ? held_people : train_people).insert(person);
     (away ? starts.held_out : starts.train).push_back(std::move(all[k].start));

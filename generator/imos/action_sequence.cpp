@@ -256,7 +256,7 @@ std::optional<std::string> LackOfKeyFrames(const Clip& clip, KeyFrameRule rule) 
   }
   if (rule == KeyFrameRule::kWhole) return std::nullopt;
   const auto contact = ContactInterval(clip);
-  if (!contact) return "nothing touches the object, or nothing says so";
+  if (!contact) return "no contact with the object is recorded";
   const int frames = contact->second - contact->first;
   if (frames >= kPaperSteps) return std::nullopt;
   return fmt::format("the object is touched for {} frames, more than {} are needed", frames + 1,

@@ -272,7 +272,7 @@ class Arms {
     const double forward = std::max(0.0, -wrist.translation().y()) * extent;
     pose.SetLocal(arm.root - 3, ExpSO3(Vector3d(0.0, sign * 0.25 * forward, sign * 0.06)));
 
-    // The elbow hangs, and gives way to where the forearm would have the wrist straight.
+    // The elbow hangs, and moves to where the forearm would have the wrist straight.
     const Vector3d shoulder = pose.Position(arm.root);
     const Vector3d straight =
         wrist.translation() - 0.25 * FingerDirection(side, wrist.linear()) - shoulder;

@@ -54,7 +54,7 @@ bool StartsWithIgnoringCase(std::string_view text, std::string_view start) {
   return text.size() >= start.size() && EqualIgnoringCase(text.substr(0, start.size()), start);
 }
 
-// Protocol 2 and later say so; earlier ones are text that begins with one of a few opcodes and
+// Protocol 2 and later state it; earlier ones are text that begins with one of a few opcodes and
 // names what it needs as "c<module>\n<name>\n".
 bool IsPickle(std::string_view head) {
   if (head.size() >= 2 && head[0] == '\x80' && head[1] >= 2 && head[1] <= 5) return true;

@@ -57,8 +57,8 @@ struct JobsReport {
 /// and throws nothing. `told` (name, outcome, jobs finished) is called for each one that was run,
 /// one at a time, and may be null; `stop` is asked between jobs.
 ///
-/// A job is done when its last status line says so with the same hash and its result is there. One
-/// that failed is not tried again unless asked for, or it asks something else now. Memory: some
+/// A job is done when its last status line states it with the same hash and its result is there.
+/// One that failed is not tried again unless asked for, or it asks something else now. Memory: some
 /// hundred bytes a job.
 ///
 /// When no job of the list is left, `manifest.json` says in the list's order what came of each,

@@ -211,7 +211,7 @@ void BindFitResult(py::module_& module) {
           [](const CarriedClip& self) {
             return ToPython(ClearanceJson(self.run.report.clearance));
           },
-          "dict of numbers: how far the arms gave way to the body, and frames that are still in it")
+          "dict of numbers: how far the arms avoided the body, and frames that are still in it")
       .def_property_readonly(
           "switches", [](const CarriedClip& self) { return ToPython(SwitchesOfFit(self)); },
           "list of dict: hand-overs, with frame, from, to, confidence")

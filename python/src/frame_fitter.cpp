@@ -247,7 +247,7 @@ void BindFrameFitter(py::module_& module) {
       "Fits an object to one hand or both, frame after frame, for live use: start() takes hold, "
       "each step() solves one frame, in about a millisecond for one hand. hand: 'right', 'left', "
       "'both', or a list; weights as for fit(); betas (B,) of the body; frame_rate in Hz; object "
-      "as for fit(). Two hands share the object: their arms give way to each other (poses has "
+      "as for fit(). Two hands share the object: their arms avoid each other (poses has "
       "them). What comes out is what fit(keep_grasp=True) gives for the frames. May be called "
       "from several threads: calls wait for each other.\n\n"
       "    fitter = holdfast.FrameFitter('mug')\n"

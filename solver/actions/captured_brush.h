@@ -17,7 +17,7 @@ struct BrushReport {
 
 /// Puts a brush into the hand that goes over the head in frames [begin, end), for CarryObject to
 /// fit: held in every frame, its bristles (ObjectMarks::tip and facing) on the skin of the head
-/// where the palm is nearest to it, pointing into it. The wrist gives way for that, over 0.6 s
+/// where the palm is nearest to it, pointing into it. The wrist is adjusted for that, over 0.6 s
 /// before and after. Of the grasps, of the brush's turns about the skin's normal and of its tilts,
 /// that is taken for which the wrist leaves the capture least, bends least and keeps hand and brush
 /// out of the head best. The clip gets object, holding_hand and fingers.

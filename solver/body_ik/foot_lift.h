@@ -43,7 +43,7 @@ class FootPinner {
 
   /// The next frame, 1/30 s after the one before, in place.
   void Pin(BodyFrame& frame);
-  /// How far the ground has to give way for the foot that carries not to be dragged by more than
+  /// How far the ground has to move for the foot that carries not to be dragged by more than
   /// 3 cm: the motion is to be moved back so far (horizontal, meters), and `Follow` told.
   Eigen::Vector2d Drag() const;
   /// Frames from now on are moved by that much, feet on the ground stay.

@@ -202,7 +202,7 @@ struct ReachSums {
 };
 
 // The next clips in parallel; those beyond the minutes that are wanted are removed again. False
-// when `go_on` says so: nothing is added then.
+// when `go_on` states it: nothing is added then.
 template <typename GoOn>
 bool MakeBatch(const ReachWorkshop& shop, double wanted, const GoOn& go_on, ReachSums& made,
                ManifestLines& lines) {

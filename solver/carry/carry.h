@@ -90,7 +90,7 @@ struct CarryReport {
   std::optional<DrinkMeasures> drunk;  ///< the same in the result
   std::vector<Handover> handovers;
   FitResult fit;              ///< its `clip` is moved to the one above
-  ClearanceReport clearance;  ///< how the arms gave way to the body; recipe kHoldfast
+  ClearanceReport clearance;  ///< how the arms avoided the body; recipe kHoldfast
   ContactScore contact;
   double fit_s = 0.0;
   /// The result passes its own checks: grasps are clean, the hands that hold touch the object in

@@ -45,7 +45,7 @@ nlohmann::json DrinkJson(const std::optional<DrinkReport>& drink, const DrinkMea
 /// receiving hand's grasp.
 nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handover>& handovers);
 
-/// How the arms gave way to the body, and what remains: numbers over the clip, units in the names.
+/// How the arms avoided the body, and what remains: numbers over the clip, units in the names.
 nlohmann::json ClearanceJson(const ClearanceReport& report);
 
 /// Of hands and fingertips in the frames in which hands hold, and of fingers that jump: counts.

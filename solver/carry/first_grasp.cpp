@@ -61,7 +61,7 @@ Grasp WorthMost(const HandModel& hand, const GraspReport& report, const FirstGra
 
 std::optional<std::string> WhyTooLarge(const LoadedObject& object, bool both) {
   RequireHandheld(object);
-  constexpr double kLarge_m = 0.25;  // the search itself says so soon enough of smaller ones
+  constexpr double kLarge_m = 0.25;  // the search itself states it soon enough of smaller ones
   const Eigen::Vector3d extent = Extent(object.mesh);
   const double span = both ? BothHandsOptions{}.max_width_m : OppositionOptions{}.max_width_m;
   if (extent.maxCoeff() < kLarge_m || IsWithinSpan(object.mesh, span)) return std::nullopt;

@@ -167,9 +167,8 @@ OptionTable OptionsOf(FitJob& job) {
   table.Number("object_scale", "", carry.object_scale, kPositive,
                "Multiplies the object's coordinates (0.001 for millimeters)");
   table.Flag("keep_motion", carry.keep_motion,
-             "Leave the clip's motion as it is. Without it, arms give way, smoothly and by little, "
-             "where the object, hand or forearm would go through the person's own body; with it "
-             "that is only reported");
+             "Do not adjust the arms; only report collisions with the body. Without it, arms are "
+             "adjusted slightly where the object, a hand or a forearm would go through the body");
   AddHandOverOptions(carry, table);
   AddGraspOptions(job, table);
   AddEnergyOptions(carry.fit, table);

@@ -22,10 +22,11 @@ namespace {
 constexpr double kRound = 0.02;       // share of the radius that a ball may be off it
 constexpr double kUnturned = 1e-6;    // radians
 constexpr double kMoves_m = 0.05;     // a track that goes less far tells nothing
-constexpr double kNear_m = 0.01;      // skin nearer than this may have to give way
+constexpr double kNear_m = 0.01;      // skin nearer than this may have to be adjusted
 constexpr double kAround_s = 0.25;    // and so long before and after
 constexpr double kTipSlack_m = 0.05;  // tips so much farther than what is nearest are drawn on
-constexpr double kRelease_s = 0.02;   // hands are back where they were when they give way no more
+constexpr double kRelease_s =
+    0.02;  // hands are back where they were when they are no longer adjusted
 constexpr double kAway_m = 1.0;
 constexpr double kClean_m = 0.001;
 constexpr double kUsualRate = 60.0;  // Hz, of the weight of accelerations
@@ -129,7 +130,7 @@ class BallRefiner {
     return deepest;
   }
 
-  // Frames in a row in which a hand gives way, cut where the ball begins and ends to follow it.
+  // Frames in a row in which a hand is adjusted, cut where the ball begins and ends to follow it.
   void AddRuns(int hand, std::vector<std::vector<ClipHold>>& runs) {
     const HandModel& model = *hands_[static_cast<std::size_t>(hand)];
     const std::vector<double> gaps = SkinGaps(clip_, model, object_, options_.threads);

@@ -31,7 +31,7 @@ FingertipCounts CountFingertips(const Clip& clip, std::span<const HandModel* con
 
 /// Cleans a clip of a ball in hands (IsUnturnedBall). `follows` says which hands it follows in each
 /// frame (FindFollows). The ball is where it was tracked, lifted where it would be in the ground;
-/// arms and fingers give way to it wherever they are near, smoothly (`lambda_acceleration` is for
+/// arms and fingers avoid it wherever they are near, smoothly (`lambda_acceleration` is for
 /// 60 Hz, and means the same time at other rates). Where it follows a hand, what of the hand is
 /// nearest to it and the pads of those fingertips that are not more than 5 cm farther are drawn
 /// onto it; where on the ball is free, as its rotation is. What still gets into the ball is pushed

@@ -2,8 +2,8 @@
 #pragma once
 
 /// The person's own body kept whole: a clip in which a hand carries an object comes in; the clip
-/// with arms that give way, so that object, hands and forearms keep out of trunk, legs, head and
-/// what holds from what does not, comes out.
+/// with arms that are adjusted, so that object, hands and forearms keep out of trunk, legs, head
+/// and what holds from what does not, comes out.
 
 #include <cstdint>
 #include <span>
@@ -61,12 +61,12 @@ struct ClearanceScene {
 };
 
 /// Moves both arms out of the body, and the object with those that hold it (Clip::holding_hand):
-/// each hand keeps its hold, wrist to object, as it is. Collar, shoulder, elbow and wrist give way,
-/// by a cubic B-spline in time, in the frames around those that are too deep: the hand rather
-/// turns, most easily about the vertical, than moves, and hardly farther than 5 cm. All else, and
-/// every frame of a clip that is clear, keeps its bits. The object stays where nobody holds it.
-/// Where that is not enough, what comes nearest is kept and said. A clip without object, or of a
-/// hand alone, comes back as it is.
+/// each hand keeps its hold, wrist to object, as it is. Collar, shoulder, elbow and wrist are
+/// adjusted, by a cubic B-spline in time, in the frames around those that are too deep: the hand
+/// rather turns, most easily about the vertical, than moves, and hardly farther than 5 cm. All
+/// else, and every frame of a clip that is clear, keeps its bits. The object stays where nobody
+/// holds it. Where that is not enough, what comes nearest is kept and said. A clip without object,
+/// or of a hand alone, comes back as it is.
 ///
 /// `body`: all vertices of the clip's person; `object`: the mesh, meters. Throws Error unless
 /// holding_hand has the clip's frames.

@@ -220,7 +220,7 @@ class Refiner {
     return gaps;
   }
 
-  // Hands that touch give way to objects, which stay where they are.
+  // Hands that only touch avoid objects, which stay where they are.
   void GiveWay(const std::vector<RefinedTouch>& touches, std::vector<FittedFrame>& fitted,
                const std::function<bool(int, int)>& progress, ClipReport& report) const {
     ClipProblem problem{clip_, hands_, object_, touched_, {}, false, true};

@@ -54,7 +54,7 @@ struct RefineResult {
 ///
 /// In a clip whose object goes nowhere, a hold for less than half of it is none: the hand touches,
 /// as it does wherever else it gets into the object. The object stays there, and arm and fingers
-/// give way to it. Throws Error for a clip without an object track.
+/// avoid it. Throws Error for a clip without an object track.
 RefineResult RefineClip(const Clip& clip, std::span<const HandModel* const> hands,
                         const FitObject& object, std::span<const std::uint8_t> holding,
                         const FitOptions& options,

@@ -273,7 +273,7 @@ class WholeClip {
     }
   }
 
-  // Hands that give way do so through all frames in a row, whatever they do in them.
+  // Hands that are adjusted do so through all frames in a row, whatever they do in them.
   bool GoesOn(const HoldCost& a, const HoldCost& b) const {
     return a.hold == b.hold || problem_.hands_give_way;
   }

@@ -40,7 +40,7 @@ struct ClipProblem {
   std::vector<ClipHold> holds;
   std::vector<FrameGoal> goals;    ///< T, or empty
   bool first_frame_given = false;  ///< the first frame is not solved
-  /// Objects stay where `fitted` has them, and hands give way as a whole, smoothly.
+  /// Objects stay where `fitted` has them, and hands are adjusted as a whole, smoothly.
   bool hands_give_way = false;
 };
 

@@ -55,7 +55,7 @@ std::optional<InwardRay> MeasureThickness(const TriangleMesh& object, const Tria
 
 /// Whether anything of an object is so thin that a hand (or two) could close on it: straight in
 /// from some of many places of its surface, it is left again within `span_m`. Where it is not,
-/// FindOppositions finds nothing either, and this takes no distance grid to say so.
+/// FindOppositions finds nothing either, and this takes no distance grid to state it.
 bool IsWithinSpan(const TriangleMesh& object, double span_m);
 
 /// Centroid of the solid (of the surface when it has no volume).

@@ -356,7 +356,7 @@ void BoundBall(const Wrenches& wrenches, GraspCertificate& certificate) {
   double lower = least, upper = least, most = 0.0;
   for (int n = 0; n < along.rows() && lower > 0.0 && upper > 0.0; ++n) {
     const int i = (first + n) % static_cast<int>(along.rows());
-    // Nearer than the nearest so far? Not where two that add up to it say so.
+    // Nearer than the nearest so far? Not where two that add up to it state it.
     for (const auto& [a, b] : directions.sums[i]) {
       const double forces = reached[a].forces + reached[b].forces;
       if (forces < reached[i].forces) reached[i] = {forces, reached[a].missed + reached[b].missed};

@@ -24,7 +24,7 @@ using Eigen::Vector3d;
 
 constexpr double kFree = 0.0007;     // meters: no deeper is clear
 constexpr double kWallFree = 0.001;  // meters that balls are off the skin
-constexpr double kSoft = 0.002;      // meters that fingers give way to fingers
+constexpr double kSoft = 0.002;      // meters that fingers avoid fingers
 constexpr double kDepthCost = 30.0;  // meters of retreat that a meter of depth is worth
 constexpr double kLeave = 8.0;       // m/s^2: no hand leaves faster
 constexpr double kRetreatStep = 0.003;

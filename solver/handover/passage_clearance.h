@@ -46,7 +46,7 @@ class PassageClearance {
 
   /// Sets the least retreats along `line` (unit, object's frame) that clear all frames, as far as
   /// that is worth it; they come and go smoothly and are 0 in the hold. `frames` go outwards from
-  /// the one next to the hold; while the first `opening` open their fingers, they do not give way
+  /// the one next to the hold; while the first `opening` open their fingers, they are not adjusted
   /// because of later ones. Returns what the way costs, meters: retreats, and 30 a meter of depth.
   double Retreat(const Eigen::Vector3d& line, int opening, std::span<PassageFrame> frames) const;
 

@@ -19,7 +19,7 @@ nlohmann::json MarkerReportJson(const MarkerReport& report);
 /// that `solve` made, or its recording is not there any more.
 Eigen::MatrixXd MeasuredMarkers(const std::filesystem::path& solved);
 
-/// How an unmarked head gave way: frames, millimeters, degrees.
+/// How an unmarked head was adjusted: frames, millimeters, degrees.
 nlohmann::json HeadReportJson(const HeadReport& head);
 
 }  // namespace holdfast

@@ -31,7 +31,7 @@ double ScaleBySize(const MarkerRecording& recording);
 
 /// Up and facing from where trunk and shoulders' markers are (Kabsch). `column[k]` is the marker of
 /// the recording that is the person's k-th, -1 for none. Throws Error, named `where`, where a
-/// person would be upside down and `up` does not say so.
+/// person would be upside down and `up` does not state it.
 MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recording,
                       const std::vector<int>& column, std::optional<MarkerUp> up,
                       const std::string& where);

@@ -62,7 +62,7 @@ struct MarkerReport {
   MarkerWorld world;
   double lift_m = 0.0;  ///< added to heights, so that the soles are on the ground
   std::optional<ObjectMarkerReport> object;
-  HeadReport head;  ///< how an unmarked one gave way to hands
+  HeadReport head;  ///< how an unmarked one avoided hands
   int iterations = 0;
   bool converged = false;
 };

@@ -16,7 +16,7 @@ namespace holdfast {
 /// A motion in which the object is taken and carried, the fit still to come.
 struct TakeMotion {
   /// Arm and fingers made anew; the object stands until the take, is led by the hand as it has hold
-  /// of it from then on; `holding_hand` says so.
+  /// of it from then on; `holding_hand` states it.
   Clip clip;
   TakeCandidate take;  ///< as this body takes the object: of the plan's candidates
   TakeTimes times;

@@ -31,7 +31,7 @@ struct SideTable {
 SideTable TableAt(const Eigen::Vector3d& bottom_middle, double yaw_rad, double ahead_m,
                   double aside_m = 0.0);
 
-/// How the table may stand: it is nobody's wish, only the object's place on it is.
+/// The pose of the table is free; the place of the object on it is given.
 struct TablePlacement {
   SideTable table;
   double deepest_m = 0.0;  ///< of the body's points, 0 when clear

@@ -15,8 +15,8 @@
 namespace holdfast {
 
 /// Turns an upright object about the vertical through its bottom's middle, frame by frame from
-/// `take` on, so that the hand that holds it stays within the wrist's limits and comfortable: which
-/// way a mug's handle points on its way is nobody's wish. Least of
+/// `take` on, so that the hand that holds it stays within the wrist's limits and comfortable: the
+/// yaw of a mug's handle on its way is unconstrained. Least of
 ///
 ///   (hand error / 3 degrees)^2 + (arm shortfall / 2 cm)^2 + 0.1 discomfort + (turn / 60 degrees)^2
 ///   + (change / (60 degrees per second))^2

@@ -315,7 +315,7 @@ OptionTable OptionsOf(TransferOptions& options) {
   table.Flag("search", options.grasp.search,
              "Where the hand can't keep its contacts, look for a new grasp near them");
   table.Flag("keep_motion", options.carry.keep_motion,
-             "Arms do not give way where object or hand go through the person's own body");
+             "Do not adjust the arms; only report collisions with the body");
   table.Number("object_vertices", "", options.object_vertices, {4, 100'000},
                "Vertices that objects are simplified to");
   return table;

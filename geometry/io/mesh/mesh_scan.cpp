@@ -148,7 +148,7 @@ std::size_t Count(long long count, std::size_t least_bytes, std::size_t bytes_le
 /// `last_seen_in` has the polygon in which each vertex was seen last.
 void EndObjPolygon(MeshScan& scan, std::vector<int>& last_seen_in, const Lines& lines) {
   const int begin = scan.polygon_begin.back();
-  if (scan.polygon_ids.size() - begin < 3) EndPolygon(scan, lines);  // says so
+  if (scan.polygon_ids.size() - begin < 3) EndPolygon(scan, lines);  // states it
   const int polygon = static_cast<int>(scan.polygon_begin.size() + scan.num_left_out);
   const auto is_repeated = [&](int id) {
     return std::exchange(last_seen_in[id], polygon) == polygon;

@@ -27,7 +27,7 @@ class PickleMachine {
   bool IsObjectScalar(NodeIndex value) const { return calls_.IsObjectScalar(value); }
 
  private:
-  // Each runs an opcode of its group, and says so; the groups are disjoint.
+  // Each runs an opcode of its group, and states it; the groups are disjoint.
   bool RunNumber(unsigned char opcode);
   bool RunText(unsigned char opcode);
   bool RunContainer(unsigned char opcode);

@@ -237,7 +237,7 @@ def head_text(rows):
     most = lambda key: max((head[key] for head in heads), default=0.0)  # noqa: E731
     return (f"hand in an unmarked head: {sum(head['hand_deep_frames'] for head in heads)} of "
             f"{sum(row['frames'] for row in rows)} frames deeper than 2 mm, up to "
-            f"{most('hand_deepest_mm'):.0f} mm; before it gives way "
+            f"{most('hand_deepest_mm'):.0f} mm; before it is adjusted "
             f"{sum(head['hand_deep_frames_before'] for head in heads)}, up to "
             f"{most('hand_deepest_before_mm'):.0f} mm\n")
 
