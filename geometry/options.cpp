@@ -137,8 +137,8 @@ std::string OptionsText(const OptionTable& table) {
   std::string text;
   for (const Option& option : table.All()) {
     const nlohmann::json value = ValueOf(option);
-    std::string usual = value.is_boolean() ? (value.get<bool>() ? "True" : "False")
-                        : value.is_null()  ? fmt::format("None: {}", option.default_text)
+    std::string usual = value.is_boolean()  ? (value.get<bool>() ? "True" : "False")
+                        : value.is_null()   ? fmt::format("None: {}", option.default_text)
                         : value.is_string() ? fmt::format("'{}'", value.get<std::string>())
                                             : value.dump();
     const std::string range = RangeText(option);

@@ -43,10 +43,10 @@ struct ScaledNumber {
 /// One option of a job. It is declared once, and read by the command line, config files, Python,
 /// metrics.json and the documentation.
 struct Option {
-  std::string name;     ///< "contact_threshold_mm": with its unit, as Python and JSON name it
-  std::string flag;     ///< "--contact-threshold": as the command line names it
-  std::string help;     ///< one sentence or more, without a period at the end
-  std::string group;    ///< heading in --help; empty: none
+  std::string name;          ///< "contact_threshold_mm": with its unit, as Python and JSON name it
+  std::string flag;          ///< "--contact-threshold": as the command line names it
+  std::string help;          ///< one sentence or more, without a period at the end
+  std::string group;         ///< heading in --help; empty: none
   std::string default_text;  ///< of an optional value that is left out: "by the distance"
   OptionRange range;
   std::variant<bool*, int*, double*, std::string*, std::optional<int>*, std::optional<double>*,
@@ -72,8 +72,8 @@ class OptionTable {
   /// `unit` is empty for numbers without one.
   void Number(const std::string& name, const std::string& unit, int& variable, OptionRange range,
               std::string help);
-  void Number(const std::string& name, const std::string& unit, double& variable,
-              OptionRange range, std::string help);
+  void Number(const std::string& name, const std::string& unit, double& variable, OptionRange range,
+              std::string help);
   void Number(const std::string& name, const std::string& unit, ScaledNumber variable,
               OptionRange range, std::string help);
   void Number(const std::string& name, const std::string& unit, std::optional<int>& variable,

@@ -72,8 +72,7 @@ void AddOffhandCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitL
                    "  holdfast offhand pass.npz apple -o passed\n"
                    "  holdfast offhand pass.npz ball.obj -o passed_ball --first-hand right "
                    "--switch 60\n");
-  command->callback(
-      [options, library, &exit_code] { Run(*options, *library, exit_code); });
+  command->callback([options, library, &exit_code] { Run(*options, *library, exit_code); });
 }
 
 }  // namespace holdfast::apps

@@ -142,8 +142,10 @@ void BindOptions(py::module_& module) {
             {"refine", OptionsOf(refine)}, {"transfer", OptionsOf(transfer)}};
         const auto found = tables.find(job);
         if (found == tables.end()) {
-          throw py::value_error("job: expected one of 'fit', 'grasp', 'reach', 'refine', "
-                                "'synthesize', 'transfer', got '" + job + "'");
+          throw py::value_error(
+              "job: expected one of 'fit', 'grasp', 'reach', 'refine', "
+              "'synthesize', 'transfer', got '" +
+              job + "'");
         }
         const py::dict defaults = ToPython(OptionsJson(found->second));
         py::dict options;

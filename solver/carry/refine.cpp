@@ -7,8 +7,8 @@
 #include <functional>
 #include <utility>
 
-#include <Eigen/Geometry>
 #include <fmt/format.h>
+#include <Eigen/Geometry>
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"

@@ -89,7 +89,6 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
                            const RefineOptions& options = {}, const StagedProgress& progress = {});
 
 /// FitFailure where nothing came of it.
-void RequireRefined(const RefineReport& report, const std::string& clip,
-                    const std::string& object);
+void RequireRefined(const RefineReport& report, const std::string& clip, const std::string& object);
 
 }  // namespace holdfast

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "solver/unknowns/ceres_solve.h"
 
+#include <unistd.h>
 #include <algorithm>
 #include <cstdlib>
 #include <string_view>
-#include <unistd.h>
 
 namespace holdfast {
 

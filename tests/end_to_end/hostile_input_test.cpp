@@ -253,8 +253,7 @@ std::vector<Role> SynthesizeRoles() {
           {"synthesize --action drink --object mug --body {} -o out -q", ".npz"}};
 }
 std::vector<Role> MakeRoles() {
-  return {
-          {"make-reach-data {} -o out -q", ""},
+  return {{"make-reach-data {} -o out -q", ""},
           {"make-actions --starts {} -o out -q", ""},
           {"make-actions --count 0 --captured {} -o out -q", ""},
           {"fit --batch {here}/good.list -o {} -q", kNone, kBegun},

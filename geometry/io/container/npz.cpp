@@ -13,8 +13,8 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/byte_source.h"
-#include "geometry/io/container/npy_header.h"
 #include "geometry/io/container/json_file.h"
+#include "geometry/io/container/npy_header.h"
 #include "geometry/io/container/zip_archive.h"
 
 namespace holdfast {
