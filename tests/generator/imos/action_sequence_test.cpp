@@ -67,7 +67,7 @@ TEST(KeyFrames, ThePaperRuleNeedsTwentyFramesOfContact) {
   Clip untouched = CapturedClip(30);
   untouched.contact->object.setZero();
   EXPECT_THAT([&] { KeyFramesOf(untouched, KeyFrameRule::kPaper); },
-              ThrowsMessage<Error>(HasSubstr("nothing touches")));
+              ThrowsMessage<Error>(HasSubstr("no contact")));
   EXPECT_THAT([&] { KeyFramesOf(Slice(CapturedClip(30), 0, 14), KeyFrameRule::kWhole); },
               ThrowsMessage<Error>(HasSubstr("14 frames")));
 }

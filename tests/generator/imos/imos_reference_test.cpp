@@ -150,6 +150,10 @@ TEST(ImosPyTorchReference, WithOtherWeightsToo) {
   if (std::system("/usr/bin/python3 -c 'import numpy, torch' 2>/dev/null") != 0) {
     GTEST_SKIP() << "python3-torch is not installed";
   }
+  if (std::system("/usr/bin/python3 -c 'import sys; sys.path.append(\"" HOLDFAST_SOURCE_DIR
+                  "/build/release/python\"); import holdfast' 2>/dev/null") != 0) {
+    GTEST_SKIP() << "the Python module is neither in build/release nor on PYTHONPATH";
+  }
   const holdfast::testing::TemporaryFolder folder;
   ASSERT_EQ(
       std::system(("/usr/bin/python3 '" HOLDFAST_SOURCE_DIR "/tests/fixtures/make_imos.py' '" +
