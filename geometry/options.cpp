@@ -37,6 +37,7 @@ std::string RangeText(const Option& option) {
   if (const auto* choice = std::get_if<OptionChoice>(&option.value)) {
     return fmt::format("one of '{}'", fmt::join(choice->words, "', '"));
   }
+  if (std::holds_alternative<std::vector<int>*>(option.value)) return "(n,) whole numbers";
   const OptionRange& range = option.range;
   if (range.positive) return "more than 0";
   const bool low = std::isfinite(range.low), high = std::isfinite(range.high);

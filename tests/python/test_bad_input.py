@@ -78,6 +78,12 @@ def step(poses=POSE, trans=POINT):
     return fitter().step(poses, trans)
 
 
+def motions(**given):
+    arrays = {"states": np.zeros((2, 135)), "previous_deltas": np.zeros((2, 135)), "goals": np.ones((2, 3)),
+              "deadlines": np.array([60, 60]), "streams": np.array([0, 1])} | given
+    return holdfast.reach_motions("intention", **arrays, frames=4)
+
+
 def factors(value):  # one number is a factor: as arrays of one, it is wrong
     number = np.isscalar(value) or isinstance(value, np.ndarray) and value.ndim == 0
     return np.full(1, value) if number else value
@@ -203,6 +209,19 @@ ROWS = {
         lambda v: holdfast.reach([1, 0.5, 1], approach=v), POINT, none=True, dear=True),
     "reach.obstacles": Mesh(
         lambda v: holdfast.reach([1, 0.5, 1], obstacles=[v], method="latent-opt"), dear=True),
+    "reach_starts.clips": Person(lambda v: holdfast.reach_starts([v])),
+    "reach_motions.states": Array(lambda v: motions(states=v), np.zeros((2, 135)), dear=True),
+    "reach_motions.previous_deltas": Array(
+        lambda v: motions(previous_deltas=v), np.zeros((2, 135)), dear=True),
+    "reach_motions.goals": Array(lambda v: motions(goals=v), np.ones((2, 3)), dear=True),
+    "reach_motions.deadlines": Array(lambda v: motions(deadlines=v), np.array([60, 60]), dear=True),
+    "reach_motions.streams": Array(lambda v: motions(streams=v), np.array([0, 1]), dear=True),
+    "walk.clip": Person(holdfast.walk),
+    "joint_positions.clip": Person(holdfast.joint_positions),
+    "find_holds.clip": Person(lambda v: holdfast.find_holds(v, CUBE)),
+    "find_holds.object": Mesh(lambda v: holdfast.find_holds(demo(), v), none=True, dear=True),
+    "find_handovers.clip": Person(lambda v: holdfast.find_handovers(v, 0.1)),
+    "handover_clip.object": Mesh(holdfast.handover_clip, dear=True),
     "GoalFollower.clip": Person(lambda v: holdfast.GoalFollower(clip=v), none=True),
     "GoalFollower.step.goal": Array(lambda v: holdfast.GoalFollower().step(v), np.array([0.5, -0.5, 1.0])),
     "GoalFollower.push.by": Array(lambda v: holdfast.GoalFollower().push(v), POINT),

@@ -22,6 +22,7 @@ const std::vector<std::vector<std::string>> kFloors = {
      "solver/kernels"},
     {"geometry/io/gltf/asset"},
     {"geometry/io/mesh", "geometry/io/pickle", "geometry/jobs", "generator/nn"},
+    {"geometry/body"},
     {"geometry/clip"},
     {"geometry/score", "geometry/io/motion", "geometry/io/markers", "geometry/render",
      "geometry/report"},
@@ -44,8 +45,7 @@ const std::vector<std::vector<std::string>> kFloors = {
     {"solver/actions", "solver/transfer"},
     {"solver/synthesis"},
     {"apps"},
-    {"apps/files", "apps/fit", "apps/make", "apps/motion", "apps/report", "apps/score",
-     "apps/train"},
+    {"apps/files", "apps/fit", "apps/make", "apps/motion", "apps/report", "apps/score"},
 };
 
 struct Tree {
