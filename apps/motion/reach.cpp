@@ -160,12 +160,15 @@ ReachOptions OptionsFor(const ReachCommand& command, const CommonOptions& common
   job.options.seed = common.seed;
   job.options.threads = NumThreads(common);
   if (!command.approach.empty()) job.approach = ParsePoint("--approach", command.approach);
-  for (const std::string& file : command.obstacles) {
-    job.options.obstacles.push_back(NamingSource("mesh", file, [&] {
-      return MakeObstacle(file, ReadMesh(file), job.options.side, job.options.threads);
-    }));
+  job.options.obstacles.resize(command.obstacles.size());  // read once the options are right
+  ReachOptions options = ReachOptionsOf(job, !command.object.empty());
+  for (std::size_t i = 0; i < command.obstacles.size(); ++i) {
+    const std::string& file = command.obstacles[i];
+    options.obstacles[i] = NamingSource("mesh", file, [&] {
+      return MakeObstacle(file, ReadMesh(file), options.side, options.threads);
+    });
   }
-  return ReachOptionsOf(job, !command.object.empty());
+  return options;
 }
 
 nlohmann::json OptionsJson(const ReachCommand& command, const Start& start,
