@@ -42,6 +42,8 @@ struct Reduced {
 };
 const std::vector<Reduced> kReduced = {
     {"-o reaches --hours 4", "-o reaches --hours 0.02", "hours of motion, minutes of work"},
+    {"-o reaches --hours 6", "-o reaches --hours 0.02 --held-out cmu_08,cmu_39",
+     "hours of motion, minutes of work; of four people none is a tenth"},
     {"-o left --hours 0.5", "-o left --hours 0.02", "half an hour of motion"},
     {"--count 2500", "--count 2", "seconds a clip"},
     {"--variants 500", "--variants 3", "a tenth of a second a variant"},
@@ -333,6 +335,7 @@ TEST(Documentation, EveryPageIsInTheSitesIndex) {
 TEST(ExamplesOfHelp, AreReducedOnlyWhereTheyStand) {
   std::string all;
   for (const auto& [command, help] : Helps()) all += help;
+  all += ReadText(fs::path(HOLDFAST_SOURCE_DIR) / "docs" / "tutorials" / "train.md");
   for (const Reduced& reduced : kReduced) {
     EXPECT_THAT(all, ::testing::HasSubstr(reduced.part)) << "no example has it any more";
   }
