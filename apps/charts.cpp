@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -34,6 +35,62 @@ std::string LegendBelow(const std::vector<std::pair<std::string, std::string>>& 
   return html + "</figcaption>";
 }
 
+// Pieces of SVG, in its pixels; `style` are attributes.
+std::string SvgOpen(int width, int height) {
+  return fmt::format("<svg viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\">",
+                     width, height);
+}
+
+std::string SvgText(double x, double y, const std::string& text, const char* anchor = "middle",
+                    const char* style = "") {
+  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" {}>{}</text>", x, y,
+                     anchor, style, EscapeHtml(text));
+}
+
+std::string SvgLine(const char* kind, double x1, double y1, double x2, double y2) {
+  return fmt::format("<line class=\"{}\" x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\"/>",
+                     kind, x1, x2, y1, y2);
+}
+
+// A line across, with its value to the left.
+std::string SvgGrid(double x1, double x2, double y, const std::string& label) {
+  return SvgLine("grid", x1, y, x2, y) + SvgText(x1 - 5, y + 4, label, "end");
+}
+
+// The numbers that a chart must show.
+struct ChartRange {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+
+  // Leaves out what is not finite.
+  void Include(double value) {
+    if (!std::isfinite(value)) return;
+    low = std::min(low, value);
+    high = std::max(high, value);
+  }
+  bool Empty() const { return !(low <= high); }
+};
+
+// Where values from `low` to `high` stand: at pixels `begin` to `end`, as do those beyond.
+struct ChartAxis {
+  double low, high, begin, end;
+
+  double At(double value) const {
+    const double range = std::max(high - low, 1e-12);
+    return begin + (end - begin) * std::clamp((value - low) / range, 0.0, 1.0);
+  }
+};
+
+std::string SvgPolyline(const std::vector<std::pair<double, double>>& points, const ChartAxis& x,
+                        const ChartAxis& y, const std::string& color) {
+  std::string places;
+  for (const auto& [at, value] : points) {
+    if (std::isfinite(value)) places += fmt::format("{:.1f},{:.1f} ", x.At(at), y.At(value));
+  }
+  return fmt::format(
+      "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"></polyline>", places,
+      color);
+}
+
 }  // namespace
 
 const char* const kChartStyle = R"(
@@ -44,93 +101,36 @@ figcaption i { display: inline-block; width: 9px; height: 9px; margin-right: 4px
 svg { font: 11px system-ui, sans-serif; fill: currentColor; max-width: 100%; }
 svg .title { font-size: 13px; font-weight: 600; }
 svg .axis { opacity: .75; }
-svg .grid { stroke: #8884; } svg .band { fill-opacity: .13; stroke: none; }
+svg .grid { stroke: #8884; }
 )";
 
 std::string Percent(double share, int digits) {
   return fmt::format("{:.{}f} %", 100.0 * share, digits);
 }
 
-std::string SvgOpen(int width, int height) {
-  return fmt::format("<svg viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\">",
-                     width, height);
-}
-
-std::string SvgText(double x, double y, const std::string& text, const char* anchor,
-                    const char* style) {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\" {}>{}</text>", x, y,
-                     anchor, style, EscapeHtml(text));
-}
-
-std::string SvgLine(const char* kind, double x1, double y1, double x2, double y2) {
-  return fmt::format("<line class=\"{}\" x1=\"{:.1f}\" x2=\"{:.1f}\" y1=\"{:.1f}\" y2=\"{:.1f}\"/>",
-                     kind, x1, x2, y1, y2);
-}
-
-std::string SvgGrid(double x1, double x2, double y, const std::string& label) {
-  return SvgLine("grid", x1, y, x2, y) + SvgText(x1 - 5, y + 4, label, "end");
-}
-
-void ChartRange::Include(double value) {
-  if (!std::isfinite(value)) return;
-  low = std::min(low, value);
-  high = std::max(high, value);
-}
-
-double ChartAxis::At(double value) const {
-  const auto on_axis = [&](double v) { return logarithmic ? std::log(std::max(v, 1e-300)) : v; };
-  const double range = std::max(on_axis(high) - on_axis(low), 1e-12);
-  return begin + (end - begin) * std::clamp((on_axis(value) - on_axis(low)) / range, 0.0, 1.0);
-}
-
-bool ChartAxis::Has(double value) const {
-  return std::isfinite(value) && (!logarithmic || value > 0.0);
-}
-
-std::string SvgPolyline(const std::vector<std::pair<double, double>>& points, const ChartAxis& x,
-                        const ChartAxis& y, const std::string& color, const char* style,
-                        const std::string& title) {
-  std::string places;
-  for (const auto& [at, value] : points) {
-    if (y.Has(value)) places += fmt::format("{:.1f},{:.1f} ", x.At(at), y.At(value));
-  }
-  return fmt::format(
-      "<polyline points=\"{}\" fill=\"none\" stroke=\"{}\" stroke-width=\"2\"{}>{}</polyline>",
-      places, color, style, title.empty() ? "" : "<title>" + EscapeHtml(title) + "</title>");
-}
-
 std::string DrawLineChart(const LineChart& chart) {
   constexpr double kWidth = 400, kHeight = 250, kLeft = 46, kRight = 12, kTop = 40, kBottom = 38;
-  ChartAxis at_x{0.0, 1.0, kLeft, kWidth - kRight};
-  ChartAxis at_y{0.0, 1.0, kHeight - kBottom, kTop, chart.logarithmic};
   ChartRange xs, ys;
   for (const ChartLine& line : chart.lines) {
-    for (std::size_t i = 0; i < line.points.size(); ++i) {
-      xs.Include(line.points[i].first);
-      if (at_y.Has(line.points[i].second)) ys.Include(line.points[i].second);
-      if (!line.high.empty() && at_y.Has(line.high[i])) ys.Include(line.high[i]);
+    for (const auto& [x, y] : line.points) {
+      xs.Include(x);
+      ys.Include(y);
     }
   }
   if (xs.Empty() || ys.Empty()) return "";
-  if (!chart.logarithmic) ys.low = std::min(ys.low, 0.0);
+  ys.low = std::min(ys.low, 0.0);
   if (ys.high <= ys.low) ys.high = ys.low + 1.0;
   if (xs.high <= xs.low) xs.high = xs.low + 1.0;
-  const double step = chart.logarithmic ? 1.0 : RoundStep(ys.high - ys.low, 4);
-  if (chart.logarithmic) {
-    ys.low = std::floor(std::log10(ys.low));
-    ys.high = std::max(std::ceil(std::log10(ys.high)), ys.low + 1.0);
-  } else {
-    ys.high = step * std::ceil(ys.high / step - 1e-9);
-  }
-  const auto value = [&](double y) { return chart.logarithmic ? std::pow(10.0, y) : y; };
-  at_x.low = xs.low, at_x.high = xs.high;
-  at_y.low = value(ys.low), at_y.high = value(ys.high);
+  const double step = RoundStep(ys.high - ys.low, 4);
+  ys.high = step * std::ceil(ys.high / step - 1e-9);
+  const ChartAxis at_x{xs.low, xs.high, kLeft, kWidth - kRight};
+  const ChartAxis at_y{ys.low, ys.high, kHeight - kBottom, kTop};
 
   std::string svg = "<figure>" + SvgOpen(kWidth, kHeight);
   svg += SvgText(4, 14, chart.title, "start", "class=\"title\"");
   svg += SvgText(4, 29, chart.y_label, "start", "class=\"axis\"");
   for (double y = ys.low; y <= ys.high + 1e-9 * step; y += step) {
-    svg += SvgGrid(kLeft, kWidth - kRight, at_y.At(value(y)), AxisNumber(value(y)));
+    svg += SvgGrid(kLeft, kWidth - kRight, at_y.At(y), AxisNumber(y));
   }
   const double x_step = RoundStep(xs.high - xs.low, 5);
   for (double x = x_step * std::ceil(xs.low / x_step - 1e-9); x <= xs.high + 1e-9 * x_step;
@@ -142,16 +142,6 @@ std::string DrawLineChart(const LineChart& chart) {
   std::vector<std::pair<std::string, std::string>> entries;
   for (const ChartLine& line : chart.lines) {
     entries.emplace_back(line.label, line.color);
-    if (!line.low.empty()) {
-      std::string there, back;
-      for (std::size_t i = 0; i < line.points.size(); ++i) {
-        const double x = at_x.At(line.points[i].first);
-        there += fmt::format("{:.1f},{:.1f} ", x, at_y.At(line.high[i]));
-        back = fmt::format("{:.1f},{:.1f} ", x, at_y.At(line.low[i])) + back;
-      }
-      svg += fmt::format("<polygon class=\"band\" points=\"{}{}\" fill=\"{}\"/>", there, back,
-                         line.color);
-    }
     svg += SvgPolyline(line.points, at_x, at_y, line.color);
   }
   return svg + "</svg>" + LegendBelow(entries) + "</figure>\n";

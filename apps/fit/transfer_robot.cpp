@@ -211,9 +211,9 @@ std::string NumbersTable(const RobotMeasures& measures) {
 }
 
 std::string FramesChart(const RobotMeasures& measures) {
-  LineChart chart{"Distance and depth", "frame", "mm", false, {}};
-  ChartLine distance{"contact distance, mean", "#3b82c4", {}, {}, {}};
-  ChartLine depth{"deepest", "#c0392b", {}, {}, {}};
+  LineChart chart{"Distance and depth", "frame", "mm", {}};
+  ChartLine distance{"contact distance, mean", "#3b82c4", {}};
+  ChartLine depth{"deepest", "#c0392b", {}};
   for (std::size_t t = 0; t < measures.frames.size(); ++t) {
     const RobotFrameMeasure& frame = measures.frames[t];
     const auto x = static_cast<double>(t);
@@ -238,7 +238,7 @@ std::string JointCharts(const RobotTransferSetup& setup, const std::vector<Robot
       chart.title = title;
       chart.x_label = "frame";
       chart.y_label = "share of its range";
-      ChartLine line{dof.name, kJointColors[chart.lines.size() % kJointColors.size()], {}, {}, {}};
+      ChartLine line{dof.name, kJointColors[chart.lines.size() % kJointColors.size()], {}};
       for (std::size_t t = 0; t < poses.size(); ++t) {
         line.points.emplace_back(static_cast<double>(t),
                                  (poses[t].q(moved.dof) - dof.low) / (dof.high - dof.low));

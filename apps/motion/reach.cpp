@@ -177,7 +177,7 @@ nlohmann::json OptionsJson(const ReachCommand& command, const Start& start,
                          {"from", start.source},
                          {"from_frame_30fps", start.person.Frame()},
                          {"wrist", SideName(options.side)},
-                         {"method", ReachByName(options.by)},
+                         {"method", ReachMethodName(options.by)},
                          {"time_s", options.time_s ? nlohmann::json(*options.time_s) : nullptr},
                          {"samples", options.NumSamples()},
                          {"sigma", options.sigma},
@@ -236,7 +236,7 @@ std::string Text(const ReachCommand& command, const ReachOptions& options,
   text += fmt::format("  {:<26}{:.0f} % of frames skate, {:.0f} % in the air\n", "feet",
                       100.0 * quality.skating, 100.0 * quality.airborne);
   text += fmt::format("  {:<26}best of {} by {}; {} reach {}; {:.2f} s\n", "samples",
-                      options.NumSamples(), ReachByName(options.by), report.reach_all,
+                      options.NumSamples(), ReachMethodName(options.by), report.reach_all,
                       goals.size() == 1 ? "the goal" : "all goals", report.seconds);
   return text;
 }

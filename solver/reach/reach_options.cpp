@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "solver/reach/reach_options.h"
 
-#include <array>
-#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -13,24 +11,11 @@
 #include "geometry/mesh/signed_distance.h"
 
 namespace holdfast {
-namespace {
 
-constexpr std::array<ReachBy, 3> kMethods = {ReachBy::kIntention, ReachBy::kLatents,
-                                             ReachBy::kVaeOpt};
-
-}  // namespace
-
-std::string_view ReachByName(ReachBy by) {
+std::string_view ReachMethodName(ReachBy by) {
   return by == ReachBy::kIntention ? "intention"
          : by == ReachBy::kLatents ? "latent-opt"
                                    : "vae-opt";
-}
-
-ReachBy ReachByName(std::string_view name) {
-  for (const ReachBy by : kMethods) {
-    if (ReachByName(by) == name) return by;
-  }
-  throw std::invalid_argument("no method of reaching: " + std::string(name));
 }
 
 OptionTable OptionsOf(ReachJob& job) {
@@ -92,7 +77,8 @@ OptionTable OptionsOf(ReachJob& job) {
 ReachOptions ReachOptionsOf(const ReachJob& job, bool takes) {
   ReachOptions options = job.options;
   options.by = job.method.value_or(takes ? ReachBy::kLatents : ReachBy::kIntention);
-  const std::string unseen = fmt::format("are not seen by --method {}", ReachByName(options.by));
+  const std::string unseen =
+      fmt::format("are not seen by --method {}", ReachMethodName(options.by));
   if (options.by == ReachBy::kVaeOpt) {
     options.vae.method = job.optimizer.value_or(VaeOptMethod::kLm);
     options.vae.iterations = job.iterations.value_or(0);

@@ -39,9 +39,8 @@ enum class ReachBy {
   kVaeOpt,     ///< WANDR's baseline (VaeOptOptions)
 };
 
-/// "intention", "latent-opt" or "vae-opt". The second throws std::invalid_argument for any other.
-std::string_view ReachByName(ReachBy by);
-ReachBy ReachByName(std::string_view name);
+/// "intention", "latent-opt" or "vae-opt".
+std::string_view ReachMethodName(ReachBy by);
 
 struct ReachOptions {
   ReachBy by = ReachBy::kIntention;
