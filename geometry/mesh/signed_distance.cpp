@@ -3,7 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numbers>
 #include <numeric>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -12,6 +15,7 @@
 #include "geometry/error.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/mesh_check.h"
+#include "geometry/mesh/mesh_parts.h"
 #include "geometry/mesh/winding_number.h"
 #include "geometry/parallel.h"
 
@@ -50,8 +54,51 @@ struct SignedDistance::Impl {
       return;
     }
     closing = std::make_unique<WindingNumber>(whole);
+    FindHoles(whole);
     Append(mesh, whole);
     closed = std::make_unique<WindingNumber>(whole);
+  }
+
+  /// The balls around the holes, where what closes them makes the surface watertight.
+  void FindHoles(const TriangleMesh& fans) {
+    holes.clear();
+    if (!closes.has_value()) {
+      const std::vector<int> place = FirstAtSamePlace(mesh.vertices);
+      const bool welded = std::ranges::all_of(mesh.faces.reshaped(),
+                                              [&](int vertex) { return place[vertex] == vertex; });
+      TriangleMesh joined{fans.vertices, Eigen::Matrix3Xi(3, mesh.NumFaces() + fans.NumFaces())};
+      joined.faces << mesh.faces, fans.faces;
+      closes = welded && CheckMesh(joined).watertight;
+    }
+    if (!*closes) return;
+    std::map<int, Hole> by_middle;  // the corner that all triangles of a hole have
+    for (Eigen::Index f = 0; f < fans.NumFaces(); ++f) {
+      const int middle = fans.faces(2, f);
+      Hole& hole = by_middle[middle];
+      hole.center = fans.vertices.col(middle);
+      hole.area += 0.5 * FaceCross(fans, f).norm();
+      for (const int vertex : fans.faces.col(f)) {
+        hole.radius = std::max(hole.radius, (fans.vertices.col(vertex) - hole.center).norm());
+      }
+    }
+    for (const auto& [middle, hole] : by_middle) holes.push_back(hole);
+  }
+
+  /// As far as a point that is `distance` from the mesh can move until the triangles that close the
+  /// holes are the nearest, or seen under half of all directions. Where they are neither, the side
+  /// of the mesh that the point is nearest to is its side of the whole.
+  double ReachOfSide(const Eigen::Vector3d& point, double distance) const {
+    constexpr double kMostSeen = 0.45;
+    double reach = holes.empty() ? 0.0 : distance;
+    for (const Hole& hole : holes) {
+      // The holes share what may be seen.
+      const double apart = std::sqrt(hole.area * static_cast<double>(holes.size()) /
+                                     (4.0 * std::numbers::pi * kMostSeen));
+      const double gap = (point - hole.center).norm() - hole.radius;
+      reach = std::min({reach, gap - distance, gap - apart});
+      if (reach <= 0.0) return 0.0;
+    }
+    return reach;
   }
 
   /// Calls visit(face) for the faces at the feature that a point is nearest to.
@@ -116,8 +163,8 @@ struct SignedDistance::Impl {
 
   double Signed(const Eigen::Vector3d& point, const TriangleTree::Hit& hit) const {
     const double distance = std::sqrt(hit.squared_distance);
-    const bool inside =
-        sign == Sign::kPseudonormal ? IsBehind(point, hit) : distance > 0.0 && Winding(point) > 0.5;
+    const bool by_side = sign == Sign::kPseudonormal || ReachOfSide(point, distance) > 0.0;
+    const bool inside = by_side ? IsBehind(point, hit) : distance > 0.0 && Winding(point) > 0.5;
     return inside ? -distance : distance;
   }
 
@@ -129,6 +176,12 @@ struct SignedDistance::Impl {
   // Only without a watertight mesh: with the triangles that close it, and those alone. Of a mesh
   // that is mostly edge, which many slivers would close, as it is.
   std::unique_ptr<WindingNumber> closed, closing, plain;
+  struct Hole {
+    Eigen::Vector3d center;
+    double radius = 0.0, area = 0.0;
+  };
+  std::vector<Hole> holes;     // none where those triangles do not make it watertight
+  std::optional<bool> closes;  // whether those triangles make it watertight
 };
 
 SignedDistance::SignedDistance(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}
@@ -153,6 +206,15 @@ void SignedDistance::Move(const Eigen::Matrix3Xd& vertices) {
 
 double SignedDistance::Distance(const Eigen::Vector3d& point) const {
   return impl_->Signed(point, impl_->tree.Closest(point));
+}
+
+bool SignedDistance::Inside(const Eigen::Vector3d& point, const TriangleTree::Hit& nearest) const {
+  return impl_->Signed(point, nearest) < 0.0;
+}
+
+double SignedDistance::SideHolds(const Eigen::Vector3d& point, double distance) const {
+  const double away = std::abs(distance);
+  return impl_->sign == Sign::kPseudonormal ? away : impl_->ReachOfSide(point, away);
 }
 
 SignedDistance::Result SignedDistance::Query(const Eigen::Vector3d& point, int hint_face) const {

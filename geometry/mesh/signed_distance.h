@@ -50,6 +50,11 @@ class SignedDistance {
   Result Query(const Eigen::Vector3d& point, int hint_face = -1) const;
   /// Whether a point is strictly inside.
   bool Inside(const Eigen::Vector3d& point) const { return Distance(point) < 0.0; }
+  /// The same with what Tree() found to be nearest to it.
+  bool Inside(const Eigen::Vector3d& point, const TriangleTree::Hit& nearest) const;
+  /// How far a point at `distance` from the surface can move and stay on the same side of it,
+  /// meters, at least; less than `distance` around the holes of an open surface.
+  double SideHolds(const Eigen::Vector3d& point, double distance) const;
 
   /// Distance of each column of `points` on up to `threads` threads; the same bytes for any number.
   Eigen::VectorXd Distances(const Eigen::Matrix3Xd& points, int threads = 1) const;

@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
 #include <set>
 #include <utility>
 #include <vector>
 
 #include "geometry/error.h"
+#include "geometry/mesh/half_edges.h"
 #include "geometry/mesh/triangle_tree.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -104,7 +105,7 @@ bool SameSurface(const TriangleMesh& a, const TriangleMesh& b) {
 
 namespace {
 
-constexpr double kSharpCosine = 0.94;  // faces that differ by more than 20 degrees
+constexpr double kSharp_rad = 20.0 * kDegree;
 
 // Keeps the first point of every cube.
 class Thinning {
@@ -127,31 +128,13 @@ class Thinning {
   std::vector<Eigen::Vector3d> points_;
 };
 
-// Ends of every edge whose two faces meet at an angle, or that has one face only.
-std::vector<std::pair<int, int>> SharpEdges(const TriangleMesh& mesh) {
-  std::map<std::pair<int, int>, std::vector<Eigen::Vector3d>> normals;
-  for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
-    const Eigen::Vector3i ids = mesh.faces.col(f);
-    const Eigen::Vector3d n = FaceCross(mesh, f);
-    if (n.squaredNorm() == 0.0) continue;
-    for (int k = 0; k < 3; ++k) {
-      normals[std::minmax(ids(k), ids((k + 1) % 3))].push_back(n.normalized());
-    }
-  }
-  std::vector<std::pair<int, int>> sharp;
-  for (const auto& [edge, sides] : normals) {
-    if (sides.size() != 2 || sides[0].dot(sides[1]) < kSharpCosine) sharp.push_back(edge);
-  }
-  return sharp;
-}
-
 }  // namespace
 
 Eigen::Matrix3Xd ContactSamples(const TriangleMesh& mesh, double spacing_m, int most) {
   const double area = SurfaceArea(mesh);
   const double spacing = std::max(spacing_m, std::sqrt(area / most));
   Thinning thinning(0.5 * spacing);
-  for (const auto& [from, to] : SharpEdges(mesh)) {
+  for (const auto& [from, to] : HalfEdges(mesh).SharpEdges(kSharp_rad)) {
     const Eigen::Vector3d a = mesh.vertices.col(from), b = mesh.vertices.col(to);
     const int steps = std::max(1, static_cast<int>(std::ceil((b - a).norm() / spacing)));
     for (int k = 0; k <= steps; ++k) thinning.Add(a + (static_cast<double>(k) / steps) * (b - a));

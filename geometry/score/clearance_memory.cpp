@@ -55,13 +55,16 @@ SignedDistance::Result ClearanceMemory::Query(std::size_t i, const Eigen::Vector
   SignedDistance::Result result = solid_.distance.Query(point, k.face);
   const double distance = std::abs(result.distance);
   const double known = Clear(k);
-  const bool outside = solid_.IsClosed() && ((known > 0.0 && OutsideBy(i, point) > -distance) ||
-                                             !GoesAround(solid_, point));
+  const bool closed = solid_.IsClosed();
+  const bool outside =
+      closed ? (known > 0.0 && OutsideBy(i, point) > -distance) || !GoesAround(solid_, point)
+             : result.distance > 0.0;
   if (outside && result.distance < 0.0) {
     result.distance = distance;
     result.gradient = -result.gradient;
   }
-  k = {point, distance, traveled_, outside, result.face};
+  const double clear = closed ? distance : solid_.distance.SideHolds(point, distance);
+  k = {point, distance, outside ? clear : 0.0, traveled_, result.face};
   return result;
 }
 

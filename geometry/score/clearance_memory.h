@@ -32,7 +32,7 @@ class ClearanceMemory {
   void SurfaceMoved(double farthest_m) { traveled_ += farthest_m; }
 
   /// How far point i, now at `point`, is outside the solid at least, meters; zero or less where
-  /// that is not known, as of one that is not closed.
+  /// that is not known, as around the holes of one that is not closed.
   double OutsideBy(std::size_t i, const Eigen::Vector3d& point) const {
     return Clear(known_[i]) - (point - known_[i].place).norm();
   }
@@ -51,13 +51,13 @@ class ClearanceMemory {
   struct Known {
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
     double distance = std::numeric_limits<double>::infinity();
+    double clear = 0.0;     // how far it is outside for sure
     double traveled = 0.0;  // of the surface, by then
-    bool outside = false;
     int face = -1;
   };
 
   double Clear(const Known& k) const {
-    return k.outside ? k.distance - (traveled_ - k.traveled) : 0.0;
+    return k.clear > 0.0 ? k.clear - (traveled_ - k.traveled) : 0.0;
   }
 
   const Solid& solid_;

@@ -5,13 +5,14 @@
 #include <atomic>
 #include <cmath>
 #include <iterator>
-#include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/mesh/half_edges.h"
 #include "geometry/mesh/mesh_parts.h"
 #include "geometry/mesh/mesh_topology.h"
 #include "geometry/parallel.h"
@@ -52,7 +53,10 @@ class SharedCubes {
 
   SharedCubes(const SignedDistance& a, const SignedDistance& b, double voxel,
               const Eigen::AlignedBox3d& box)
-      : solids_{&a, &b}, voxel_(voxel), box_(box) {}
+      : solids_{&a, &b}, voxel_(voxel), box_(box) {
+    // First the one whose side is told at once.
+    if (a.SignMethod() == SignedDistance::Sign::kWindingNumber) std::swap(solids_[0], solids_[1]);
+  }
 
   /// Cubes [low, low + size) per axis, `size` a power of two. Nothing outside the box is inside
   /// both. `faces`, if known: of the faces that bound what is inside both, at least those here.
@@ -76,10 +80,13 @@ class SharedCubes {
     bool inside[2] = {in_a, in_b};
     for (int s = 0; s < 2; ++s) {
       if (inside[s]) continue;
-      const SignedDistance::Result nearest = solids_[s]->Query(center, hints_[s]);
+      // The side matters only where no surface can be between: telling it is most of the work where
+      // a surface is open.
+      const TriangleTree::Hit nearest = solids_[s]->Tree().Closest(center, hints_[s]);
       hints_[s] = nearest.face;
-      if (nearest.distance >= reach) return 0;
-      inside[s] = nearest.distance < -reach;
+      if (nearest.squared_distance < reach * reach) continue;
+      if (!solids_[s]->Inside(center, nearest)) return 0;
+      inside[s] = true;
     }
     if (inside[0] && inside[1]) return size * size * size;
     const long long half = size / 2;
@@ -160,37 +167,24 @@ HoleFill::HoleFill(const TriangleMesh& mesh) {
   const int all = static_cast<int>(parted.NumVertices());
   for (int v = given; v < all; ++v) added_.push_back({source(v)});
   faces_ = parted.faces;
-  struct EdgeSide {
-    int from, to;
-  };
-  std::vector<EdgeSide> open;
-  EdgeTable(faces_, all).ForEach([&](int, int, std::span<const int> sides) {
-    const auto start = [&](int corner) { return faces_(corner % 3, corner / 3); };
-    if (sides.size() > 2 || (sides.size() == 2 && start(sides[0]) == start(sides[1]))) {
-      throw Error("mesh", "has an edge of more than two faces, or of two that disagree",
-                  "Repair the mesh first");
-    }
-    if (sides.size() == 1) {
-      const int k = sides[0] % 3;
-      open.push_back({faces_(k, sides[0] / 3), faces_((k + 1) % 3, sides[0] / 3)});
-    }
-  });
-  if (open.empty()) return;
-
-  // Each vertex of a boundary has one open side in and one out by now: sets of sides are loops.
-  DisjointSets loops(all);
-  for (const EdgeSide& side : open) loops.Merge(side.from, side.to);
-  std::map<int, std::vector<int>> caps;  // of each loop
-  for (const EdgeSide& side : open) caps[loops.Find(side.from)].push_back(source(side.from));
-  std::map<int, int> tips;
-  for (const auto& [loop, rim] : caps) {
-    tips[loop] = given + static_cast<int>(added_.size());
-    added_.push_back(rim);
+  const HalfEdges edges({Eigen::Matrix3Xd::Zero(3, all), faces_});
+  if (edges.NumApart() > 0) {
+    throw Error("mesh", "has an edge of more than two faces, or of two that disagree",
+                "Repair the mesh first");
   }
-  Eigen::Index next_face = faces_.cols();
-  faces_.conservativeResize(Eigen::NoChange, next_face + static_cast<Eigen::Index>(open.size()));
-  for (const EdgeSide& side : open) {
-    faces_.col(next_face++) << side.to, side.from, tips[loops.Find(side.from)];
+  std::vector<Eigen::Vector3i> caps;
+  for (const std::vector<int>& loop : edges.BoundaryLoops()) {
+    const int tip = given + static_cast<int>(added_.size());
+    std::vector<int>& rim = added_.emplace_back();
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      rim.push_back(source(loop[k]));
+      caps.emplace_back(loop[(k + 1) % loop.size()], loop[k], tip);
+    }
+  }
+  const Eigen::Index own = faces_.cols();
+  faces_.conservativeResize(Eigen::NoChange, own + static_cast<Eigen::Index>(caps.size()));
+  for (std::size_t k = 0; k < caps.size(); ++k) {
+    faces_.col(own + static_cast<Eigen::Index>(k)) = caps[k];
   }
 }
 

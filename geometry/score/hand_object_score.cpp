@@ -87,9 +87,8 @@ class FrameMeasurer {
     const auto measure = [&](int i) {
       const Eigen::Vector3d point = closed_.mesh.vertices.col(i);
       SignedDistance::Result& query = queries_[static_cast<std::size_t>(i)];
-      const double outside = all_.object.IsClosed() ? std::max(box.exteriorDistance(point),
-                                                               from_object_.OutsideBy(i, point))
-                                                    : 0.0;
+      const double outside = std::max(all_.object.IsClosed() ? box.exteriorDistance(point) : 0.0,
+                                      from_object_.OutsideBy(i, point));
       if (outside > threshold_m && outside > least) {
         query.distance = outside;
       } else {

@@ -6,7 +6,6 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <memory>
 #include <numbers>
 #include <utility>
@@ -14,7 +13,7 @@
 #include <glpk.h>
 
 #include "geometry/error.h"
-#include "geometry/mesh/mesh_topology.h"
+#include "geometry/mesh/half_edges.h"
 
 namespace holdfast {
 namespace {
@@ -463,19 +462,15 @@ std::string WhyNotSolid(const TriangleMesh& mesh) {
   constexpr double kMaxOpen = 0.05, kThinnest_m = 1e-4;
   const double area = SurfaceArea(mesh);
   if (!(area > 0.0)) return "the mesh has no surface";
-  std::vector<std::pair<int, int>> boundary;
-  DisjointSets loops(static_cast<int>(mesh.NumVertices()));
-  EdgeTable(mesh.faces, mesh.NumVertices()).ForEach([&](int a, int b, std::span<const int> sides) {
-    if (sides.size() != 1) return;
-    boundary.emplace_back(a, b);
-    loops.Merge(a, b);
-  });
-  std::map<int, double> around;  // meters, of each loop
-  for (const auto& [a, b] : boundary) {
-    around[loops.Find(a)] += (mesh.vertices.col(a) - mesh.vertices.col(b)).norm();
-  }
   double holes = 0.0;
-  for (const auto& [loop, length] : around) holes += length * length / (4.0 * std::numbers::pi);
+  for (const std::vector<int>& loop : HalfEdges(mesh).BoundaryLoops()) {
+    double length = 0.0;
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      length +=
+          (mesh.vertices.col(loop[k]) - mesh.vertices.col(loop[(k + 1) % loop.size()])).norm();
+    }
+    holes += length * length / (4.0 * std::numbers::pi);
+  }
   if (holes > kMaxOpen * area) return "the mesh is open: it encloses no solid";
   const Eigen::Vector3d middle = mesh.vertices.rowwise().mean();
   const TriangleMesh centered{mesh.vertices.colwise() - middle, mesh.faces};

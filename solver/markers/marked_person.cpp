@@ -58,7 +58,7 @@ JointEase EaseOf(int joint) {
       const Eigen::Vector3d hinge = Arm(side).hinge;
       ease.axes << hinge, Eigen::Vector3d::UnitX(), hinge.cross(Eigen::Vector3d::UnitX());
       ease.axes.col(2).normalize();
-      ease.sigma_deg << 90.0, 60.0, 3.0;
+      ease.sigma_deg << 90.0, 60.0, 6.0;
       ease.acceleration = 120.0;
       break;
     }

@@ -12,6 +12,7 @@
 #include <ceres/solver.h>
 
 #include "generator/body/limb_ik.h"
+#include "geometry/mesh/nearest.h"
 #include "geometry/rotation.h"
 #include "solver/markers/marker_world.h"
 #include "solver/terms/body/marker_terms.h"
@@ -246,12 +247,13 @@ std::vector<SkinPlace> PlacesOnSkin(const MarkedPerson& person,
         (vertices.col(c(1)) - vertices.col(c(0))).cross(vertices.col(c(2)) - vertices.col(c(0)));
     for (const int corner : c) normals.col(corner) += n;
   }
+  const NearestPoints nearest(vertices);
   std::vector<SkinPlace> places;
   for (int k = 0; k < person.body.NumMarkers(); ++k) {
     const Eigen::Vector3d x =
         surface.RestJoints().col(person.body.joint[k]) + calibration.places.col(k);
     SkinPlace place;
-    (vertices.colwise() - x).colwise().squaredNorm().minCoeff(&place.vertex);
+    place.vertex = nearest.Nearest(x).id;
     place.height_m = (x - vertices.col(place.vertex)).dot(normals.col(place.vertex).normalized());
     places.push_back(place);
   }

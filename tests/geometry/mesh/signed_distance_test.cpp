@@ -175,6 +175,38 @@ TEST(SignedDistance, OfAMeshWithAHoleUsesTheWindingNumber) {
   EXPECT_LT(wrong, 10);  // close to the hole only
 }
 
+// The side of the nearest face does where holes are far; beside them the winding number does.
+TEST(SignedDistance, OfAMeshWithHolesHasTheSideThatTheExactWindingNumberHas) {
+  TriangleMesh open = Torus(0.05, 0.02, 24, 12);
+  Eigen::Index kept = 0;
+  for (Eigen::Index f = 0; f < open.NumFaces(); ++f) {
+    if (f % 97 > 2) open.faces.col(kept++) = open.faces.col(f);
+  }
+  open.faces.conservativeResize(Eigen::NoChange, kept);
+  SignedDistance distance(open);
+  ASSERT_EQ(distance.SignMethod(), SignedDistance::Sign::kWindingNumber);
+  std::mt19937 random(11);
+  int by_side = 0, beside_holes = 0;
+  for (int round = 0; round < 2; ++round) {
+    for (int i = 0; i < 1500; ++i) {
+      const Eigen::Vector3d p =
+          RandomPoint(random, Eigen::Vector3d::Constant(-0.08), Eigen::Vector3d::Constant(0.08));
+      const double exact = BruteForceDistance(open, p);
+      EXPECT_NEAR(distance.Distance(p), exact, 1e-12);
+      const double holds = distance.SideHolds(p, exact);
+      ++(holds > 0.0 ? by_side : beside_holes);
+      EXPECT_LE(holds, std::abs(exact));
+      const Eigen::Vector3d way =
+          RandomPoint(random, -Eigen::Vector3d::Ones(), Eigen::Vector3d::Ones());
+      EXPECT_EQ(BruteForceDistance(open, p + 0.99 * holds * way.normalized()) < 0.0, exact < 0.0);
+    }
+    open.vertices.row(1) *= 0.7;  // holes move with the surface
+    distance.Move(open.vertices);
+  }
+  EXPECT_GT(by_side, 300);
+  EXPECT_GT(beside_holes, 300);
+}
+
 // A solid that is modeled inside another one: one solid, not a cavity.
 TEST(SignedDistance, OfASolidWithinASolidIsInsideThroughout) {
   const SignedDistance distance(Together(Sphere(0.05, 3), Sphere(0.03, 3)));

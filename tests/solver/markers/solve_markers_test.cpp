@@ -429,7 +429,7 @@ struct WalkTest : ::testing::Test {
 
 TEST_F(WalkTest, PerfectMarkersGiveEveryJoint) {
   const SolvedRecording solved = SolveMarkers(recording, nullptr, model, {}, "walk");
-  EXPECT_LT(WorstJoint(solved), 15.0);
+  EXPECT_LT(WorstJoint(solved), 10.0);
   EXPECT_LT(solved.report.rms_mm, 2.0);
   EXPECT_TRUE(solved.report.faults.outliers.empty());
   EXPECT_TRUE(solved.report.unused.empty());
@@ -461,7 +461,7 @@ TEST_F(WalkTest, TablesAddToTheKnownNames) {
   const SolvedRecording solved = SolveMarkers(named, nullptr, model, options, "walk");
   EXPECT_EQ(solved.report.markers.size(), kPoints.size());
   EXPECT_TRUE(solved.report.unused.empty());
-  EXPECT_LT(WorstJoint(solved), 15.0);
+  EXPECT_LT(WorstJoint(solved), 10.0);
 }
 
 TEST(MarkerTable, ReadsNamesAndSaysWhatIsWrong) {
