@@ -87,7 +87,7 @@ struct Declare {
     if (!option.flag.starts_with("--no-"))
       return command.add_flag(option.flag, *value, option.help);
     return command.add_flag_callback(
-        option.flag, [value] { *value = false; }, option.help);
+        option.flag, [value] { *value = false; }, "Turns this off: " + option.help);
   }
   template <typename T>
   CLI::Option* operator()(T* value) const {

@@ -10,19 +10,16 @@
 #include "geometry/mesh/mesh_topology.h"
 
 namespace holdfast {
-namespace {
-
-struct Traits : OpenMesh::DefaultTraits {
-  using Point = OpenMesh::Vec3d;
-  using Normal = OpenMesh::Vec3d;
-};
-using Surface = OpenMesh::TriMesh_ArrayKernelT<Traits>;
-using Vertex = OpenMesh::VertexHandle;
-using HalfEdge = OpenMesh::HalfedgeHandle;
-
-}  // namespace
 
 struct HalfEdges::Impl {
+  struct Traits : OpenMesh::DefaultTraits {
+    using Point = OpenMesh::Vec3d;
+    using Normal = OpenMesh::Vec3d;
+  };
+  using Surface = OpenMesh::TriMesh_ArrayKernelT<Traits>;
+  using Vertex = OpenMesh::VertexHandle;
+  using HalfEdge = OpenMesh::HalfedgeHandle;
+
   Surface surface;
   std::vector<int> source;  // per vertex of `surface`: its id in the soup
   int apart = 0;
@@ -52,7 +49,8 @@ HalfEdges::HalfEdges(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>())
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
     const Eigen::Vector3i ids = mesh.faces.col(f);
     if (HasRepeatedCorner(ids)) continue;
-    std::array<Vertex, 3> corners = {Vertex(ids[0]), Vertex(ids[1]), Vertex(ids[2])};
+    std::array<Impl::Vertex, 3> corners = {Impl::Vertex(ids[0]), Impl::Vertex(ids[1]),
+                                           Impl::Vertex(ids[2])};
     if (half.Takes(corners) &&
         half.surface.add_face(corners[0], corners[1], corners[2]).is_valid()) {
       continue;
@@ -70,14 +68,15 @@ HalfEdges& HalfEdges::operator=(HalfEdges&&) noexcept = default;
 int HalfEdges::NumApart() const { return impl_->apart; }
 
 std::vector<std::vector<int>> HalfEdges::BoundaryLoops() const {
-  const Surface& surface = impl_->surface;
+  const Impl::Surface& surface = impl_->surface;
   std::vector<bool> seen(surface.n_halfedges(), false);
   std::vector<std::vector<int>> loops;
-  for (const HalfEdge start : surface.halfedges()) {
+  for (const Impl::HalfEdge start : surface.halfedges()) {
     if (!surface.is_boundary(start) || seen[start.idx()]) continue;
     std::vector<int>& loop = loops.emplace_back();
     // The open side of an edge runs against its face.
-    for (HalfEdge side = start; !seen[side.idx()]; side = surface.prev_halfedge_handle(side)) {
+    for (Impl::HalfEdge side = start; !seen[side.idx()];
+         side = surface.prev_halfedge_handle(side)) {
       seen[side.idx()] = true;
       loop.push_back(impl_->SourceFrom(surface.opposite_halfedge_handle(side)));
     }
@@ -86,13 +85,13 @@ std::vector<std::vector<int>> HalfEdges::BoundaryLoops() const {
 }
 
 std::vector<std::pair<int, int>> HalfEdges::SharpEdges(double angle_rad) const {
-  const Surface& surface = impl_->surface;
+  const Impl::Surface& surface = impl_->surface;
   std::vector<std::pair<int, int>> sharp;
   for (const OpenMesh::EdgeHandle edge : surface.edges()) {
     if (!surface.is_boundary(edge) && std::abs(surface.calc_dihedral_angle(edge)) <= angle_rad) {
       continue;
     }
-    const HalfEdge side = surface.halfedge_handle(edge, 0);
+    const Impl::HalfEdge side = surface.halfedge_handle(edge, 0);
     sharp.emplace_back(std::minmax(impl_->SourceFrom(side),
                                    impl_->SourceFrom(surface.opposite_halfedge_handle(side))));
   }

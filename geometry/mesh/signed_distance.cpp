@@ -88,12 +88,12 @@ struct SignedDistance::Impl {
   /// holes are the nearest, or seen under half of all directions. Where they are neither, the side
   /// of the mesh that the point is nearest to is its side of the whole.
   double ReachOfSide(const Eigen::Vector3d& point, double distance) const {
-    constexpr double kMostSeen = 0.45;
+    constexpr double kMaxSeen = 0.45;
     double reach = holes.empty() ? 0.0 : distance;
     for (const Hole& hole : holes) {
       // The holes share what may be seen.
       const double apart = std::sqrt(hole.area * static_cast<double>(holes.size()) /
-                                     (4.0 * std::numbers::pi * kMostSeen));
+                                     (4.0 * std::numbers::pi * kMaxSeen));
       const double gap = (point - hole.center).norm() - hole.radius;
       reach = std::min({reach, gap - distance, gap - apart});
       if (reach <= 0.0) return 0.0;

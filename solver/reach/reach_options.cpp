@@ -59,8 +59,8 @@ OptionTable OptionsOf(ReachJob& job) {
              "Arrive at any time until the goal is due (latent-opt)");
   table.Flag(
       "refit", options.refit,
-      "Pin the feet and place the wrist afterwards. Without it the network's motion is kept: "
-      "the wrist is some centimeters from the goal (latent-opt: millimeters)");
+      "Pin the feet and place the wrist on the goal afterwards. The network's own motion ends some "
+      "centimeters from the goal (latent-opt: millimeters)");
   table.Flag("refit_all", options.refit_all, "In all motions, not in the best alone");
   AddStyleOption(table, "grasp", job.grasp,
                  "How the object is taken: by a power, precision or handle grasp, or whichever is "

@@ -9,14 +9,18 @@
 
 #include <gtest/gtest.h>
 
+#include "generator/wandr/motion_states.h"
+#include "generator/wandr/reach_network.h"
 #include "geometry/clip/clip_body.h"
 #include "geometry/import/load_clip.h"
 #include "solver/carry/carry.h"
 #include "solver/grasp/grasp_set.h"
+#include "solver/latent/latent_optimizer.h"
 #include "solver/robot/robot.h"
 #include "solver/robot_hand/robot_hand.h"
 #include "tests/support/robot_files.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/wandr_scene.h"
 
 namespace {
 std::atomic<int> solves = 0;
@@ -104,6 +108,25 @@ TEST(CeresCount, EveryFrameOfATransferToARobotIsSolvedByCeres) {
   EXPECT_EQ(transfer.poses.size(), 10u);
   EXPECT_GE(solves, 10);
   EXPECT_GE(transfer.iterations, solves);
+}
+
+TEST(CeresCount, LatentsAreOptimizedByCeres) {
+  const wandr::NetworkWeights weights = wandr::DefaultNetwork();
+  const auto& walker = wandr::testing::DefaultBody();
+  ReachTask task;
+  task.start =
+      wandr::StartAtRest(wandr::StandingPose(walker), wandr::Normalizer<double>(weights.statistics))
+          .Cast<float>();
+  task.goal = {0.0, -1.0, 1.1};
+  task.deadline = 60;
+  task.num_steps = 72;
+  solves = 0;
+  const std::vector<ReachSolution> solutions =
+      OptimizeLatents(wandr::Network<float>(weights),
+                      LatentBodyOf(walker.rest_joints, walker.sole_y), {&task, 1}, {}, 1);
+  EXPECT_LT(std::ranges::min(solutions[0].trace.closest_m), 0.1f);
+  EXPECT_GE(solves, static_cast<int>(solutions[0].solves.size()));
+  EXPECT_GE(solves, 1);
 }
 
 }  // namespace
