@@ -30,7 +30,7 @@ PROSE = {  # of help texts, headers and docs
 }
 SOURCES = re.compile(r"(geometry|generator|solver|apps|python)/.*\.(h|cpp|py)$")
 DOCS = re.compile(r"(docs/.*\.(md|rst)|README\.md|meshes/.*\.md|CONTRIBUTING\.md)$")
-ALLOWED = {"CHANGELOG.md"}
+ALLOWED = {"CHANGELOG.md", "geometry/io/markers/marker_recording.cpp"}  # the latter: units as files name them
 
 
 def prose_of(name, line):

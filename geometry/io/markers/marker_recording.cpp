@@ -81,17 +81,18 @@ MarkerRecording ParseMarkers(std::string_view text, const std::string& where) {
 
 std::optional<LengthUnit> FindLengthUnit(std::string_view unit) {
   constexpr std::size_t kMinCutOff = 3;
+  // Files name units in either spelling.
   constexpr std::array<LengthUnit, 13> kUnits = {{{"mm", 1e-3},
                                                   {"cm", 1e-2},
                                                   {"dm", 1e-1},
                                                   {"m", 1.0},
                                                   {"in", 0.0254},
                                                   {"millimeters", 1e-3},
-                                                  {"millimeters", 1e-3},
+                                                  {"millimetres", 1e-3},
                                                   {"centimeters", 1e-2},
-                                                  {"centimeters", 1e-2},
+                                                  {"centimetres", 1e-2},
                                                   {"meters", 1.0},
-                                                  {"meters", 1.0},
+                                                  {"metres", 1.0},
                                                   {"inch", 0.0254},
                                                   {"inches", 0.0254}}};
   for (const LengthUnit& known : kUnits) {

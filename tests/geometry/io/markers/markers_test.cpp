@@ -402,6 +402,17 @@ TEST(SetMarkerNames, MakesUtf8OfAnyBytes) {
 }
 
 // Of a file that was not copied whole the last line may end anywhere, between fields as well.
+TEST(FindLengthUnit, KnowsEitherSpelling) {
+  for (const char* unit : {"mm", "millimeters", "millimetres", "Millimetres", "mill"}) {
+    const std::optional<LengthUnit> found = FindLengthUnit(unit);
+    ASSERT_TRUE(found) << unit;
+    EXPECT_EQ(found->meters, 1e-3) << unit;
+  }
+  EXPECT_EQ(FindLengthUnit("centimetres")->meters, 1e-2);
+  EXPECT_EQ(FindLengthUnit("metres")->meters, 1.0);
+  EXPECT_FALSE(FindLengthUnit("feet"));
+}
+
 TEST(MarkerTables, CutOffInALineTheySaySo) {
   const std::string trc = kTrc, whole = trc.substr(0, trc.rfind("6\t0.016"));
   const auto frames = [](const std::string& text) { return ParseTrc(text, "x.trc").NumFrames(); };
