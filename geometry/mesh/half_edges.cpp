@@ -33,7 +33,7 @@ struct HalfEdges::Impl {
     return surface.add_vertex({p.x(), p.y(), p.z()});
   }
 
-  /// add_face would say on the process's stream what it does not take.
+  /// Tested beforehand, since add_face logs rejected faces to a global stream.
   bool Takes(const std::array<Vertex, 3>& corners) const {
     for (std::size_t k = 0; k < 3; ++k) {
       if (!surface.is_boundary(corners[k])) return false;
@@ -76,7 +76,7 @@ std::vector<std::vector<int>> HalfEdges::BoundaryLoops() const {
   for (const HalfEdge start : surface.halfedges()) {
     if (!surface.is_boundary(start) || seen[start.idx()]) continue;
     std::vector<int>& loop = loops.emplace_back();
-    // The open side of an edge runs against its face.
+    // A boundary half-edge is oriented opposite to its face.
     for (HalfEdge side = start; !seen[side.idx()]; side = surface.prev_halfedge_handle(side)) {
       seen[side.idx()] = true;
       loop.push_back(impl_->SourceFrom(surface.opposite_halfedge_handle(side)));
