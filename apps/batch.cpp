@@ -28,7 +28,7 @@ struct BatchOptions {
   bool retry_failed = false;
 };
 
-// What a job has no say in.
+// Options of the run as a whole, which a job cannot set.
 bool IsOfTheRun(const CLI::Option& option) {
   static const std::set<std::string> names = {
       "batch", "shard", "retry-failed", "output", "json",         "quiet", "verbose",
@@ -55,7 +55,7 @@ const CLI::Option* FindKey(const CLI::App& command, const std::string& key) {
   return option == nullptr || IsOfTheRun(*option) ? nullptr : option;
 }
 
-// Options that the command line gives to all jobs, each as its name and its values.
+// Options of the command line for all jobs, each as its name and values.
 std::vector<std::vector<std::string>> SharedOptions(const CLI::App& command) {
   std::vector<std::vector<std::string>> shared;
   for (const CLI::Option* option : command.get_options()) {
@@ -71,7 +71,7 @@ std::vector<std::vector<std::string>> SharedOptions(const CLI::App& command) {
   return shared;
 }
 
-// What a command's summary says of the result alone.
+// The part of a command's summary that describes only the result.
 nlohmann::json SummaryOfResult(nlohmann::json summary) {
   if (!summary.is_object()) return {};
   if (summary.contains("summary")) summary = nlohmann::json(summary["summary"]);
@@ -82,7 +82,7 @@ nlohmann::json SummaryOfResult(nlohmann::json summary) {
   return summary;
 }
 
-// A list's jobs, and how each is run.
+// The jobs of a list, and how to run each of them.
 class Batch {
  public:
   Batch(const CLI::App& parsed, const BatchCommand& command, const BatchOptions& options)
@@ -140,7 +140,7 @@ class Batch {
     return words;
   }
 
-  // What distinguishes a job from others; files stand alone, for the hash.
+  // Words that identify a job; file names are separate words, for the hash.
   static std::vector<std::string> WordsOf(const JobLine& line) {
     std::vector<std::string> words = line.words;
     for (const auto& [key, value] : line.keys) {
@@ -171,7 +171,7 @@ class Batch {
     return words;
   }
 
-  // Every line is parsed before any is run, by one program whose command ends where it would begin.
+  // Parses every line before any job runs. The program's commands stop before they start.
   void RequireLinesRead() const {
     struct Reads {};
     int unused = 0;
@@ -198,7 +198,7 @@ class Batch {
 };
 
 Outcome RunBatch(const CLI::App& parsed, const BatchCommand& command, const BatchOptions& options) {
-  // The command's own options of a run, as CommonOptions has them.
+  // Options of the run, in the form of CommonOptions.
   CommonOptions common;
   const auto is_set = [&](const char* name) {
     const CLI::Option* const option = parsed.get_option_no_throw(name);
@@ -256,16 +256,16 @@ Outcome RunBatch(const CLI::App& parsed, const BatchCommand& command, const Batc
   return outcome;
 }
 
-// A command may ask for an extension, which a folder has not.
+// A command may require a file extension, which a folder does not have.
 void AcceptAnyName(CLI::Option& output) {
   try {
     output.get_validator(0)->active(false);
-  } catch (const CLI::OptionNotFound&) {  // it asks for none
+  } catch (const CLI::OptionNotFound&) {  // none required
   }
 }
 
-// From here on the command runs the list, and ends where it would begin. Its own callback stays: it
-// owns what the options write to.
+// Makes the command run the list and end before its own start. Its callback is kept, since it owns
+// the variables of the options.
 void BecomeBatch(CLI::App& own, const BatchCommand& command,
                  const std::shared_ptr<BatchOptions>& options) {
   for (CLI::Option* option : own.get_options()) {

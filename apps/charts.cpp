@@ -12,7 +12,7 @@
 namespace holdfast::apps {
 namespace {
 
-// 1, 2 or 5 times a power of ten, so that about `parts` of them cover `range`.
+// 1, 2 or 5 times a power of ten, such that about `parts` steps cover `range`.
 double RoundStep(double range, int parts) {
   const double rough = range / parts, power = std::pow(10.0, std::floor(std::log10(rough)));
   for (const double factor : {1.0, 2.0, 5.0}) {
@@ -25,7 +25,7 @@ std::string AxisNumber(double value) {
   return fmt::format("{:.4g}", std::abs(value) < 1e-12 ? 0.0 : value);  // never "-0"
 }
 
-// A legend below a chart: words wrap by themselves there.
+// A legend below a chart, in HTML, where words wrap automatically.
 std::string LegendBelow(const std::vector<std::pair<std::string, std::string>>& entries) {
   std::string html = "<figcaption>";
   for (const auto& [label, color] : entries) {
@@ -35,7 +35,7 @@ std::string LegendBelow(const std::vector<std::pair<std::string, std::string>>& 
   return html + "</figcaption>";
 }
 
-// Pieces of SVG, in its pixels; `style` are attributes.
+// SVG elements in pixels; `style` has attributes.
 std::string SvgOpen(int width, int height) {
   return fmt::format("<svg viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\" role=\"img\">",
                      width, height);
@@ -52,16 +52,16 @@ std::string SvgLine(const char* kind, double x1, double y1, double x2, double y2
                      kind, x1, x2, y1, y2);
 }
 
-// A line across, with its value to the left.
+// A horizontal line, with its value on the left.
 std::string SvgGrid(double x1, double x2, double y, const std::string& label) {
   return SvgLine("grid", x1, y, x2, y) + SvgText(x1 - 5, y + 4, label, "end");
 }
 
-// The numbers that a chart must show.
+// Range of values shown by a chart.
 struct ChartRange {
   double low = std::numeric_limits<double>::infinity(), high = -low;
 
-  // Leaves out what is not finite.
+  // Ignores non-finite values.
   void Include(double value) {
     if (!std::isfinite(value)) return;
     low = std::min(low, value);
@@ -70,7 +70,7 @@ struct ChartRange {
   bool Empty() const { return !(low <= high); }
 };
 
-// Where values from `low` to `high` stand: at pixels `begin` to `end`, as do those beyond.
+// Maps values from `low` to `high` to pixels `begin` to `end`; clamps values outside.
 struct ChartAxis {
   double low, high, begin, end;
 

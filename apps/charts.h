@@ -7,10 +7,10 @@
 
 namespace holdfast::apps {
 
-/// "12.3 %" of a share.
+/// Formats a fraction as "12.3 %".
 std::string Percent(double share, int digits = 1);
 
-/// One line of a chart; values that are not finite are left out.
+/// One line of a chart. Non-finite values are omitted.
 struct ChartLine {
   std::string label;
   std::string color;  ///< CSS
@@ -22,10 +22,10 @@ struct LineChart {
   std::vector<ChartLine> lines;
 };
 
-/// A figure with inline SVG and a legend; empty when no line has a point.
+/// Returns a figure with inline SVG and a legend, or an empty string if no line has a point.
 std::string DrawLineChart(const LineChart& chart);
 
-/// The rules that it needs in the page's style.
+/// CSS rules of charts, for the style of the page.
 extern const char* const kChartStyle;
 
 }  // namespace holdfast::apps

@@ -18,18 +18,18 @@ namespace fs = std::filesystem;
 bool IsForeign(const LoadedClip& loaded) {
   const BodyModel& body = *loaded.body.model;
   const std::string& made_with = loaded.clip.body_model;
-  const bool embedded = loaded.file.empty() && !loaded.imported;  // those fit any body
+  const bool embedded = loaded.file.empty() && !loaded.imported;  // fits any body
   if (body.IsSubject() || embedded) return false;
   if (loaded.change) return true;
   if (!made_with.empty()) return made_with != body.Name();
   if (body.Kind() == ModelKind::kSmplh) return loaded.clip.surface_model_type != "smplh";
   if (body.LoneHand()) return !IsHandAlone(loaded.clip);
-  // Other programs' files are SMPL-X's.
+  // Files of other programs are for SMPL-X.
   return !body.Name().starts_with("SMPLX_");
 }
 
-// A fitted clip keeps the betas of the motion it came from, whose body it may not have been fitted
-// with: the metrics.json beside it says which one that was.
+// A fitted clip keeps the betas of its input motion, but may have been fitted with another body.
+// The metrics.json next to it records that body.
 bool IsFittedWith(const BodyModel& body, const nlohmann::json& metrics) {
   if (!metrics.is_object() || !metrics.contains("options")) return false;
   const nlohmann::json& options = metrics["options"];
@@ -41,7 +41,7 @@ bool IsFittedWith(const BodyModel& body, const nlohmann::json& metrics) {
          fitted_with.stem() == fs::path(body.Name()).stem();
 }
 
-// The mesh that was told, else the clip's own.
+// Uses the given mesh, or else the clip's own.
 void FindObject(ClipInput& input, const LoadedClip& loaded, const ClipInputOptions& options,
                 const CommonOptions& common) {
   input.object_scale = options.object_scale;
@@ -115,7 +115,7 @@ ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions&
   if (!input.file.empty()) input.metrics = MetricsBeside(input.file);
   input.foreign_body = IsForeign(loaded) && !IsFittedWith(*input.body, input.metrics);
   FindObject(input, loaded, options, common);
-  // It is only looked at, so that its absence is no matter.
+  // The table is only displayed, so a missing mesh is not an error.
   if (!loaded.table_mesh.empty()) input.table = ReadMesh(loaded.table_mesh);
   if (input.object && (input.foreign_body || input.metrics.is_null())) {
     WarnIfAway(path_or_name, input.clip, loaded.body, *input.object, common);

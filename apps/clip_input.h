@@ -12,39 +12,39 @@
 
 namespace holdfast::apps {
 
-/// What a command takes for a clip, in its help.
+/// Accepted clip arguments, for help texts.
 inline constexpr const char* kClipHelp =
     "Clip (.npz), result folder, embedded clip, or any file that 'holdfast import' reads";
 
-/// What a clip needs besides itself, where the user states it.
+/// Additional inputs of a clip, if given by the user.
 struct ClipInputOptions {
-  std::string body;    ///< body model file; empty: the embedded body
-  std::string object;  ///< mesh or embedded object in place of the one the clip names; may be empty
-  double object_scale = 1.0;  ///< of that mesh
-  /// In place of `body`, where many clips are loaded: one body model for all of them.
+  std::string body;           ///< body model file; empty: the embedded body
+  std::string object;         ///< mesh or embedded object instead of the clip's own; optional
+  double object_scale = 1.0;  ///< scale of that mesh
+  /// Used instead of `body` when many clips are loaded: one body model for all of them.
   std::shared_ptr<const BodyModel> loaded_body = nullptr;
 };
 
-/// A clip as the user named it, with what lies beside it.
+/// A clip given by the user, with accompanying data.
 struct ClipInput : ReportInput {
-  bool object_in_clip = false;              ///< the clip's own file holds the object's mesh
-  std::optional<TexturedMesh> object_look;  ///< of such a mesh, where the file gives one
-  double object_scale = 1.0;                ///< of object_source
-  std::optional<TriangleMesh> own_object;   ///< that the clip names or holds, where one was told
+  bool object_in_clip = false;              ///< the object mesh is stored in the clip file
+  std::optional<TexturedMesh> object_look;  ///< appearance of such a mesh, if the file has it
+  double object_scale = 1.0;                ///< scale of object_source
+  std::optional<TriangleMesh> own_object;   ///< of the clip, if --object overrides it
 };
 
-/// LoadClip with its notes told: every command loads its clips through here.
+/// Calls LoadClip and prints its notes. All commands load clips through this function.
 LoadedClip LoadClip(const std::string& path_or_name, std::shared_ptr<const BodyModel> body,
                     const CommonOptions& common, ImportFileOptions import = {});
 
-/// Warns where the clip says that a hand holds the object, and the hand is centimeters away.
+/// Warns if the clip states that a hand holds the object, but the hand is centimeters away.
 void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& body,
                 const TriangleMesh& object, const CommonOptions& common);
 
-/// Loads a clip of any kind, as LoadClip does. The object's mesh is the one told, else that of
-/// FindClipObject. A clip that names no file of its object has none where the object is not
-/// embedded either (`object_missing` says why); one that was told or is named and cannot be read
-/// throws Error, as does an unreadable clip.
+/// Loads a clip of any kind, as LoadClip does. The object mesh is the given one, or else that of
+/// FindClipObject. If the clip names no object file and the object is not embedded, there is no
+/// mesh, and `object_missing` states why. Throws Error if a given or named mesh, or the clip, is
+/// unreadable.
 ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions& options,
                         const CommonOptions& common);
 

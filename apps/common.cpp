@@ -31,7 +31,7 @@ double SecondsSince(Clock::time_point begin) {
 
 bool LogsJson(const CommonOptions& options) { return options.log == "json"; }
 
-// What the whole run took until now.
+// Logs the resource usage of the whole run so far.
 void TellUsage(const CommonOptions& options) {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
@@ -78,7 +78,7 @@ CLI::Option* Checked(CLI::Option* option, const OptionRange& range) {
   return option->check(CLI::Range(static_cast<T>(range.low), static_cast<T>(range.high)));
 }
 
-// Declares one option of a table to CLI11.
+// Adds one option of a table to CLI11.
 struct Declare {
   CLI::App& command;
   const Option& option;
@@ -156,7 +156,7 @@ void LogJson(std::string_view level, std::string_view event, const nlohmann::ord
 
 void Note(const CommonOptions& options, std::string_view text) {
   if (options.quiet) return;
-  // What a file was loaded with comes as notes; the doubts among them are warnings.
+  // Notes from loading a file may include warnings.
   if (text.starts_with("note: warning: ")) text.remove_prefix(std::string_view("note: ").size());
   if (!LogsJson(options)) {
     fmt::print(stderr, "{}\n", text);
@@ -210,9 +210,9 @@ void Progress::Update(int done, int total) {
   const auto now = Clock::now();
   const auto pause = std::chrono::milliseconds(json        ? 1000
                                                : terminal_ ? 100
-                                                           : 5000);  // of a person, of a log
+                                                           : 5000);  // terminal, log
   if (now - last_ < pause && done < total) return;
-  if (!json && !terminal_ && now - begin_ < pause) return;  // short work leaves no trace in a log
+  if (!json && !terminal_ && now - begin_ < pause) return;  // keeps short work out of logs
   last_ = now;
   const double elapsed = std::chrono::duration<double>(now - begin_).count();
   const double left = done > 0 ? elapsed / done * (total - done) : 0.0;

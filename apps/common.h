@@ -25,37 +25,37 @@
 
 namespace holdfast::apps {
 
-/// Exit codes of every command.
+/// Exit codes of all commands.
 inline constexpr int kDone = 0;
 inline constexpr int kInputFault = 1;
 inline constexpr int kUsageFault = 2;
 inline constexpr int kFitFault = 3;
 inline constexpr int kInterrupted = 130;
 
-/// What came of a command's work.
+/// Result of a command.
 struct Outcome {
   int exit_code = kDone;
-  nlohmann::json summary;  ///< for machines: what --json prints
-  std::string text;        ///< for people
+  nlohmann::json summary;  ///< printed by --json
+  std::string text;        ///< human-readable summary
 };
 
-/// Options that every command has.
+/// Options of all commands.
 struct CommonOptions {
-  bool json = false;         ///< the summary as JSON on stdout
-  bool quiet = false;        ///< no progress, no notes on stderr
+  bool json = false;         ///< prints the summary as JSON on stdout
+  bool quiet = false;        ///< no progress or notes on stderr
   bool verbose = false;      ///< details on stderr
-  std::string log = "text";  ///< what stderr is made of: "text", or "json", an object a line
-  bool force = false;        ///< overwrite what is there
+  std::string log = "text";  ///< format of stderr: "text", or "json" with one object per line
+  bool force = false;        ///< overwrites existing files
   int threads = 0;           ///< 0: all cores
-  std::uint64_t seed = 1;    ///< of every random draw
+  std::uint64_t seed = 1;    ///< of all random draws
 };
 
-/// Adds --json, --quiet, --verbose, --log, --threads, --seed (and --force where `writes`), --config
-/// and --print-config, and `examples` to --help.
+/// Adds --json, --quiet, --verbose, --log, --threads, --seed (and --force if `writes`), --config
+/// and --print-config, and appends `examples` to --help.
 void AddCommonOptions(CLI::App& command, CommonOptions& options, bool writes,
                       std::string_view examples);
 
-/// An option that shows its default in --help, and what its value has to pass.
+/// Adds an option with its default in --help, and checks on its value.
 template <typename Value, typename... Checks>
 CLI::Option* AddOption(CLI::App& command, const char* names, Value& value, const std::string& help,
                        const Checks&... checks) {
@@ -64,31 +64,31 @@ CLI::Option* AddOption(CLI::App& command, const char* names, Value& value, const
   return option;
 }
 
-/// Adds all options of a job's table: --help, config files and their checks come from it.
+/// Adds all options of a job's table, with their help, config-file keys and checks.
 void AddOptions(CLI::App& command, const OptionTable& table);
 
 int NumThreads(const CommonOptions& options);
 
-/// Set by Ctrl-C; long work looks at it between frames and stops cleanly.
+/// Set by Ctrl-C. Long computations check it between frames and stop cleanly.
 bool Interrupted();
 
-/// One line on stderr of --log json: time (UTC), level ("debug", "info", "warning", "error"), event
-/// and `fields`. docs/commands.md has the events.
+/// Writes a line to stderr with --log json: time (UTC), level ("debug", "info", "warning",
+/// "error"), event and `fields`. Events are listed in docs/commands.md.
 void LogJson(std::string_view level, std::string_view event, const nlohmann::ordered_json& fields);
 
-/// A note for people, on stderr; nothing when quiet. "warning: " before it makes it a warning.
+/// Prints a note on stderr unless quiet. The prefix "warning: " makes it a warning.
 void Note(const CommonOptions& options, std::string_view text);
 
-/// Warns of a network's notes that tell of another rest pelvis (OldPelvisWarning).
+/// Warns if a network's notes record a different rest pelvis (OldPelvisWarning).
 void WarnOfOldPelvis(const std::string& source, const std::map<std::string, std::string>& notes,
                      const CommonOptions& options);
 
-/// What --verbose adds: `text`, or the event with its fields.
+/// Prints --verbose details: `text`, or the event with its fields.
 void Detail(const CommonOptions& options, std::string_view event, std::string_view text,
             const nlohmann::ordered_json& fields);
 
-/// Progress on stderr: one line rewritten on a terminal, a few lines into a log; with time left.
-/// With --verbose it ends with the time that it took.
+/// Progress on stderr with the remaining time: one updated line on a terminal, a few lines in a
+/// log. With --verbose, the elapsed time is printed at the end.
 class Progress {
  public:
   Progress(const CommonOptions& options, std::string label);
@@ -105,7 +105,7 @@ class Progress {
   std::chrono::steady_clock::time_point last_;
 };
 
-/// Progress of work in stages, a line each.
+/// Progress of multi-stage work, one line per stage.
 class StageProgress {
  public:
   explicit StageProgress(const CommonOptions& options) : options_(options) {}
@@ -124,21 +124,21 @@ class StageProgress {
   std::optional<Progress> line_;
 };
 
-/// The body model in a file, or the embedded one when `path` is empty.
+/// Loads the body model in a file, or the embedded one if `path` is empty.
 std::shared_ptr<const BodyModel> LoadBody(const std::string& path);
 
-/// Before the work: throws Error unless the file `path` is new or --force was given, and can be
-/// written there. Folders above it that do not exist are made when it is written.
+/// Throws Error unless `path` is new or --force is given, and a file can be written there. Called
+/// before the work. Missing parent folders are created when the file is written.
 void RequireNew(const std::filesystem::path& path, const CommonOptions& options);
 
-/// The same for a folder.
+/// Same, for a folder.
 void RequireNewFolder(const std::filesystem::path& path, const CommonOptions& options);
 
-/// schema, version, seed: the head of every JSON that is written.
+/// Returns schema, version and seed: the head of all JSON output.
 nlohmann::json JsonHead(std::string_view schema, const CommonOptions& options);
 
-/// While one lives, this thread runs one job of many: PrintResult keeps the summary here and prints
-/// nothing, and results are written without times, so that equal jobs end in equal bytes.
+/// During its lifetime this thread runs one job of a batch: PrintResult stores the summary here and
+/// prints nothing, and results have no times, so that equal jobs give equal bytes.
 class ResultCapture {
  public:
   ResultCapture();
@@ -152,15 +152,15 @@ class ResultCapture {
   nlohmann::json summary_;
 };
 
-/// Whether this thread runs one job of many.
+/// Returns whether this thread runs a job of a batch.
 bool InBatch();
 
-/// Prints `summary` as JSON when asked for, otherwise `text`; it ends --log json, too.
+/// Prints `summary` as JSON if requested, otherwise `text`. Also ends --log json.
 void PrintResult(const CommonOptions& options, const nlohmann::json& summary,
                  std::string_view text);
 
-// One function per command, each in a file of its own: adds it to the program. The command's
-// callback writes its exit code.
+// One function per command, each in its own file, which adds the command to the program. The
+// command's callback writes its exit code.
 void AddFitCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibrary>& library);
 void AddGraspCommand(CLI::App& app, int& exit_code);
 void AddImportCommand(CLI::App& app, int& exit_code);

@@ -22,15 +22,15 @@ namespace {
 
 constexpr std::size_t kMaxBytesOfConfig = std::size_t{1} << 20;
 
-// KEY = VALUE of a section; no values for an empty list.
+// KEY = VALUE in a section; no values for an empty list.
 struct Setting {
   std::string section, key;
   std::vector<std::string> values;
   int line = 0;
 };
 
-// The part of TOML that options need: [sections], keys, texts in quotes, numbers, booleans and
-// lists of these; and INI's words without quotes.
+// Parser for the subset of TOML used by options: [sections], keys, quoted strings, numbers,
+// booleans and lists of these; also accepts unquoted words as in INI.
 class ConfigReader {
  public:
   ConfigReader(std::string_view text, const std::string& name) : text_(text), name_(name) {}
@@ -84,7 +84,7 @@ class ConfigReader {
     if (!At('#') && !At(';')) return;
     while (!text_.empty() && !At('\n')) Next();
   }
-  // Past blanks, comments and ends of lines; whether there is more.
+  // Skips blanks, comments and line ends; returns whether there is more.
   bool ToContent() {
     do SkipComment();
     while (Take('\n'));
@@ -95,7 +95,7 @@ class ConfigReader {
     if (!text_.empty() && !At('\n')) Fail("goes on after its value");
   }
 
-  // Up to the end of the line, a comment or one of `ends`, without blanks around it.
+  // Reads up to the end of the line, a comment or one of `ends`, without surrounding blanks.
   std::string Bare(std::string_view ends) {
     SkipBlanks();
     std::string word;
@@ -141,7 +141,7 @@ class ConfigReader {
   int line_ = 1;
 };
 
-// "evaluate fit": without the program's own name.
+// "evaluate fit": without the name of the program.
 std::string NameInProgram(const CLI::App& command) {
   std::string name = command.get_name();
   for (const CLI::App* above = command.get_parent(); above; above = above->get_parent()) {
@@ -150,7 +150,7 @@ std::string NameInProgram(const CLI::App& command) {
   return name.substr(std::string_view("holdfast ").size());
 }
 
-// Whether a section is of another command of the program, or of one below it.
+// Returns whether a section belongs to another command of the program, or to a subcommand of one.
 bool IsOfAnother(const CLI::App& command, const std::string& section) {
   const CLI::App* root = &command;
   while (root->get_parent() != nullptr) root = root->get_parent();
@@ -160,7 +160,7 @@ bool IsOfAnother(const CLI::App& command, const std::string& section) {
   });
 }
 
-// As a file has it: without dashes.
+// Key in a file: without dashes.
 std::string KeyOf(const CLI::Option& option) {
   return option.get_lnames().empty() ? option.get_name(true) : option.get_lnames().front();
 }
@@ -184,7 +184,7 @@ void Apply(CLI::App& command, const Setting& setting, const std::string& where) 
     if (!option->get_configurable()) continue;
     known.push_back(KeyOf(*option));
     if (known.back() != setting.key) continue;
-    if (!option->empty()) return;  // the command line wins
+    if (!option->empty()) return;  // the command line takes precedence
     try {
       Set(*option, setting);
     } catch (const CLI::ParseError& error) {
@@ -205,7 +205,7 @@ void ReadConfig(CLI::App& command, const std::string& path) {
   });
   if (!is_text) throw Error(path, "is not a text", "Give --config a file of lines KEY = VALUE");
   const std::string own = NameInProgram(command);
-  // A command's own section wins over what stands before all sections.
+  // A command's own section takes precedence over settings before all sections.
   std::map<std::pair<bool, std::string>, Setting> settings;
   for (Setting& setting : ConfigReader(text, path).Read()) {
     std::ranges::replace(setting.section, '.', ' ');
@@ -238,7 +238,7 @@ std::string AsValue(const std::string& text) {
   return quoted + '"';
 }
 
-// What is not set stands in comments, with its default.
+// Unset options are printed as comments with their defaults.
 void PrintConfig(const CLI::App& command) {
   fmt::print("[{}]\n", NameInProgram(command));
   for (const CLI::Option* option : command.get_options()) {

@@ -5,10 +5,10 @@
 
 namespace holdfast::apps {
 
-/// Adds --config FILE, which sets options and arguments of `command` that the command line does
-/// not, and --print-config, which prints those that are set as such a file and ends the program.
-/// docs/commands.md has the format. What is wrong with the file is an Error that names it, the line
-/// and the key.
+/// Adds --config FILE, which sets options and arguments of `command` not given on the command line,
+/// and --print-config, which prints the current settings as such a file and exits. The format is
+/// described in docs/commands.md. Throws Error that names the file, line and key if the file is
+/// invalid.
 void AddConfigOptions(CLI::App& command);
 
 }  // namespace holdfast::apps

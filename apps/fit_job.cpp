@@ -27,7 +27,7 @@
 namespace holdfast::apps {
 namespace {
 
-// The motion and its person.
+// Loads the motion and its person.
 LoadedClip MotionOf(const FitCommand& fit, const std::shared_ptr<const BodyModel>& body,
                     const CommonOptions& common) {
   if (!fit.motion) return LoadClip(fit.job.clip, body, common);
@@ -74,7 +74,7 @@ void WriteResult(const FitCommand& fit, const FitRun& run, const nlohmann::json&
   WriteClip(run.report.clip, mesh, folder / "clip.npz");
   WriteMesh(mesh, folder / "object.ply");
   nlohmann::json written = folder.WriteMetrics(metrics);
-  // Megabytes each: made for those that are looked at.
+  // Reports take megabytes each, so batch jobs do not write them.
   if (fit.write_report && !InBatch()) {
     ReportInput shown;
     shown.source = fit.output;
@@ -89,7 +89,7 @@ void WriteResult(const FitCommand& fit, const FitRun& run, const nlohmann::json&
   folder.Commit();
 }
 
-// Of --verbose: how the solver ended, frame by frame in numbers.
+// Logs for --verbose how the solver ended: number of frames per stop reason, and totals.
 void TellConvergence(const FitResult& fit, const CommonOptions& common) {
   std::map<std::string, int> stops;
   int iterations = 0;
@@ -178,7 +178,7 @@ Outcome RunFitCommand(const FitCommand& fit, const CommonOptions& common, FitLib
   CarryOptions& carry = job.carry;
   carry.seed = common.seed;
   carry.threads = NumThreads(common);
-  // The object is read meanwhile; its faults are told after the motion's, by whoever asks again.
+  // Reads the object concurrently. Its errors are reported after the motion's, on the next call.
   const auto object_read =
       std::async(carry.threads > 1 ? std::launch::async : std::launch::deferred,
                  [&] { library.Loaded(job.object, carry.object_scale); });
@@ -248,7 +248,7 @@ namespace fs = std::filesystem;
               fmt::format("{}It has: {}", Suggestion(name, names), fmt::join(names, ", ")));
 }
 
-// The faces of all parts that are named, in the file's unit.
+// Faces of all named parts, in the unit of the file.
 TriangleMesh SurfaceNamed(const char* option, const std::vector<std::string>& asked,
                           const std::vector<MeshGroup>& groups, const std::string& object) {
   TriangleMesh surface;

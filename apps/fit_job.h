@@ -17,11 +17,11 @@
 
 namespace holdfast::apps {
 
-/// Where a hand is to take hold, as the user says it.
+/// Grasp location as given by the user.
 struct GraspPlaceInput {
   std::vector<double> at;           ///< x, y, z
   std::vector<std::string> region;  ///< groups, objects, materials, files with vertex lists
-  std::vector<std::string> avoid;   ///< the same
+  std::vector<std::string> avoid;   ///< as `region`
 
   bool Given() const { return !at.empty() || !region.empty() || !avoid.empty(); }
 };
@@ -30,39 +30,39 @@ struct GraspPlaceInput {
 void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input,
                           const std::string& group = "Options");
 
-/// The place on an object that was loaded from `path_or_name` with this scale; nothing when none is
-/// asked for. Throws Error for names that the file does not have, with all that it has.
+/// Returns the grasp location on an object loaded from `path_or_name` with this scale, or nullopt
+/// if none is requested. Throws Error for unknown names, listing all names in the file.
 std::optional<GraspPlace::Wanted> WantedPlace(const GraspPlaceInput& input,
                                               const std::string& path_or_name, double scale);
 
-/// As metrics.json records it.
+/// Form recorded in metrics.json.
 nlohmann::json GraspPlaceJson(const GraspPlaceInput& input);
 
-/// A fit with what the command line adds to it: files, and the folder that it makes.
+/// A fit with the additional inputs of the command line, and its output folder.
 struct FitCommand {
   FitJob job;
   std::string output;
   std::string body;       ///< body model file; empty: the embedded body
-  GraspPlaceInput place;  ///< where a new grasp has to be made
+  GraspPlaceInput place;  ///< location of a new grasp
   bool write_report = true;
-  std::optional<Clip> motion;  ///< generated, in place of what `job.clip` names
-  nlohmann::json extra;        ///< merged into metrics.json; null: nothing
-  /// Adds to metrics.json what only the caller knows to measure of the fitted clip.
+  std::optional<Clip> motion;  ///< generated; used instead of `job.clip`
+  nlohmann::json extra;        ///< merged into metrics.json; null for none
+  /// Adds the caller's own measures of the fitted clip to metrics.json.
   std::function<void(const Clip& fitted, nlohmann::json& metrics)> measure;
 };
 
-/// Adds the options that all fits share; not the clip, the object and the output. Options of the
-/// table whose names are in `without` are left out.
+/// Adds the options shared by all fits, except clip, object and output. Table options named in
+/// `without` are omitted.
 void AddFitOptions(CLI::App& command, FitCommand& fit, const std::vector<std::string>& without);
 
-/// Runs the fit and writes its folder, whole or not at all. Throws Error and FitFailure.
+/// Runs the fit and writes its folder atomically. Throws Error and FitFailure.
 Outcome RunFitCommand(const FitCommand& fit, const CommonOptions& common, FitLibrary& library);
 
-/// How far the arms avoided the body, or what is in it: a line of text; empty where it is clear
-/// of itself.
+/// Returns a line of text on how far the arms avoided the body, or on collisions with it; empty if
+/// there are none.
 std::string ClearanceText(const ClearanceReport& report);
 
-/// What FitSummaryJson has, in lines of text.
+/// Formats the content of FitSummaryJson as lines of text.
 std::string SummaryText(const nlohmann::json& summary, const ContactProtocol& protocol);
 
 }  // namespace holdfast::apps

@@ -13,8 +13,8 @@ int main(int argc, char** argv) {
   using holdfast::FitLibrary;
   holdfast::EndBlasThreads();
 #ifdef __GLIBC__
-  // Megabytes that come and go with every block of frames stay with the process: pages given back
-  // are cleared before they are given out again.
+  // Keeps the buffers allocated for every block of frames (megabytes) in the process: pages that
+  // were returned to the system are cleared before reuse.
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
 #endif

@@ -68,7 +68,7 @@ ResultFolder::ResultFolder(fs::path path, bool force) : path_(std::move(path)) {
     if (!force) {
       throw Error(path_.string(), "exists already", "Choose another name, or give --force");
     }
-    // Never replace a folder that is not one of ours.
+    // Folders not written by this program are never replaced.
     if (!fs::is_directory(path_, error) ||
         (!fs::is_empty(path_, error) && !fs::exists(path_ / "metrics.json", error))) {
       throw Error(path_.string(), "is not a result folder: it is not replaced",
@@ -77,8 +77,8 @@ ResultFolder::ResultFolder(fs::path path, bool force) : path_(std::move(path)) {
   }
   const fs::path parent = path_.has_parent_path() ? path_.parent_path() : fs::path(".");
   temporary_ = parent / fmt::format(".{}.tmp{}", path_.filename().string(), ::getpid());
-  // Tried now, so that a place that cannot be written to is said before the work and not after it;
-  // made only when there is something to write, so that a killed program leaves nothing.
+  // Tests writability before the work starts. The folder is created again only when there is
+  // something to write, so that a killed program leaves nothing behind.
   fs::remove_all(temporary_, error);
   fs::create_directories(temporary_, error);
   if (error) {

@@ -14,36 +14,36 @@
 
 namespace holdfast::apps {
 
-/// "640x480" as a pair of numbers from 1 to 16384; nothing for anything else.
+/// Parses "640x480" as a pair of numbers from 1 to 16384; returns nullopt for other texts.
 std::optional<std::pair<int, int>> ParsePair(const std::string& text);
 
-/// Writes the clips' page (MakeReportPage) atomically; nothing after Ctrl-C.
+/// Writes the report page of clips (MakeReportPage) atomically; writes nothing after Ctrl-C.
 ReportPage WriteReport(std::span<const ReportInput> clips, const std::filesystem::path& path,
                        ReportPageOptions options, const CommonOptions& common);
 
-/// For commands that make clips: the same into their result's folder. Without the player there is a
-/// note instead of a report, as there is after Ctrl-C: what was made until then is kept.
+/// Same, into the result folder of a command. Prints a note instead of writing the report if there
+/// is no player, or after Ctrl-C, which keeps the results written before.
 void WriteReportBeside(std::span<const ReportInput> clips, const std::filesystem::path& path,
                        const CommonOptions& common);
 
-/// A folder that is written atomically: files go into a hidden sibling, and Commit()
-/// renames it. Without Commit (an error, Ctrl-C, a full disk) nothing is left.
+/// A folder that is written atomically: files go into a hidden sibling folder, which Commit()
+/// renames. Without Commit (an error, Ctrl-C, a full disk) nothing is left.
 class ResultFolder {
  public:
-  /// Throws Error when `path` exists and `force` is false, or when it cannot be created there.
+  /// Throws Error if `path` exists and `force` is false, or if it cannot be created there.
   ResultFolder(std::filesystem::path path, bool force);
   ~ResultFolder();
   ResultFolder(const ResultFolder&) = delete;
   ResultFolder& operator=(const ResultFolder&) = delete;
 
-  /// Where to write a file of this name now.
+  /// Path to which a file of this name has to be written.
   std::filesystem::path operator/(const char* name) const;
 
-  /// Writes metrics.json, and its wall times to timing.json: all else has the same bytes in every
-  /// run. One job of many writes no timing.json. Returns what metrics.json has.
+  /// Writes metrics.json, and its wall times to timing.json, so that all other files are identical
+  /// in every run. Batch jobs write no timing.json. Returns the content of metrics.json.
   nlohmann::json WriteMetrics(nlohmann::json metrics) const;
 
-  /// Makes the folder visible under its name. With `force`, what was there is replaced, after the
+  /// Renames the folder to its final name. With `force`, an existing folder is replaced once the
   /// new one is complete.
   void Commit();
 
@@ -52,10 +52,10 @@ class ResultFolder {
   std::filesystem::path temporary_;
 };
 
-/// From now on Ctrl-C asks for a clean stop (Interrupted()); a second one kills the program.
+/// From now on, Ctrl-C requests a clean stop (Interrupted()); a second one kills the program.
 void WatchForInterrupt();
 
-/// Thrown where interrupted work cannot just return.
+/// Thrown if interrupted work cannot simply return.
 struct Stopped {};
 
 }  // namespace holdfast::apps

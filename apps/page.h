@@ -8,14 +8,14 @@
 
 namespace holdfast::apps {
 
-/// Everything up to a page's first paragraph: head, style (CSS), heading.
+/// Returns a page up to its first paragraph: head, style (CSS), heading.
 std::string PageHead(const std::string& title, const std::string& heading,
                      const std::string& style);
 
-/// The rules that pages with tables share.
+/// CSS rules shared by pages with tables.
 extern const char* const kTableStyle;
 
-/// A table of plain text. May do without heads.
+/// Returns a table of plain text. Heads are optional.
 std::string HtmlTable(const std::vector<std::string>& heads,
                       const std::vector<std::vector<std::string>>& rows);
 

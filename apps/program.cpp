@@ -27,7 +27,7 @@
 namespace holdfast::apps {
 namespace {
 
-// The command that parsing came to, and its name from the program's on.
+// The last parsed command, and its full name from the program on.
 struct ReachedCommand {
   const CLI::App* app;
   std::string name;
@@ -59,7 +59,7 @@ std::vector<std::string> OptionNames(const CLI::App& app) {
   return names;
 }
 
-// What is wrong with a command line, where a word of it is neither an option nor an argument.
+// Error text for a word that is neither an option nor an argument.
 std::optional<std::string> UnknownWord(const ReachedCommand& reached,
                                        const std::vector<std::string>& unknown) {
   if (unknown.empty()) return std::nullopt;
@@ -79,7 +79,7 @@ std::optional<std::string> UnknownWord(const ReachedCommand& reached,
   return fmt::format("there is no option '{}'. {}", given, Suggestion(given, known));
 }
 
-// What went wrong, on stderr: as text behind the name, or as the reached command's --log asks.
+// Prints an error on stderr: as text after the name, or in the format of the command's --log.
 void PrintFault(const ReachedCommand& reached, std::string_view name, int exit_code,
                 const std::string& message, const std::string& where = {}) {
   const CLI::Option* const log = reached.app->get_option_no_throw("--log");
@@ -92,8 +92,8 @@ void PrintFault(const ReachedCommand& reached, std::string_view name, int exit_c
   LogJson("error", "error", fields);
 }
 
-// Says what is wrong with the command line; a command that stands for several, alone, lists them
-// (as git does: the list on stdout, and an exit code that says nothing was done).
+// Reports a usage error. A command that only groups subcommands lists them instead (as git does:
+// the list on stdout, and an exit code for nothing done).
 int ReportUsageFault(const CLI::App& app, std::string_view name, const CLI::ParseError& error) {
   const ReachedCommand reached = Reached(app, name);
   std::optional<std::string> fault = UnknownWord(reached, app.remaining(true));
@@ -207,7 +207,7 @@ std::string Names(const CLI::Option& option) {
   return fmt::format("{}", fmt::join(names, " "));
 }
 
-// {auto,right,left} of an option's type, as words.
+// Choices {auto,right,left} in an option's type, as words.
 std::string Choices(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const std::size_t from = type.find('{'), to = type.find('}', from);

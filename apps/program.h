@@ -9,23 +9,23 @@
 
 namespace holdfast::apps {
 
-/// All commands right below one, on the command line or not.
+/// Returns all direct subcommands, whether or not they are on the command line.
 std::vector<const CLI::App*> Subcommands(const CLI::App& app);
 
-/// The one door for numbers of the command line: CLI11's ranges let NaN through, an option without
-/// a range anything, and whole numbers end at the largest that there is.
+/// Adds range checks to all numeric options. CLI11's ranges accept NaN, options without a range
+/// accept anything, and out-of-range integers are clamped.
 void RequireNumbersInRange(CLI::App& app);
 
-/// Thrown where a command has done its work while the command line is still being parsed.
+/// Thrown if a command finished its work while the command line is still being parsed.
 struct Ended {
   int exit_code;
 };
 
-/// Parses the command line and runs the command it names; `exit_code` is what the commands of `app`
-/// write theirs to. Errors go to stderr, after `name`; returns the program's exit code.
+/// Parses the command line and runs the command; `exit_code` is the variable that the commands of
+/// `app` write. Errors go to stderr after `name`. Returns the exit code of the program.
 int RunProgram(CLI::App& app, std::string_view name, int argc, char** argv, const int& exit_code);
 
-/// A bash script that completes commands, options, values that an option lists, embedded objects
+/// Returns a bash script that completes commands, options, listed option values, embedded objects
 /// and file names: `source <(holdfast --bash-completion)`.
 std::string BashCompletion(const CLI::App& app);
 

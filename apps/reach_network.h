@@ -10,13 +10,13 @@
 
 namespace holdfast::apps {
 
-/// LoadReachNetwork; warns of a network that has to be trained again.
+/// Calls LoadReachNetwork; warns if the network has to be retrained.
 ReachNetwork LoadReachNetwork(const std::string& path, const CommonOptions& common);
 
-/// Source, checksum, layout, notes.
+/// Returns source, checksum, layout and notes.
 nlohmann::json NetworkJson(const ReachNetwork& network);
 
-/// Adds --weights, which is required when none are embedded.
+/// Adds --weights, which is required if there are no embedded weights.
 void AddWeightsOption(CLI::App& command, std::string& path);
 
 }  // namespace holdfast::apps

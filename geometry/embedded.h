@@ -9,20 +9,20 @@
 
 namespace holdfast {
 
-/// Files of meshes/ that are part of the library, so that the program works from anywhere; and the
-/// report's player, "player.html", where it was built.
+/// Files of meshes/ that are part of the library, so that the program does not depend on its
+/// location; also the report's player, "player.html", if it was built.
 struct EmbeddedFile {
   std::string_view name;  ///< path below meshes/, e.g. "objects/mug.ply"
   std::span<const std::byte> bytes;
 };
 
-/// All embedded files, sorted by name.
+/// Returns all embedded files, sorted by name.
 std::span<const EmbeddedFile> EmbeddedFiles();
 
-/// One embedded file. Throws Error (listing what there is) when there is none of that name.
+/// Returns one embedded file. Throws Error, listing the names, if it does not exist.
 EmbeddedFile FindEmbedded(std::string_view name);
 
-/// Whether there is one of that name.
+/// Whether a file of that name exists.
 bool HasEmbedded(std::string_view name);
 
 /// Names (without folder and extension) of embedded files in a folder of meshes/ with an extension.

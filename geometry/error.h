@@ -7,9 +7,9 @@
 
 namespace holdfast {
 
-/// The one exception of the library: where the fault is (a path, a field), what was found there,
-/// and what to do about it. `what()` reads "<where>: <problem>. <remedy>". Programming errors
-/// assert; numerical trouble is a status in a report; only faults of the input throw.
+/// The exception thrown for invalid input: where the problem is (a path, a field), what it is, and
+/// its remedy. `what()` is "<where>: <problem>. <remedy>". Programming errors assert; numerical
+/// problems are a status in a report; only invalid input throws.
 class Error : public std::runtime_error {
  public:
   Error(std::string_view where, std::string_view problem, std::string_view remedy);
@@ -24,15 +24,15 @@ class Error : public std::runtime_error {
   std::string remedy_;
 };
 
-/// The input is sound, yet there is no result: no grasp, no contact. The program ends with exit
-/// code 3. The text names options as the command line does ("--hand").
+/// The input is valid, but there is no result: no grasp, no contact. The program ends with exit
+/// code 3. The text names options as on the command line ("--hand").
 class FitFailure : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// What `work` gives; an Error of it about `what` ("mesh", "the clip") is thrown on as one about
-/// `source`.
+/// Returns the result of `work`. An Error with location `what` ("mesh", "the clip") is rethrown
+/// with location `source`.
 template <typename Work>
 auto NamingSource(std::string_view what, const std::string& source, const Work& work) {
   try {

@@ -5,7 +5,7 @@
 
 namespace holdfast {
 
-/// Instruction sets the hot loops are compiled for; the best one is chosen at run time.
+/// Instruction sets that the hot loops are compiled for; the best one is selected at run time.
 enum class Isa { kScalar, kSse2, kAvx2, kAvx512 };
 
 Isa BestIsa();

@@ -14,7 +14,7 @@
 
 namespace holdfast {
 
-/// The values that a number may have. `positive` excludes 0.
+/// The valid range of a number. `positive` excludes 0.
 struct OptionRange {
   double low = -std::numeric_limits<double>::infinity();
   double high = std::numeric_limits<double>::infinity();
@@ -27,27 +27,27 @@ struct OptionRange {
 inline constexpr OptionRange kPositive{.low = 0.0, .positive = true};
 inline constexpr OptionRange kNonNegative{.low = 0.0};
 
-/// A choice among words, whatever type stands behind it.
+/// A choice among words, for any underlying type.
 struct OptionChoice {
   std::vector<std::string> words;
   std::function<std::size_t()> get;      ///< index into `words`
   std::function<void(std::size_t)> set;  ///< the same
 };
 
-/// A number whose unit differs from that of the variable: value = *variable * per_unit.
+/// A number whose unit differs from that of the variable: value = *variable / unit.
 struct ScaledNumber {
   double* variable;
   double unit;  ///< of the option in the variable's unit: 1e-3 for millimeters in meters
 };
 
-/// One option of a job. It is declared once, and read by the command line, config files, Python,
+/// One option of a job. It is declared once, and used by the command line, config files, Python,
 /// metrics.json and the documentation.
 struct Option {
-  std::string name;          ///< "contact_threshold_mm": with its unit, as Python and JSON name it
-  std::string flag;          ///< "--contact-threshold": as the command line names it
-  std::string help;          ///< one sentence or more, without a period at the end
+  std::string name;          ///< name with unit, in Python and JSON: "contact_threshold_mm"
+  std::string flag;          ///< name on the command line: "--contact-threshold"
+  std::string help;          ///< one or more sentences, without a period at the end
   std::string group;         ///< heading in --help; empty: none
-  std::string default_text;  ///< of an optional value that is left out: "by the distance"
+  std::string default_text;  ///< text for an unset optional value: "by the distance"
   OptionRange range;
   std::variant<bool*, int*, double*, std::string*, std::optional<int>*, std::optional<double>*,
                std::vector<int>*, ScaledNumber, OptionChoice>
@@ -64,12 +64,12 @@ struct Option {
 ///   }
 class OptionTable {
  public:
-  /// Options declared from here on are in this group.
+  /// Sets the group of the options declared next.
   void Group(std::string heading) { group_ = std::move(heading); }
 
-  /// False or true. Where the default is true the command line has --no-NAME.
+  /// Adds a boolean. If the default is true, the command line has --no-NAME.
   void Flag(const std::string& name, bool& variable, std::string help);
-  /// `unit` is empty for numbers without one.
+  /// Adds a number. `unit` is empty for unitless numbers.
   void Number(const std::string& name, const std::string& unit, int& variable, OptionRange range,
               std::string help);
   void Number(const std::string& name, const std::string& unit, double& variable, OptionRange range,
@@ -80,11 +80,11 @@ class OptionTable {
               OptionRange range, std::string default_text, std::string help);
   void Number(const std::string& name, const std::string& unit, std::optional<double>& variable,
               OptionRange range, std::string default_text, std::string help);
-  /// Whole numbers of 0 or more. `flag` is the name on the command line.
+  /// Adds a list of integers >= 0. `flag` is the name on the command line.
   void Frames(const std::string& name, std::string flag, std::vector<int>& variable,
               std::string help);
   void Text(const std::string& name, std::string& variable, std::string help);
-  /// One of several words, each with the value that it stands for.
+  /// Adds a choice of words, each with its value.
   template <typename T>
   void Choice(const std::string& name, T& variable,
               const std::vector<std::pair<std::string, T>>& choices, std::string help) {
@@ -104,9 +104,9 @@ class OptionTable {
   }
 
   const std::vector<Option>& All() const { return options_; }
-  /// Nothing where there is none of this name.
+  /// Returns null if no option has this name.
   const Option* Find(const std::string& name) const;
-  /// Without the options of these names, and these alone.
+  /// Returns the table without these options, or with only these.
   OptionTable Without(const std::vector<std::string>& names) const;
   OptionTable Only(const std::vector<std::string>& names) const;
 
@@ -118,11 +118,11 @@ class OptionTable {
   std::vector<Option> options_;
 };
 
-/// The values of all options by name, as metrics.json records them; null for optional ones that are
-/// left out.
+/// Returns the values of all options by name, as recorded in metrics.json; null for unset
+/// optionals.
 nlohmann::json OptionsJson(const OptionTable& table);
 
-/// For people: a line for each option with its default and what it may be, as docstrings have it.
+/// Returns one line per option with its default and valid values, as in docstrings.
 std::string OptionsText(const OptionTable& table);
 
 }  // namespace holdfast

@@ -20,7 +20,7 @@ int AvailableThreads() {
 #ifdef __linux__
   cpu_set_t allowed;
   if (sched_getaffinity(0, sizeof(allowed), &allowed) == 0) threads = CPU_COUNT(&allowed);
-  // A container's share, "QUOTA PERIOD" in microseconds; "max" without one.
+  // A container's quota, "QUOTA PERIOD" in microseconds; "max" without one.
   std::ifstream share("/sys/fs/cgroup/cpu.max");
   std::string quota;
   double period = 0.0;
@@ -29,7 +29,7 @@ int AvailableThreads() {
     if (cores >= 1.0) threads = static_cast<int>(std::min<double>(threads, cores));
   }
 #endif
-  // What Slurm gave the job's step, also where it does not bind processes to cores.
+  // Cores that Slurm allocated to the job step, even if it does not bind processes to cores.
   if (const char* const given = std::getenv("SLURM_CPUS_PER_TASK"); given != nullptr) {
     if (const int cores = std::atoi(given); cores >= 1) threads = std::min(threads, cores);
   }
@@ -37,13 +37,13 @@ int AvailableThreads() {
 }
 
 void EndBlasThreads() {
-  // Of the BLAS that the program runs with, whichever it is linked against.
+  // Of the BLAS loaded at run time, whichever the program is linked against.
   const auto set_threads =
       reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
   const auto end_threads =
       reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "blas_thread_shutdown_"));
   if (set_threads == nullptr || end_threads == nullptr) return;
-  set_threads(1);  // first: with more, it would make them again
+  set_threads(1);  // first: otherwise it would create them again
   end_threads();
 }
 

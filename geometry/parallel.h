@@ -18,9 +18,9 @@ struct WorkStopped : std::exception {
   const char* what() const noexcept override { return "stopped"; }
 };
 
-/// While it lives, ParallelFor looks at `flag` (which may be null) before each index and throws
-/// WorkStopped once it is true: on this thread, and on those that ParallelFor starts from it. For
-/// work that has no progress callback, or none in its longest part.
+/// During its lifetime, ParallelFor checks `flag` (may be null) before each index and throws
+/// WorkStopped once it is true, on this thread and on the threads that ParallelFor starts from it.
+/// For work without a progress callback, or without one in its longest part.
 class StopOn {
  public:
   explicit StopOn(const std::atomic<bool>* flag) : before_(std::exchange(flag_, flag)) {}
@@ -35,19 +35,19 @@ class StopOn {
   const std::atomic<bool>* before_;
 };
 
-/// Threads that this process may use: of the cores that its affinity allows (taskset, Slurm), at
-/// most its control group's share (containers) and SLURM_CPUS_PER_TASK. At least 1.
+/// Number of threads that this process may use: the cores in its affinity mask (taskset, Slurm),
+/// limited by its control group's quota (containers) and SLURM_CPUS_PER_TASK. At least 1.
 int AvailableThreads();
 
-/// Ends OpenBLAS's threads, and it uses its caller's alone from then on. They are made when the
-/// program is loaded and spin for a while: a fifth of the processor time of half a second's
-/// command. For the main function of a program, and training, whose products are small; nothing
-/// where the BLAS is another (Debian: libopenblas0-pthread). Nothing else here uses a BLAS.
+/// Ends OpenBLAS's threads; from then on it only uses the calling thread. The threads are created
+/// when the program is loaded and busy-wait for a while, a fifth of the processor time of a
+/// half-second command. For a program's main function and for training, whose matrix products are
+/// small. No effect for another BLAS (Debian: libopenblas0-pthread). No other code uses a BLAS.
 void EndBlasThreads();
 
-/// Calls body(index) for 0 <= index < count on up to `threads` threads, the caller's among them.
-/// Which thread takes which index is open: results must be written by index, and then do not depend
-/// on `threads`. The first exception is rethrown here when all have stopped; StopOn stops them.
+/// Calls body(index) for 0 <= index < count on up to `threads` threads, including the caller's. The
+/// thread of an index is unspecified: results must be written by index, and then do not depend on
+/// `threads`. The first exception is rethrown here when all threads have stopped; see also StopOn.
 template <typename Body>
 void ParallelFor(int count, int threads, const Body& body) {
   std::atomic<int> next{0};
@@ -75,15 +75,15 @@ void ParallelFor(int count, int threads, const Body& body) {
   if (failure) std::rethrow_exception(failure);
 }
 
-/// Seconds that this thread has had a core.
+/// CPU time of this thread in seconds.
 inline double CoreSeconds() {
   timespec now{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Called now and then, from one thread at a time, with the stage of the work ("grasp", "fit",
-/// "metrics") and how much of that is done. Returning false stops the work.
+/// Progress callback, never called concurrently, with the stage of the work ("grasp", "fit",
+/// "metrics") and its progress. Returning false stops the work.
 using StagedProgress = std::function<bool(const char* stage, int done, int total)>;
 
 }  // namespace holdfast

@@ -9,7 +9,7 @@
 namespace holdfast {
 namespace {
 
-// sin(a)/a, (1 - cos a)/a^2 and (a - sin a)/a^3 as functions of a^2; Taylor below 1e-2 rad^2, where
+// sin(a)/a, (1 - cos a)/a^2 and (a - sin a)/a^3 as functions of a^2. Taylor below 1e-2 rad^2, where
 // the closed forms of the last two begin to cancel (the first omitted term is under 1e-17).
 struct RodriguesCoefficients {
   double sinc, cosc, sinc3;
@@ -39,7 +39,7 @@ Eigen::Matrix3d ExpSO3(const Eigen::Vector3d& w) {
 }
 
 Eigen::Vector3d LogSO3(const Eigen::Matrix3d& R) {
-  // Through the quaternion: well conditioned at 0 and at pi, where the trace formula is not.
+  // Via the quaternion: well conditioned at 0 and at pi, unlike the trace formula.
   Eigen::Quaterniond q(R);
   if (q.w() < 0.0) q.coeffs() = -q.coeffs();
   const double s = q.vec().norm();

@@ -7,8 +7,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-/// Rotations: axis-angle in files, matrices in between, tangent increments in solvers.
-/// All act on column vectors. Jacobian names read "d out / d in" (J_out_in).
+/// Rotations: axis-angle in files, matrices in between, tangent increments in solvers. All act on
+/// column vectors. Jacobian names read "d out / d in" (J_out_in).
 namespace holdfast {
 
 inline constexpr double kDegree = std::numbers::pi / 180.0;  ///< radians
@@ -27,8 +27,8 @@ Eigen::Matrix3d ExpSO3(const Eigen::Vector3d& w);
 /// The axis-angle of least angle (in [0, pi]) with ExpSO3(LogSO3(R)) = R.
 Eigen::Vector3d LogSO3(const Eigen::Matrix3d& R);
 
-/// exp([w + dw]x) = exp([J dw]x) exp([w]x) to first order: the left Jacobian of SO(3)
-/// (Sola, Deray, Atchuthan 2018, eq. 145).
+/// Left Jacobian J of SO(3): exp([w + dw]x) = exp([J dw]x) exp([w]x) to first order (Sola, Deray,
+/// Atchuthan 2018, eq. 145).
 Eigen::Matrix3d LeftJacobianSO3(const Eigen::Vector3d& w);
 
 /// Inverse of LeftJacobianSO3; finite for angles below 2 pi.
@@ -37,12 +37,12 @@ Eigen::Matrix3d InverseLeftJacobianSO3(const Eigen::Vector3d& w);
 /// The rotation nearest to M in the Frobenius norm, determinant +1 (SVD).
 Eigen::Matrix3d NearestRotation(const Eigen::Matrix3d& M);
 
-/// The rotation of least angle that takes the direction of `from` to that of `to`; about any axis
-/// across them where they are opposite. (Eigen's own instantiates an SVD in each file that calls
-/// it.)
+/// The rotation of least angle from the direction of `from` to that of `to`; about any
+/// perpendicular axis if they are opposite. (Eigen's version instantiates an SVD in each file that
+/// calls it.)
 Eigen::Quaterniond RotationBetween(const Eigen::Vector3d& from, const Eigen::Vector3d& to);
 
-/// An equivalent axis-angle (w + 2 pi k axis) nearest to `reference`: removes jumps along a clip.
+/// The equivalent axis-angle (w + 2 pi k axis) nearest to `reference`: removes jumps along a clip.
 Eigen::Vector3d UnwrapAxisAngle(const Eigen::Vector3d& w, const Eigen::Vector3d& reference);
 
 /// Angle between two rotations, radians in [0, pi].
@@ -57,7 +57,7 @@ inline Eigen::Isometry3d RigidTransform(const Eigen::Matrix3d& rotation,
   return transform;
 }
 
-/// x -> rotation (x - point) + place: what puts `point` at `place`.
+/// x -> rotation (x - point) + place: maps `point` to `place`.
 inline Eigen::Isometry3d PoseAt(const Eigen::Matrix3d& rotation, const Eigen::Vector3d& point,
                                 const Eigen::Vector3d& place) {
   return RigidTransform(rotation, place - rotation * point);

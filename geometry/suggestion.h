@@ -8,10 +8,10 @@
 
 namespace holdfast {
 
-/// Letters to insert, delete, replace or swap with their neighbor to turn `a` into `b`.
+/// Number of insertions, deletions, replacements or adjacent swaps that turn `a` into `b`.
 int EditDistance(std::string_view a, std::string_view b);
 
-/// "Did you mean 'fit'? " where one of the known names is near what was given; otherwise nothing.
+/// Returns "Did you mean 'fit'? " if a known name is similar to the given one; otherwise nothing.
 std::string Suggestion(const std::string& given, const std::vector<std::string>& known);
 
 /// A file name with one %d or %0Nd in it, for numbered files.
@@ -22,7 +22,7 @@ struct NumberedName {
   std::string Name(int number) const;
 };
 
-/// Nothing for a name without '%'. Throws Error for one that is not such a pattern.
+/// Returns nothing for a name without '%'. Throws Error for any other invalid pattern.
 std::optional<NumberedName> ParseNumberedName(const std::string& name);
 
 }  // namespace holdfast

@@ -10,15 +10,15 @@
 
 namespace holdfast {
 
-/// Ranges of the numbers that come in from files, whatever the format. They are far beyond any
-/// human motion, and keep squares and counts that are made of them finite.
+/// Ranges of numbers read from files of any format. They far exceed any human motion, and keep
+/// derived squares and counts finite.
 inline constexpr double kMaxMeters = 1e5;
 inline constexpr double kMaxRadians = 1e3;
 inline constexpr double kMaxBeta = 1e3;
 inline constexpr double kLowestFrameRate = 1.0;  // Hz
 inline constexpr double kHighestFrameRate = 1e4;
 
-/// What is said of positions and angles beyond them.
+/// Remedies for positions and angles out of range.
 inline constexpr std::string_view kMetersRemedy =
     "Positions are meters, within 100,000: check the units";
 inline constexpr std::string_view kRadiansRemedy =
@@ -26,16 +26,16 @@ inline constexpr std::string_view kRadiansRemedy =
 
 inline bool IsWithin(double value, double most) { return value >= -most && value <= most; }
 
-/// Throws Error ("where[field]", with value and column) for the first number beyond +-`most` or no
-/// number. `column_is`: what a column is, "frame". RequireInRange of clips, motions and meshes
-/// stands beside those types; readers call it, and so should who fills them by other means.
+/// Throws Error ("where[field]", with value and column) for the first number that is NaN or beyond
+/// +-`most`. `column_is`: the meaning of a column, "frame". RequireInRange of clips, motions and
+/// meshes is declared with those types; readers call it, and so should other code that fills them.
 void RequireWithin(const Eigen::Ref<const Eigen::MatrixXd>& values, double most,
                    std::string_view where, std::string_view field, std::string_view column_is,
                    std::string_view remedy);
 void RequireFrameRate(double rate, std::string_view where);
 
-/// Place of the first value that is no number or beyond +-`most`; nothing when there is none. Runs
-/// at the speed of memory.
+/// Returns the index of the first value that is NaN or beyond +-`most`, if any. Runs at memory
+/// speed.
 std::optional<std::size_t> FirstBeyond(std::span<const float> values, double most);
 std::optional<std::size_t> FirstBeyond(std::span<const double> values, double most);
 

@@ -28,7 +28,7 @@ struct ConvertCommand {
   int betas = 10;
 };
 
-// A file of another program is imported with its world left alone.
+// Imports files of other programs without changing their world frame.
 LoadedClip ReadSource(const ConvertCommand& options, const std::shared_ptr<const BodyModel>& from) {
   ImportFileOptions import;
   import.parameters.up = WorldUp::kPlusZ;

@@ -42,7 +42,7 @@ std::string_view VerdictName(Verdict verdict) {
   return "fault";
 }
 
-// The symbol of a verdict, colored on a terminal.
+// Symbol of a verdict, colored on a terminal.
 std::string Symbol(Verdict verdict, bool colored) {
   const char* symbol = verdict == Verdict::kOk ? "✓" : verdict == Verdict::kWarning ? "!" : "✗";
   if (!colored) return symbol;
@@ -84,7 +84,7 @@ nlohmann::json Json(const Inspection& inspection) {
           {"next", inspection.next}};
 }
 
-// The first element's name, of a file that begins as XML does; empty for others.
+// Name of the root element of a file that begins as XML; empty for other files.
 std::string RootElement(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
   std::string head(1 << 16, '\0');
@@ -97,7 +97,7 @@ std::string RootElement(const std::filesystem::path& path) {
   return tags.Next(tag) ? tag.name : "";
 }
 
-// Files that it names and that are not where it says.
+// Files referenced by the robot file that do not exist.
 std::vector<std::string> MissingFiles(const RobotFile& file, const std::filesystem::path& path) {
   std::vector<std::string> missing;
   for (const auto& [name, found] : file.files) {
@@ -122,7 +122,7 @@ std::string RangeText(const RobotHand& hand, const RobotLink& link) {
                      turns ? "degrees" : "mm");
 }
 
-// The joints of these links, a line; nothing where none moves.
+// Adds a line with the joints of these links, if there are any.
 void AddJointFact(const RobotHand& hand, const std::string& part, const std::vector<int>& links,
                   Inspection& inspection) {
   std::vector<std::string> texts;
@@ -168,7 +168,7 @@ void AddHandFacts(const RobotHand& hand, Inspection& inspection) {
                                  1e3 * size.y(), 1e3 * size.z()));
 }
 
-// What is what in it, and what `transfer --robot` makes of that.
+// Adds the detected anatomy, and what `transfer --robot` does with it.
 void AddAnatomy(const RobotHand& hand, Inspection& inspection) {
   const RobotAnatomy anatomy = FindAnatomy(hand);
   std::vector<std::string> found, lacks;
@@ -210,7 +210,7 @@ void AddAnatomy(const RobotHand& hand, Inspection& inspection) {
                                         ShellWord("on_" + Stem(inspection.path))));
 }
 
-// A robot's file, which geometry/ does not read: in place of what was found of it as a text.
+// Inspects a robot file, which geometry/ cannot read. Replaces the findings for a text file.
 void InspectRobot(const std::string& root, Inspection& inspection) {
   const bool is_urdf = root == "robot";
   inspection.title = is_urdf ? "robot (URDF)" : "robot or scene (MJCF)";

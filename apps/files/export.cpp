@@ -18,7 +18,7 @@
 namespace holdfast::apps {
 namespace {
 
-// In quotes where it would end a cell.
+// Quotes a cell if necessary.
 std::string CsvCell(std::string text) {
   text = AsUtf8(text);
   if (text.find_first_of(",\"\r\n") == text.npos) return text;
@@ -32,10 +32,10 @@ std::string CsvCell(const nlohmann::json& value) {
   return CsvCell(value.is_string() ? value.get<std::string>() : JsonText(value));
 }
 
-// `count` frames from `begin` on of what a result's `metrics` (its metrics.json) have per frame,
-// as a table: frame (from 0 at `begin`), time_s, and a column for each name there, units in the
-// names. true and false are 1 and 0; what was not measured stays empty. Throws Error about
-// `source` where there is nothing per frame, or not for each of the `frames` of its clip.
+// Returns `count` frames from `begin` on of the per-frame data in a result's `metrics`
+// (metrics.json) as a table: frame (from 0 at `begin`), time_s, and one column per name, with units
+// in the names. true and false are 1 and 0; missing values are empty. Throws Error about `source`
+// if there are no per-frame data, or not for each of the `frames` of its clip.
 std::string PerFrameCsv(const nlohmann::json& metrics, const std::string& source, double frame_rate,
                         int frames, int begin, int count) {
   const nlohmann::json columns =
@@ -69,7 +69,7 @@ std::string PerFrameCsv(const nlohmann::json& metrics, const std::string& source
 namespace fs = std::filesystem;
 
 constexpr const char* kGenerator = "Holdfast " HOLDFAST_VERSION;
-constexpr double kLooseCorrectivesMm = 0.1;  // worth a note
+constexpr double kLooseCorrectivesMm = 0.1;  // threshold for a note
 
 struct ExportCommand {
   CommonOptions common;
@@ -86,12 +86,12 @@ struct ExportCommand {
   int every = 1;
 };
 
-// What a result's metrics.json has for each frame, in a table that is called after it.
+// Whether the output is a table of the per-frame data in metrics.json.
 bool IsMetrics(const fs::path& output) {
   return ExtensionOf(output) == ".csv" && output.stem().string().ends_with("metrics");
 }
 
-// Empty for a file name that `export` can write, else what is wrong with it.
+// Returns an empty string for a file name that `export` can write, or else an error text.
 std::string FaultOfOutput(const std::string& output) {
   try {
     ExportFormatOf(output);
@@ -101,7 +101,7 @@ std::string FaultOfOutput(const std::string& output) {
   }
 }
 
-// The frames asked for.
+// Cuts the clip to the requested frames.
 void Cut(Clip& clip, const ExportCommand& options) {
   const int end = options.end.value_or(clip.NumFrames());
   if (options.start >= end || end > clip.NumFrames()) {
@@ -113,7 +113,7 @@ void Cut(Clip& clip, const ExportCommand& options) {
   if (options.start > 0 || end < clip.NumFrames()) clip = Slice(clip, options.start, end);
 }
 
-// Of the object that the clip of a glTF file carries.
+// Appearance of the object in the clip of a glTF file.
 std::optional<TexturedMesh> LookInScene(const fs::path& path, double scale) {
   std::optional<TexturedMesh> look;
   try {
@@ -132,8 +132,8 @@ Eigen::AlignedBox3d BoxOf(const TexturedMesh& mesh) {
   return box;
 }
 
-// How the object looks, where that is known: of the clip's own file, of --object, or of what the
-// command that wrote the result was given, unless it is another mesh by now.
+// Returns the appearance of the object if known: from the clip file, from --object, or from the
+// input of the command that wrote the result, unless that mesh has changed since.
 std::optional<TexturedMesh> ObjectLook(const ClipInput& input, const TriangleMesh& object,
                                        const ExportCommand& options) {
   fs::path path = options.input.object;
@@ -174,7 +174,7 @@ std::string ClipName(const ClipInput& input) {
   return input.file.empty() ? input.source : input.file.stem().string();
 }
 
-// What the format has to tell of itself, for machines and people.
+// Reports format-specific results, as JSON and text.
 void Tell(const ExportReport& report, const ExportCommand& options, nlohmann::json& summary,
           std::string& text) {
   const auto note = [&](const std::string& said) { Note(options.common, "note: " + said); };
@@ -240,7 +240,7 @@ void Tell(const ExportReport& report, const ExportCommand& options, nlohmann::js
   }
 }
 
-// The clip that is asked for, with its object where the format shows one.
+// Loads the requested clip, with its object if the format shows one.
 ClipInput LoadScene(const ExportCommand& options, bool shows_object, bool needs_object) {
   const CommonOptions& common = options.common;
   ClipInput input = LoadClipInput(options.clip, options.input, common);
@@ -256,7 +256,7 @@ ClipInput LoadScene(const ExportCommand& options, bool shows_object, bool needs_
   return input;
 }
 
-// metrics.csv: of the metrics.json beside the clip.
+// Writes metrics.csv from the metrics.json next to the clip.
 void WriteMetrics(const ClipInput& input, const ExportCommand& options, int frames_of_clip) {
   WriteAtomically(options.output,
                   PerFrameCsv(input.metrics, options.clip, input.clip.frame_rate, frames_of_clip,
@@ -276,7 +276,7 @@ int Run(const ExportCommand& options) {
     throw CLI::ValidationError("--onto", "writes a .glb");
   }
   ExportOptions how;
-  if (format != ExportFormat::kMeshes) {  // before minutes go into loading
+  if (format != ExportFormat::kMeshes) {  // before minutes of loading
     for (const fs::path& file : ExportedFiles({}, how, options.output)) {
       if (!is_metrics || file == options.output) RequireNewFolder(file, common);
     }
@@ -303,7 +303,7 @@ int Run(const ExportCommand& options) {
     protocol.threads = NumThreads(common);
     try {
       physics = PhysicsOfClip(input, options.density_kg_m3, protocol);
-    } catch (const Error& error) {  // of a mesh that is not cut into pieces
+    } catch (const Error& error) {  // if decomposition of the mesh fails
       Note(common, fmt::format("warning: the object is one hull and hands only push: {} {} (what "
                                "they hold may fall)",
                                input.object_source, error.Problem()));

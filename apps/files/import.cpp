@@ -26,18 +26,18 @@ struct ImportCommand {
   std::string motion;
   std::string output;
   std::string body;
-  // What a file may not tell.
+  // Information that a file may lack.
   std::optional<double> fps;
   double source_fps = 0;
   double meters_per_unit = 0;
   std::string up;
   bool keep_ground = false;
-  // Motions that are brought onto the body.
+  // For motions that are retargeted to the body.
   std::string map;
   std::string skeleton;
   std::vector<double> betas;
   std::string animation, character, prop;
-  // Parameters.
+  // For parameter files.
   std::string hands = "body";
   std::string flat_hand_mean = "auto";
   std::vector<std::string> hand_models;
@@ -47,7 +47,7 @@ struct ImportCommand {
   int person = 0;
 };
 
-// The mesh that an imported clip names.
+// Object mesh of an imported clip.
 struct ObjectMesh {
   fs::path file;                        ///< empty: none found
   std::optional<TriangleMesh> surface;  ///< meters
@@ -131,7 +131,7 @@ nlohmann::json MotionSummary(const ImportCommand& options, const Clip& clip,
   return summary;
 }
 
-// Frames in which a hand holds, of those in the clip.
+// Number of frames in which each hand holds.
 std::array<int, 2> HoldingFrames(const Clip& clip) {
   std::array<int, 2> frames = {0, 0};
   for (const std::uint8_t bits : clip.holding_hand) {
@@ -228,7 +228,7 @@ nlohmann::json ParameterSummary(const ImportCommand& options, const ImportedFile
   return summary;
 }
 
-// The way from a folder to a file, as a clip names its mesh.
+// Relative path from a folder to a file, as stored in a clip for its mesh.
 std::string NameFrom(const fs::path& folder, const fs::path& file) {
   std::error_code error;
   const fs::path relative = fs::relative(file, folder.empty() ? "." : folder, error);
@@ -239,7 +239,7 @@ fs::path MeshCopy(const fs::path& output) {
   return output.parent_path() / (output.stem().string() + "_object.ply");
 }
 
-// Names the object's mesh in the clip, and copies it where that is asked for or its unit needs it.
+// Sets the mesh path in the clip, and copies the mesh if requested or needed for its unit.
 ObjectMesh SettleMesh(const ImportCommand& options, ImportedFile& imported) {
   ObjectMesh mesh;
   Clip& clip = imported.clip;
@@ -285,7 +285,7 @@ ObjectMesh SettleMesh(const ImportCommand& options, ImportedFile& imported) {
   return mesh;
 }
 
-// What the clip becomes on the body that commands take without --body, or on the one given here.
+// Adds notes on how the clip changes on the default body of other commands, or on the given body.
 void NoteBody(const std::shared_ptr<const BodyModel>& body, const ObjectMesh& mesh,
               ImportedFile& imported) {
   const BodyNotes notes = NotesOnBody(imported.clip, body, mesh.surface ? &*mesh.surface : nullptr);

@@ -71,7 +71,7 @@ std::string ObjectText(const ObjectMarkerReport& object) {
   return text;
 }
 
-// The object's markers, where any are told, and its mesh, where there is one.
+// Loads the object's markers if given, and its mesh if there is one.
 std::optional<LoadedObject> TakeObject(const SolveCommand& options,
                                        const MarkerRecording& recording,
                                        SolveMarkersOptions& solve) {
@@ -130,7 +130,7 @@ std::string Text(const SolveCommand& options, const SolvedRecording& solved, dou
                             1e3 * frames / solve_ms);
 }
 
-// What the result is not to be trusted in without a look.
+// Warns about parts of the result that should be checked.
 void WarnOfDoubts(const SolveCommand& options, const MarkerReport& report) {
   if (!report.unused.empty()) {
     std::vector<std::string> names;

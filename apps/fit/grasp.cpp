@@ -37,7 +37,7 @@ std::string TouchingText(const Grasp& grasp) {
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 
-// Of skin in the object and the object's surface in the hand.
+// Maximum penetration of skin into the object, or of the object surface into the hand.
 double Deepest_mm(const Grasp& grasp) {
   return std::max(grasp.max_penetration_mm, grasp.object_in_hand_mm);
 }
@@ -55,7 +55,7 @@ nlohmann::json CertificateJson(const Grasp& grasp) {
       {"contacts", certificate.contacts}};
 }
 
-// What the certificate says, or why there is none.
+// Describes the certificate, or why there is none.
 std::string CertificateText(const Grasp& grasp, const TriangleMesh& object) {
   if (!grasp.certificate) return "no certificate: " + WhyNotSolid(object);
   const GraspCertificate& certificate = *grasp.certificate;
@@ -64,12 +64,12 @@ std::string CertificateText(const Grasp& grasp, const TriangleMesh& object) {
                      std::ceil(100.0 * *certificate.least_friction - 1e-6) / 100.0);
 }
 
-// The two files that are written.
+// The two output files.
 struct GraspFiles {
   std::filesystem::path clip, mesh;
 };
 
-// Throws Error unless both are new.
+// Throws Error unless both files are new.
 GraspFiles NewGraspFiles(const GraspCommand& options) {
   const std::filesystem::path output(options.output);
   std::filesystem::path mesh_path = output;
@@ -132,7 +132,7 @@ void PrintGrasp(const GraspCommand& options, const GraspFiles& files, const Load
           1e-3 * (report.search_ms + report.closing_ms + report.refinement_ms)));
 }
 
-// Fills in what the command line says besides the table.
+// Sets the search options that are not in the option table.
 void PrepareSearch(const LoadedObject& object, GraspCommand& options) {
   GraspOptions& search = options.job.search;
   if (const auto wanted = WantedPlace(options.place, options.object, options.job.object_scale)) {
@@ -193,8 +193,8 @@ void PrintGrasps(const GraspCommand& options, const LoadedObject& object, Side s
                           std::min<std::size_t>(set.grasps.size(), kMaxShown)));
 }
 
-// Many distinct grasps into a folder; fewer than asked for are written, too, and after Ctrl-C those
-// found until then.
+// Writes many distinct grasps into a folder. If fewer than requested are found, or after Ctrl-C,
+// those found so far are written.
 int RunMany(GraspCommand options) {
   const CommonOptions& common = options.common;
   RequireNewFolder(options.output, common);
@@ -253,7 +253,7 @@ int Run(GraspCommand options) {
   return kDone;
 }
 
-// The clip of one frame that both hands start from; `person` becomes its body.
+// Returns the one-frame start clip for both hands; `person` becomes its body.
 Clip StartForBoth(const GraspCommand& options, ClipBody& person) {
   if (options.clip.empty()) return StandWithForearmsForward(person.model);
   LoadedClip loaded = LoadClip(options.clip, std::move(person.model), options.common);
@@ -296,7 +296,7 @@ void PrintBothHandsGrasp(const GraspCommand& options, const GraspFiles& files,
   PrintResult(options.common, summary, text);
 }
 
-// An object between both hands: of a person who stands with the forearms forward, or of a frame.
+// Grasps an object between both hands: of a person who stands with forearms forward, or of a frame.
 int RunBoth(const GraspCommand& options) {
   const CommonOptions& common = options.common;
   const GraspFiles files = NewGraspFiles(options);

@@ -104,7 +104,7 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
                             result.report.iterations);
 }
 
-// The clip with what it takes to refine it, or an Error.
+// Loads the clip and checks the requirements of refinement. Throws Error if one is missing.
 ClipInput LoadRefinable(const RefineCommand& options) {
   ClipInput input = LoadClipInput(options.clip, options.input, options.common);
   RequireMeters(options.clip, input.clip, *input.body);

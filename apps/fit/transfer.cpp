@@ -30,7 +30,7 @@ namespace {
 struct TransferCommand {
   CommonOptions common;
   std::string clip, output;
-  ClipInputOptions input;  // of the clip itself
+  ClipInputOptions input;  // of the source clip
   std::string object;
   double object_scale = 1.0;
   std::vector<double> scale;
@@ -42,16 +42,16 @@ struct TransferCommand {
   int variants = 0;
   std::vector<double> scale_range = {VariantOptions{}.scale_low, VariantOptions{}.scale_high};
   double yaw_deg = 180.0;
-  VariantOptions spread;  // of variants: the rest
+  VariantOptions spread;  // other variant options
   RobotTransferInput robot;
 };
 
-// What is transferred, and to what.
+// Source and target of a transfer.
 struct TransferInput {
   ClipInput input;
-  Clip clip;  // on the model of the target's body
+  Clip clip;  // on the model of the target body
   ClipBody from, to;
-  std::optional<OntoBody> onto;  // of a clip of another model: as it was, on the target's body
+  std::optional<OntoBody> onto;  // for clips of another model: that motion on the target body
   std::shared_ptr<const PreparedObject> from_object, to_object;
   std::optional<SurfaceMap> map;
 };
@@ -65,7 +65,7 @@ Eigen::Vector3d ScaleOf(const TransferCommand& options) {
   return Eigen::Map<const Eigen::Vector3d>(options.scale.data());
 }
 
-// The clip, with an object that a hand may hold, or an Error.
+// Loads the clip and checks that it has an object. Throws Error if it has none.
 ClipInput LoadHeld(const TransferCommand& options) {
   ClipInput input = LoadClipInput(options.clip, options.input, options.common);
   RequireMeters(options.clip, input.clip, *input.body);
@@ -80,14 +80,14 @@ ClipInput LoadHeld(const TransferCommand& options) {
   return input;
 }
 
-// Of another model than the clip's, the clip is converted to it.
+// Converts the clip if the target has another body model.
 void ConvertToTarget(TransferInput& scene) {
   const Clip before = std::move(scene.clip);
   const ClipBody body = scene.from;
   scene.clip = ConvertClip(before, body.model, body.betas, scene.to.model).clip;
   scene.from = {scene.to.model, scene.clip.betas};
   if (body.model->LoneHand() != scene.to.model->LoneHand()) return;
-  Clip standing = scene.clip;  // its rotations, with joints that only the clip's model has at rest
+  Clip standing = scene.clip;  // its rotations; joints that only the clip's model has at rest
   standing.trans = before.trans;
   scene.onto.emplace();
   scene.onto->clip = OntoOtherBody(standing, body, scene.to, &scene.onto->report);
@@ -108,7 +108,7 @@ void SetBetas(const TransferCommand& options, TransferInput& scene) {
       options.betas.data(), static_cast<Eigen::Index>(options.betas.size()));
 }
 
-// Whose body it becomes.
+// Sets the source and target body.
 void SetBodies(const TransferCommand& options, TransferInput& scene) {
   scene.from = {scene.input.body, scene.input.betas};
   scene.to = scene.from;
@@ -351,7 +351,7 @@ int Transfer(const TransferCommand& options) {
   return TransferOne(options);
 }
 
-// Returns --object, which others need or exclude.
+// Returns --object, which other options need or exclude.
 CLI::Option* AddObjectOptions(CLI::App& command, TransferCommand& options) {
   const char* const group = "To another object";
   CLI::Option* const object = command

@@ -21,7 +21,7 @@
 namespace holdfast::apps {
 namespace {
 
-constexpr double kMinKept = 0.5;  // of the contacts: less is no transfer
+constexpr double kMinKept = 0.5;  // minimum fraction of kept contacts of a transfer
 
 nlohmann::json RobotJson(const RobotTransferSetup& setup) {
   nlohmann::json parts = nlohmann::json::object();
@@ -58,7 +58,7 @@ std::string CorrespondenceText(const RobotTransferSetup& setup) {
   return text;
 }
 
-// Contacts that the robot does not keep, and those that it has no part for.
+// Warns of contacts lost by the robot, and of contacts for which it has no part.
 void WarnOfLost(const RobotTransferSetup& setup, const RobotMeasures& measures,
                 const CommonOptions& common) {
   std::vector<std::string> parts;
@@ -159,7 +159,7 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
   sheet.rows = input.picture_rows;
   film.columns = input.film_columns;
   film.rows = input.film_rows;
-  // Two at a time, each with half of the threads: much of the scene is made on one.
+  // Two at a time with half of the threads each, since much of the scene is single-threaded.
   const int half = std::max(1, options.threads / 2);
   sheet.threads = film.threads = half;
   ParallelFor(3, std::min(options.threads, 2), [&](int k) {
@@ -225,7 +225,7 @@ std::string FramesChart(const RobotMeasures& measures) {
   return DrawLineChart(chart);
 }
 
-// A chart for each finger; followers go with their leaders.
+// One chart per finger. Mimic joints follow their leaders and are not drawn.
 std::string JointCharts(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses) {
   std::map<std::string, LineChart> charts;
   const auto add = [&](const std::string& title, const std::vector<int>& links) {
@@ -233,7 +233,7 @@ std::string JointCharts(const RobotTransferSetup& setup, const std::vector<Robot
       const RobotLink& moved = setup.robot.links[static_cast<std::size_t>(link)];
       if (moved.dof < 0) continue;
       const RobotDof& dof = setup.robot.dofs[static_cast<std::size_t>(moved.dof)];
-      if (dof.name != moved.joint) continue;  // a follower
+      if (dof.name != moved.joint) continue;  // a mimic joint
       LineChart& chart = charts[title];
       chart.title = title;
       chart.x_label = "frame";

@@ -11,10 +11,10 @@
 
 namespace holdfast::apps {
 
-/// What 'holdfast transfer --robot' asks for.
+/// Inputs of 'holdfast transfer --robot'.
 struct RobotTransferInput {
-  std::string robot;           ///< URDF or MJCF; empty: another transfer
-  std::string correspondence;  ///< CSV; empty: found
+  std::string robot;           ///< URDF or MJCF; empty: not a robot transfer
+  std::string correspondence;  ///< CSV; empty: determined automatically
   std::string hand = "auto";
   bool on_path = false;
   int picture_columns = 4, picture_rows = 4;
@@ -31,9 +31,9 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
                      const RobotTransferInput& input, const std::string& output,
                      const CommonOptions& common);
 
-/// The page of a clip on a robot's hand: how well contacts are kept, over the frames, the sheet of
-/// pictures (`sheet`, a file beside the page), each joint's path within its limits, and which link
-/// stands for which part of a hand.
+/// Returns the page of a clip on a robot hand: contact preservation over the frames, the sheet of
+/// pictures (`sheet`, a file next to the page), the path of each joint within its limits, and the
+/// correspondence of links to hand parts.
 std::string RobotPage(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                       const RobotMeasures& measures, const std::string& sheet);
 

@@ -18,10 +18,10 @@ struct MakeActionsCommand {
   ActionSetOptions set;
   std::string output, starts, body;
   std::vector<std::string> held_out;
-  double hours = 0.0;  // asked for; the count follows
+  double hours = 0.0;  // determines the count if given
 };
 
-constexpr double kSecondsPerClip = 4.2;  // about, for --hours
+constexpr double kSecondsPerClip = 4.2;  // approximate, for --hours
 
 std::string TextOf(const std::string& output, const ActionSetReport& report) {
   const json& summary = report.head["summary"];
@@ -60,7 +60,7 @@ int Run(MakeActionsCommand options) {
     throw Error("--count", "is 0, and there is nothing captured to make clips of",
                 "Give a number of clips, or --captured");
   }
-  PlanActions(options.set);  // what is wrong with it is said before starts are looked for
+  PlanActions(options.set);  // reports errors before the search for starts
   PlanCaptured(options.set);
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
   const ActionStarts starts =

@@ -24,7 +24,7 @@ struct MakeReachDataCommand {
   std::string weights;
 };
 
-// Those of the network's own optimizer, beside the made ones.
+// Generates reaches by latent optimization, in addition to the others.
 OptimizedReachesReport MakeOptimized(const MakeReachDataCommand& options, const CaptureSet& set,
                                      const BodyModel& body, const ReachNetwork& network,
                                      const StagedProgress& tell) {
@@ -51,7 +51,7 @@ int Run(MakeReachDataCommand options) {
   data.version = HOLDFAST_VERSION;
   const std::filesystem::path folder = options.output;
   const auto body = LoadBody(options.body);
-  std::optional<ReachNetwork> network;  // what is wrong with it is said before hours of work
+  std::optional<ReachNetwork> network;  // loaded first, so that errors come early
   if (options.optimized > 0) network = LoadReachNetwork(options.weights, common);
   StageProgress progress(common);
   const auto tell = [&](const char* stage, int done, int total) {

@@ -22,7 +22,7 @@
 namespace holdfast::apps {
 namespace {
 
-// A goal that moves. What plans a whole motion makes no sense with it.
+// Adds the options for a moving goal. Excludes options that plan a whole motion.
 void AddTrackOptions(CLI::App& command, CLI::Option& goal, ReachCommand& reach) {
   CLI::Option* track =
       command
@@ -141,7 +141,7 @@ constexpr const char* kRule =
     "most goals reached within 10 cm; then no second crouch; then, of those that reach all, the "
     "least motion cost, of others the least sum of closest distances";
 
-// Who reaches, and what the user called it.
+// Start of the reach, and the user's name for it.
 struct Start {
   std::string source = "standing";
   ReachPerson person;
@@ -160,7 +160,7 @@ ReachOptions OptionsFor(const ReachCommand& command, const CommonOptions& common
   job.options.seed = common.seed;
   job.options.threads = NumThreads(common);
   if (!command.approach.empty()) job.approach = ParsePoint("--approach", command.approach);
-  job.options.obstacles.resize(command.obstacles.size());  // read once the options are right
+  job.options.obstacles.resize(command.obstacles.size());  // read after the options are checked
   ReachOptions options = ReachOptionsOf(job, !command.object.empty());
   for (std::size_t i = 0; i < command.obstacles.size(); ++i) {
     const std::string& file = command.obstacles[i];
@@ -197,7 +197,7 @@ nlohmann::json OptionsJson(const ReachCommand& command, const Start& start,
   return json;
 }
 
-// Curves of one sample, for metrics and report.
+// Per-frame curves of one sample, for metrics and report.
 nlohmann::json PerFrameJson(const wandr::ReachSample& sample,
                             std::span<const Eigen::Vector3d> goals, Side side) {
   nlohmann::json distance = nlohmann::json::array();
@@ -278,7 +278,7 @@ std::pair<std::string, std::optional<int>> ParseStart(const std::string& text) {
 
 namespace {
 
-// The take and the carries after it.
+// Runs the take and the following carries.
 Outcome RunTake(const ReachCommand& command, const Start& start, const ReachNetwork& network,
                 std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
                 const CommonOptions& common) {
@@ -324,7 +324,7 @@ nlohmann::json MetricsOf(const ReachCommand& command, const Start& start,
   return metrics;
 }
 
-// The motion of this rank as its report shows it; the best one has all metrics.
+// Report input of the motion with this rank. The best motion has all metrics.
 ReportInput Shown(const ReachCommand& command, const ReachPerson& person,
                   const ReachOptions& options, const ReachMotion& motion, int rank,
                   std::span<const Eigen::Vector3d> goals, const nlohmann::json& metrics) {

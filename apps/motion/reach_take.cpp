@@ -197,7 +197,7 @@ Outcome RunReachTrack(const TrackJob& job, const ReachPerson& person, const std:
   shown.clip.action = "reach";
   shown.body = person.body;
   shown.betas = person.betas;
-  // A ball each second: where the goal came by.
+  // One sphere per second along the path of the goal.
   std::vector<Eigen::Vector3d> balls;
   for (std::size_t t = 0; t < report.distance_m.size(); t += 30) balls.push_back(goals[t]);
   shown.marker = GoalMarkers(balls);

@@ -15,28 +15,28 @@
 
 namespace holdfast::apps {
 
-/// A person walks to an object on a table, takes hold of it and carries it on.
+/// A take: a person walks to an object on a table, grasps it and carries it on.
 struct TakeJob {
   std::string object;  ///< mesh or embedded object
   double object_scale = 1.0;
   Side side = Side::kRight;
-  std::string style = "auto";  ///< of the grasp: power, precision, handle, auto
-  /// Middles of the object's bottom, world: where it stands (on a table of that height), then where
-  /// it shall be.
+  std::string style = "auto";  ///< grasp style: power, precision, handle, auto
+  /// Centers of the object's bottom, world: the initial place (on a table of that height), then the
+  /// target places.
   std::vector<Eigen::Vector3d> places;
   std::optional<double> object_yaw_deg;
   std::string output;
   bool write_report = true;
 };
 
-/// Has the object taken (ReachAndTake) and writes the result folder: clip.npz, object.ply,
-/// table.ply, metrics.json, report.html. `extra` is merged into metrics.json (the caller's options
-/// and network). Throws Error and FitFailure.
+/// Runs the take (ReachAndTake) and writes the result folder: clip.npz, object.ply, table.ply,
+/// metrics.json, report.html. `extra` is merged into metrics.json (the caller's options and
+/// network). Throws Error and FitFailure.
 Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
                      const wandr::NetworkWeights& network, const ReachOptions& options,
                      const nlohmann::json& extra, const CommonOptions& common);
 
-/// A goal that moves, as the command line asks for it.
+/// A moving goal, as given on the command line.
 struct TrackJob {
   std::string goals;  ///< table, or "-"
   std::optional<double> rate_hz;
@@ -46,7 +46,7 @@ struct TrackJob {
   bool write_report = true;
 };
 
-/// The person follows the goals of a table; writes clip.npz, metrics.json and report.html.
+/// Follows the goals of a table; writes clip.npz, metrics.json and report.html.
 Outcome RunReachTrack(const TrackJob& job, const ReachPerson& person, const std::string& from,
                       const ReachNetwork& network, const CommonOptions& common);
 

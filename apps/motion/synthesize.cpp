@@ -93,14 +93,14 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
 
 namespace {
 
-// What the object is to the networks: as told, or what its name says.
+// Object class for the networks: as given, or from the object's name.
 int ObjectClass(const SynthesizeCommand& job) {
   if (!job.job.object_class.empty()) {
     return imos::ObjectId(imos::VocabularyName(job.job.object_class), "--class");
   }
   const std::string named = std::filesystem::path(job.object).stem().string();
   if (const auto id = imos::FindObject(imos::VocabularyName(named))) return *id;
-  LoadObject(job.object);  // no such file or object is another fault than one of no class
+  LoadObject(job.object);  // a missing object is a different error than an unknown class
   return imos::ObjectId(named, "--class");
 }
 
@@ -129,7 +129,7 @@ struct SynthesisStart {
   nlohmann::json how;  // for metrics.json
 };
 
-// The person of the clip at its frame, up to it.
+// Start from the person of the clip, with the motion up to the frame.
 SynthesisStart FromClip(const SynthesizeCommand& command, const LoadedObject& object,
                         const CommonOptions& common) {
   const auto [name, frame] = ParseStart(command.from);
@@ -145,7 +145,7 @@ SynthesisStart FromClip(const SynthesizeCommand& command, const LoadedObject& ob
   return start;
 }
 
-// A person who stands and has the object.
+// Generated start: a standing person who holds the object.
 SynthesisStart Made(const SynthesizeCommand& command, const LoadedObject& object,
                     std::string_view action) {
   const std::shared_ptr<const BodyModel> body = LoadBody(command.body);
@@ -185,7 +185,7 @@ nlohmann::json SynthesisJson(const SynthesisJob& job, const imos::Intent& intent
           {"and_back", options.and_back}};
 }
 
-// Before the fit: the object is where the key frames have it.
+// Writes the samples before the fit: the object is as in the key frames.
 void WriteSamples(const std::string& output, const HoldingStart& start,
                   const SynthesizedMotion& made) {
   const std::filesystem::path folder = std::filesystem::path(output) / "samples";

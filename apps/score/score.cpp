@@ -32,8 +32,8 @@ struct ScoreCommand {
   bool physics = false;
 };
 
-// What other commands write beside results: lists of jobs, tables, pages, pictures. A shell that
-// expands fits/* names them too.
+// Files that other commands write next to results: lists of jobs, tables, pages, pictures. A shell
+// pattern such as fits/* includes them.
 bool IsBesideResults(const fs::path& path) {
   constexpr std::array<std::string_view, 6> kWritten = {".csv", ".html", ".png",
                                                         ".gif", ".mp4",  ".txt"};
@@ -44,7 +44,7 @@ bool IsBesideResults(const fs::path& path) {
   return json["schema"].get_ref<const std::string&>().starts_with("holdfast/");
 }
 
-// Clips as they are; a folder that is no result itself stands for the results in it.
+// Replaces a folder that is not a result by the results in it. Other clips are unchanged.
 std::vector<std::string> ExpandFolders(const std::vector<std::string>& given,
                                        const CommonOptions& common) {
   std::vector<std::string> clips, beside;
@@ -63,18 +63,18 @@ std::vector<std::string> ExpandFolders(const std::vector<std::string>& given,
       const bool clip = entry.is_regular_file() && entry.path().extension() == ".npz";
       if (result || clip) inside.push_back(entry.path().string());
     }
-    if (inside.empty()) inside.push_back(path);  // one of a file a frame
+    if (inside.empty()) inside.push_back(path);  // a clip with one file per frame
     std::ranges::sort(inside);
     clips.insert(clips.end(), inside.begin(), inside.end());
   }
-  if (clips.empty()) return beside;  // reading the first says that it is no clip
+  if (clips.empty()) return beside;  // reading the first reports that it is not a clip
   if (!beside.empty()) {
     Note(common, fmt::format("note: no clip, left out: {}", fmt::join(beside, ", ")));
   }
   return clips;
 }
 
-// Adds each clip's trial to the JSON of its scores; the lines for people.
+// Adds each clip's trial to the JSON of its scores; returns the lines of text.
 std::string AddTrials(std::span<const std::optional<ClipTrial>> trials,
                       std::span<const ClipScore> scores, nlohmann::json& json) {
   std::string text;

@@ -8,19 +8,19 @@
 
 namespace holdfast {
 
-/// An action that can be made, and what with. Action names are GRAB's; objects are the embedded
-/// ones by name, the commonest first.
+/// An action that can be generated, and its objects. Action names are those of GRAB; objects are
+/// names of embedded objects, most common first.
 struct ScriptedAction {
   std::string_view name;
   std::vector<std::string_view> objects;
-  double share = 1.0;  ///< of the clips of a set, relative to the others'
+  double share = 1.0;  ///< relative frequency among the clips of a set
   std::string_view meaning;
 };
 
 std::span<const ScriptedAction> ScriptedActions();
-/// Throws Error listing all, with the nearest, for a name that is none of them.
+/// Throws Error for an unknown name; the message lists all names and suggests the nearest.
 const ScriptedAction& FindScriptedAction(std::string_view name);
-/// "drink, eat, ...": for help and messages.
+/// Returns "drink, eat, ..." for help and messages.
 std::string ScriptedActionNames();
 
 }  // namespace holdfast

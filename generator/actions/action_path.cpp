@@ -70,7 +70,7 @@ PathPoint ActionPath::At(double time_s) const {
   put(from, from.pose);
   put(to, to.pose);
   point.share = to.anchor == Anchor::kHead ? share : 1.0 - share;
-  // The bulge belongs to the world's part, which has (1 - share) of the whole.
+  // The bulge applies to the world part, which has weight (1 - share).
   point.world.translation() += 4.0 * (to.anchor == Anchor::kHead ? share : 1.0 - share) * to.bulge;
   return point;
 }

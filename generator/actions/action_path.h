@@ -8,48 +8,48 @@
 
 namespace holdfast {
 
-/// What a pose is relative to: it goes where that goes.
+/// Frame that a pose is relative to and moves with.
 enum class Anchor {
   kWorld,  ///< the person starts at the origin, facing -y; z up
-  kHead,   ///< the head joint: y up, z where the face looks
+  kHead,   ///< head joint: y up, z forward
 };
 
-/// A pose that a hand comes to and stays at.
+/// A pose that a hand reaches and holds.
 struct PathKey {
   double arrive_s = 0.0, leave_s = 0.0;
   Anchor anchor = Anchor::kWorld;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();  ///< of the wrist, relative to the anchor
-  Eigen::Vector3d bulge = Eigen::Vector3d::Zero();  ///< of the way there, at its middle, world, m
+  Eigen::Vector3d bulge = Eigen::Vector3d::Zero();  ///< of the path to the pose, at its middle, m
 };
 
-/// A rhythm on top of the path: strokes, blows, shaking. In the wrist's own frame.
+/// A periodic motion added to the path (strokes, blows, shaking), in the frame of the wrist.
 struct Stroke {
   double begin_s = 0.0, end_s = 0.0;  ///< fades in and out within a period
   double period_s = 0.5;
   Eigen::Vector3d move = Eigen::Vector3d::Zero();   ///< amplitude, meters
   Eigen::Vector3d turn = Eigen::Vector3d::Zero();   ///< amplitude, axis-angle, radians
-  Eigen::Vector3d pivot = Eigen::Vector3d::Zero();  ///< that the turn leaves where it is
-  /// Moved a quarter of a period later, for circles; meters.
+  Eigen::Vector3d pivot = Eigen::Vector3d::Zero();  ///< fixed point of the rotation
+  /// Amplitude of a second translation, delayed by a quarter of a period (for circles), meters.
   Eigen::Vector3d move_aside = Eigen::Vector3d::Zero();
 };
 
-/// Where a wrist is wanted at a time, as terms over an unknown head pose take it:
+/// Target pose of a wrist at one time, in the form used by terms over an unknown head pose:
 ///
-///   position = (1 - share) world + share (h + A head),  rotation by the shortest arc alike
+///   position = (1 - share) world + share (h + A head),  rotation likewise by the shortest arc
 ///
-/// h, A: position and rotation of the head joint.
+/// where h and A are position and rotation of the head joint.
 struct PathPoint {
-  double share = 0.0;  ///< of the head's
+  double share = 0.0;  ///< weight of the head-relative pose
   Eigen::Isometry3d world = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d head = Eigen::Isometry3d::Identity();
 
   Eigen::Isometry3d At(const Eigen::Isometry3d& head_pose) const;
 };
 
-/// The way of a hand through its keys: minimum jerk from each to the next, at rest in all.
+/// Path of a hand through its keys: minimum jerk between consecutive keys, at rest at each key.
 class ActionPath {
  public:
-  /// Keys in the order of time. Throws Error for none, or times that go back.
+  /// Keys are in order of time. Throws Error if there are none or if times decrease.
   ActionPath(std::vector<PathKey> keys, std::vector<Stroke> strokes);
 
   PathPoint At(double time_s) const;

@@ -13,7 +13,7 @@ namespace {
 struct Intent {
   std::string_view action;
   void (*write)(ScriptWriter&);
-  double chance_of_return;  // to where the object was, at the end
+  double chance_of_return;  // to the start pose of the object, at the end
 };
 
 constexpr std::array<Intent, 16> kIntents = {{{"drink", WriteDrink, 0.5},
@@ -101,7 +101,7 @@ int ScriptWriter::MoveTo(Anchor anchor, std::vector<Eigen::Isometry3d> poses, do
   key.poses = std::move(poses);
   key.arrive_s = now_s_ + move_s;
   key.leave_s = now_s_ = key.arrive_s + stay_s;
-  // Hands rise from a table before they go anywhere.
+  // The hand rises from the table first.
   if (script_.keys.size() == 1) key.bulge = Vector3d(0.0, -0.01, Uniform(0.01, 0.05));
   script_.keys.push_back(std::move(key));
   return static_cast<int>(script_.keys.size()) - 1;

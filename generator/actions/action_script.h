@@ -16,97 +16,97 @@
 
 namespace holdfast {
 
-/// Where an object is wanted: any one of `poses` serves, whichever suits the arm.
+/// Target poses of an object: any of `poses` will do, and the one best suited to the arm is chosen.
 struct ScriptKey {
   double arrive_s = 0.0, leave_s = 0.0;
   Anchor anchor = Anchor::kWorld;
   std::vector<Eigen::Isometry3d> poses;  ///< of the object, relative to the anchor
   Eigen::Vector3d bulge = Eigen::Vector3d::Zero();
-  /// How far the object is turned since the key before, radians, where that is the point of it;
-  /// else as little as suits.
+  /// Rotation of the object since the previous key, radians, if that is the purpose of the key;
+  /// otherwise the rotation is as small as suits.
   std::optional<double> turned_rad;
-  /// The very pose of an earlier key; `poses` is empty then.
+  /// Index of an earlier key with exactly this pose; `poses` is then empty.
   std::optional<int> same_as;
-  /// Before the face: object and hand are moved out of the head along this direction of the head's
-  /// frame. Zero: they are nowhere near.
+  /// For keys at the face: object and hand are moved out of the head along this direction of the
+  /// head frame. Zero for keys away from the head.
   Eigen::Vector3d push = Eigen::Vector3d::Zero();
 };
 
-/// Where the face turns, from a time on.
+/// Gaze target from a given time on.
 struct GazeKey {
   double begin_s = 0.0, duration_s = 0.4;
-  bool at_object = false;  ///< else along `direction`
-  /// World, any length; y backwards, z up: (0, -1, 0) is straight on.
+  bool at_object = false;  ///< otherwise along `direction`
+  /// World, any length; y backward, z up: (0, -1, 0) is straight ahead.
   Eigen::Vector3d direction = -Eigen::Vector3d::UnitY();
-  double share = 0.7;  ///< of the way from straight on that the head turns; eyes do the rest
+  double share = 0.7;  ///< fraction of the gaze angle done by the head; the eyes do the rest
 };
 
-/// How the chest leans and turns, from a time on, radians.
+/// Lean of the chest from a given time on, radians.
 struct LeanKey {
   double begin_s = 0.0, duration_s = 0.8;
-  double forward = 0.0;  ///< of its axis
-  double aside = 0.0;    ///< to the left positive
+  double forward = 0.0;  ///< of the chest axis
+  double aside = 0.0;    ///< positive to the left
 };
 
-/// How far another hand takes over.
+/// Timing of a handover to another hand.
 struct HandoverKey {
-  double meet_begin_s = 0.0;  ///< the receiving hand sets out
+  double meet_begin_s = 0.0;  ///< the receiving hand starts to move
   double both_begin_s = 0.0, both_end_s = 0.0;
   double free_s = 0.0;  ///< the giving hand is back at the side
-  int key = 0;          ///< of `keys`: where the hands meet
+  int key = 0;          ///< index in `keys` of the pose where the hands meet
 };
 
-/// What happens in a clip, for a right hand; everything else is chosen to suit it.
+/// Script of a clip, for a right hand. Everything else is chosen to suit it.
 struct ActionScript {
   double duration_s = 3.0;
   std::vector<ScriptKey> keys;
-  std::vector<Stroke> strokes;  ///< move, turn and pivot in the object's frame
+  std::vector<Stroke> strokes;  ///< move, turn and pivot in the frame of the object
   std::vector<GazeKey> gaze;
   std::vector<LeanKey> lean;
   std::optional<HandoverKey> handover;
-  std::optional<double> table_m;  ///< height of the table that the object stands on at the start
-  double swivel_rad = 0.0;        ///< style: elbow farther out (positive) or in than comfort has it
+  std::optional<double> table_m;  ///< height of the table on which the object starts
+  double swivel_rad = 0.0;        ///< style: elbow farther out (positive) or in than comfortable
 };
 
-/// What a script is written for. World: the person at the origin facing -y.
+/// Scene that a script is written for. World: the person is at the origin, facing -y.
 struct ActionScene {
   FaceMarks face;
   ObjectMarks object;
   Eigen::Isometry3d head = Eigen::Isometry3d::Identity();  ///< head joint at the start
   Eigen::Vector3d shoulder = Eigen::Vector3d::Zero();      ///< right, at the start
-  double arm_m = 0.5;                                      ///< shoulder to wrist
-  bool in_hand = false;  ///< the object is in the hand at the start, not on a table
-  /// Hammering has blows of the wrist alone, which a network of key frames can follow; else none,
-  /// and AddStrokes lays the whole arm's over the motion.
+  double arm_m = 0.5;                                      ///< distance from shoulder to wrist
+  bool in_hand = false;  ///< the object starts in the hand instead of on a table
+  /// If set, hammering has blows of the wrist alone, which a network of key frames can follow.
+  /// Otherwise the script has no blows, and AddStrokes adds those of the whole arm to the motion.
   bool wrist_blows = false;
 };
 
-/// Writes the script of an action (FindScriptedAction) in a style of its own: times, places, tilts,
+/// Writes the script of an action (see FindScriptedAction) in a random style: times, places, tilts,
 /// strokes, gaze and lean are drawn.
 ActionScript WriteScript(std::string_view action, const ActionScene& scene, RandomDraws& draws);
 
-/// Poses of an object that put one of its points somewhere. All directions are unit or made so.
+/// Object poses that put a given point of the object at a given place. Directions are normalized.
 
-/// The rotation that takes `a` to `to_a` and `b` as near to `to_b` as that allows.
+/// Returns the rotation that maps `a` to `to_a`, and `b` as close to `to_b` as that allows.
 Eigen::Matrix3d AlignAxes(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                           const Eigen::Vector3d& to_a, const Eigen::Vector3d& to_b);
 
-/// `count` poses, evenly round: the axis of the object points along `direction`, its turn about it
-/// is free.
+/// Returns `count` poses with the object's axis along `direction`, evenly rotated about that axis,
+/// which is unconstrained.
 std::vector<Eigen::Isometry3d> TurnedPoses(const Eigen::Vector3d& point,
                                            const Eigen::Vector3d& axis,
                                            const Eigen::Vector3d& place,
                                            const Eigen::Vector3d& direction, int count);
 
-/// Upright (z up), `count` turns about the vertical; then the same leant by each of `tilts_rad`
-/// towards +x, -x, +y and -y of the world.
+/// Returns `count` upright poses (z up), evenly rotated about the vertical, then the same poses
+/// leaned by each of `tilts_rad` towards +x, -x, +y and -y of the world.
 std::vector<Eigen::Isometry3d> UprightPoses(const Eigen::Vector3d& point,
                                             const Eigen::Vector3d& place, int count,
                                             const std::vector<double>& tilts_rad = {});
 
 inline constexpr double kDegreeOfScript = std::numbers::pi / 180.0;
 
-/// A script under construction: keys one after the other, at this person's pace.
+/// Builds a script key by key, at a random pace of the person.
 class ScriptWriter {
  public:
   ScriptWriter(const ActionScene& scene, RandomDraws& draws);
@@ -116,34 +116,34 @@ class ScriptWriter {
   double Degrees(double low, double high) { return kDegreeOfScript * draws_.Uniform(low, high); }
   double Uniform(double low, double high) { return draws_.Uniform(low, high); }
   bool Chance(double share) { return draws_.Uniform(0.0, 1.0) < share; }
-  /// Seconds at this person's pace.
+  /// Draws a duration at the pace of this person, seconds.
   double Time(double low, double high) { return pace_ * draws_.Uniform(low, high); }
   double Now() const { return now_s_; }
 
-  /// A place before the person: meters to the left, forward of the shoulder as a share of the arm,
-  /// above the shoulder.
+  /// Returns a place in front of the person: meters to the left, distance in front of the shoulder
+  /// as a fraction of the arm length, meters above the shoulder.
   Eigen::Vector3d Before(double left_m, double forward_share, double above_shoulder_m) const;
-  /// Between the eyes at the start, world.
+  /// Point between the eyes at the start, world.
   Eigen::Vector3d Eyes() const { return scene_.head * scene_.face.eyes; }
 
-  /// Where the object is at the start: upright on a table, or in the hand above one's waist. Stays
-  /// half a second.
+  /// Adds the start key: the object is upright on a table, or in the hand above the waist. It stays
+  /// for at least half a second.
   void Begin();
-  /// Comes to a key in `move_s`, stays for `stay_s`; returns its index. Times are as given.
+  /// Adds a key that is reached in `move_s` and held for `stay_s`; returns its index.
   int MoveTo(Anchor anchor, std::vector<Eigen::Isometry3d> poses, double move_s, double stay_s);
-  /// Back to an earlier key's pose.
+  /// Adds a key with the pose of an earlier key.
   int MoveBack(int key, double move_s, double stay_s);
   ScriptKey& Last() { return script_.keys.back(); }
 
   void LookAtObject(double begin_s, double share = 0.7);
-  /// Right and up of straight on, radians.
+  /// Directions relative to straight ahead, radians.
   void Look(double begin_s, double left_rad, double up_rad, double share = 0.9,
             double duration_s = 0.45);
   void Lean(double begin_s, double duration_s, double forward_rad, double aside_rad);
   void Add(const Stroke& stroke) { script_.strokes.push_back(stroke); }
   ActionScript& Script() { return script_; }
 
-  /// Ends the clip a moment after the last key, or with the object back where it was.
+  /// Ends the clip shortly after the last key, or (by chance) with the object back at its start.
   ActionScript Finish(double chance_of_return);
 
  private:
@@ -154,14 +154,14 @@ class ScriptWriter {
   double now_s_ = 0.0;
 };
 
-// One function per intent: the keys after the start, drawn. At the face (script_face.cpp):
+// One function per intent, which draws the keys after the start. At the face (script_face.cpp):
 void WriteDrink(ScriptWriter& writer);
 void WriteToast(ScriptWriter& writer);
 void WriteEat(ScriptWriter& writer);
 void WriteCall(ScriptWriter& writer);
 void WriteTakePicture(ScriptWriter& writer);
 void WriteBrush(ScriptWriter& writer);
-// Before the body (script_front.cpp):
+// In front of the body (script_tools.cpp):
 void WritePass(ScriptWriter& writer);
 void WriteInspect(ScriptWriter& writer);
 void WriteLift(ScriptWriter& writer);

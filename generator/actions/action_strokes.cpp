@@ -22,23 +22,23 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kThere = 0.75;    // of the hand's farthest way
-constexpr double kComes_s = 0.35;  // from the motion as it was to where strokes begin
+constexpr double kThere = 0.75;    // fraction of the hand's maximum displacement
+constexpr double kComes_s = 0.35;  // from the unchanged motion to the first stroke
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
-// Frames in which strokes are made.
+// Frames with strokes.
 struct Window {
-  int begin = 0, end = 0;  // the last one included
-  bool goes_on = false;    // the hand leaves again
+  int begin = 0, end = 0;  // inclusive
+  bool goes_on = false;    // the hand leaves again afterwards
   double period_s = 1.0, rate = 30.0;
   int strokes = 0;
 
-  // Seconds since the begin.
+  // Seconds since the beginning.
   double Time(int frame) const { return (frame - begin) / rate; }
   double Seconds() const { return (end - begin) / rate; }
 };
 
-// The right arm of a frame, world.
+// Right arm in one frame, world.
 struct ArmAt {
   Vector3d shoulder, elbow;
   Isometry3d wrist;
@@ -52,7 +52,7 @@ ArmAt ArmOf(const Eigen::Matrix3Xd& rest_joints, const Clip& clip, int frame) {
           state.WorldFromJoint(kRightWrist)};
 }
 
-// How far the hand has gone, 0 to 1, as the chest has it.
+// Hand displacement relative to the chest, normalized to 0..1.
 std::vector<double> WayGone(const Eigen::Matrix3Xd& rest_joints, const Clip& clip, int count) {
   std::vector<Vector3d> hands;
   for (int t = 0; t < count; ++t) {
@@ -80,7 +80,7 @@ std::optional<Window> WindowOf(const Eigen::Matrix3Xd& rest_joints, const Clip& 
   for (int t = window.begin; t < count; ++t)
     window.end = there(gone[static_cast<std::size_t>(t)]) ? t : window.end;
   window.goes_on = window.end + 1 < clip.NumFrames();
-  // Two at least, where they need not be much faster for it.
+  // Uses at least two strokes if they need not be much faster for it.
   const double periods = (window.Seconds() - kComes_s) / period_s;
   window.strokes = static_cast<int>(std::lround(std::max(periods, periods > 1.3 ? 2.0 : 0.0)));
   if (window.strokes < 1) return std::nullopt;
@@ -88,14 +88,14 @@ std::optional<Window> WindowOf(const Eigen::Matrix3Xd& rest_joints, const Clip& 
   return window;
 }
 
-// 0 before the window, 1 in it: a way of its own leads there and, where the hand goes on, back.
+// Weight of the strokes: 0 before the window, 1 in it; fades out if the hand leaves.
 double Presence(const Window& window, int frame) {
   const double in = (window.Time(frame) + 0.5 * kComes_s) / (1.5 * kComes_s);
   const double out = window.goes_on ? (window.end - frame) / window.rate / kComes_s + 1.0 : 1.0;
   return MinimumJerk(std::clamp(in, 0.0, 1.0)) * MinimumJerk(std::clamp(out, 0.0, 1.0));
 }
 
-// A blow: 0 struck, 1 raised. It rises slowly, stops, comes down ever faster, and rebounds a bit.
+// Profile of a blow: 0 struck, 1 raised. Rises slowly, stops, falls faster and faster, rebounds.
 double Raised(double phase) {
   phase -= std::floor(phase);
   if (phase < 0.5) return MinimumJerk(phase / 0.5);
@@ -108,7 +108,7 @@ double Raised(double phase) {
   return 0.07 * std::sin(std::numbers::pi * after) * (1.0 - after);
 }
 
-// Changes the motion frame by frame: the wrist goes where it is told, the object along with it.
+// Edits the motion frame by frame: moves the wrist, and the object with it.
 class StrokeMotion {
  public:
   StrokeMotion(const Eigen::Matrix3Xd& rest_joints, Clip& clip)
@@ -128,7 +128,7 @@ class StrokeMotion {
     clip_.pose[at] = pose;
     Follow(frame, before, from, ArmOf(rest_joints_, clip_, frame).wrist);
   }
-  // Half of a turn about the forearm in the elbow, half in the wrist, as skin turns there.
+  // Splits a twist about the forearm equally between elbow and wrist, as real skin does.
   void Twist(int frame, double angle) {
     const auto at = static_cast<std::size_t>(frame);
     const JointPose before = clip_.pose[at];
@@ -155,8 +155,8 @@ class StrokeMotion {
   Clip& clip_;
 };
 
-// What the arm does over and over in the window by itself is taken out: each frame has the mean of
-// the period around it.
+// Removes periodic arm motion in the window: each frame is replaced by the mean of the period
+// around it.
 void CalmArm(const Eigen::Matrix3Xd& rest_joints, const Window& window, Clip& clip) {
   const std::vector<JointPose> before = clip.pose;
   const int half = static_cast<int>(std::lround(0.5 * window.period_s * window.rate));
@@ -179,16 +179,16 @@ void CalmArm(const Eigen::Matrix3Xd& rest_joints, const Window& window, Clip& cl
   }
 }
 
-// Where the hammer points and how it is turned before there are strokes, on average.
+// Mean direction and rotation of the hammer before strokes are added.
 struct Aim {
-  Vector3d axis;           // world, unit: about which it rises
-  double elevation = 0.0;  // of the handle, in the plane across it, radians
+  Vector3d axis;           // rotation axis of the rise, world, unit
+  double elevation = 0.0;  // of the handle, in the plane normal to `axis`, radians
   double roll = 0.0;       // of the face out of that plane, about the handle
 };
 
 Aim AimOf(const Clip& clip, const ObjectMarks& marks, const Window& window) {
   Vector3d forward = Vector3d::Zero(), facing = Vector3d::Zero();
-  const int later = window.begin + (window.end - window.begin) / 3;  // it has arrived by then
+  const int later = window.begin + (window.end - window.begin) / 3;  // after arrival
   for (int t = later; t <= window.end; ++t) {
     const Matrix3d R = clip.object->Pose(t).linear();
     forward += R * marks.forward;
@@ -202,7 +202,7 @@ Aim AimOf(const Clip& clip, const ObjectMarks& marks, const Window& window) {
   Aim aim;
   aim.axis = ahead.cross(Vector3d::UnitZ());
   aim.elevation = std::atan2(forward.z(), forward.dot(ahead));
-  const Vector3d down = aim.axis.cross(forward).normalized() * -1.0;  // where the face belongs
+  const Vector3d down = aim.axis.cross(forward).normalized() * -1.0;  // target face direction
   aim.roll = std::atan2(forward.dot(down.cross(facing)), down.dot(facing));
   return aim;
 }
@@ -212,7 +212,7 @@ void AddBlows(const Eigen::Matrix3Xd& rest_joints, const ObjectMarks& marks, con
   CalmArm(rest_joints, window, clip);
   const Aim aim = AimOf(clip, marks, window);
   const auto degrees = [&](double low, double high) { return kDegree * draws.Uniform(low, high); };
-  // How far shoulder, elbow and wrist turn from where they are, struck and raised.
+  // Rotation of shoulder, elbow and wrist relative to the calmed motion, struck and raised.
   const double struck[3] = {-degrees(4.0, 10.0), -degrees(20.0, 28.0), 0.0};
   const double raised[3] = {degrees(6.0, 14.0), degrees(14.0, 22.0), 0.0};
   const auto wrist = [&](double elevation, double arm) {
@@ -245,7 +245,7 @@ void AddBlows(const Eigen::Matrix3Xd& rest_joints, const ObjectMarks& marks, con
   }
 }
 
-// To and fro: a sine along one direction, a cosine along another, meters, world.
+// Back-and-forth motion: sine along one direction, cosine along another, meters, world.
 struct Swing {
   Vector3d along = Vector3d::Zero(), aside = Vector3d::Zero();
 };
@@ -297,7 +297,7 @@ void AddTurns(const Eigen::Matrix3Xd& rest_joints, const Window& window, RandomD
   }
 }
 
-// Seconds; those of the scripts, but a turn's, which key frames could not follow.
+// Seconds. As in the scripts, except for turns, which are slower so that key frames can follow.
 double PeriodOf(std::string_view action, RandomDraws& draws) {
   if (action == "use") return draws.Uniform(0.8, 1.0);
   if (action == "shake") return draws.Uniform(0.27, 0.42);

@@ -11,20 +11,20 @@
 
 namespace holdfast {
 
-/// What a hand does over and over in an action: hammering (use), shake, chop, cook, brush, and
-/// turning a thing before the eyes (inspect).
+/// Returns whether an action has a periodic hand motion: hammering (use), shake, chop, cook, brush,
+/// and turning an object before the eyes (inspect).
 bool HasStrokes(std::string_view action);
 
-/// Lays such a rhythm over motion that has the way to where it is done and none of the strokes: key
-/// frames stand farther apart than strokes do, and networks answer with the mean of their phases.
-/// Periods and widths are drawn as the scripts have them (WriteScript), but a hammer's.
+/// Adds the periodic motion to a clip that reaches the place of the action but has no strokes. Key
+/// frames are farther apart than strokes, and networks predict the mean of their phases. Periods
+/// and amplitudes are drawn as in the scripts (WriteScript), except for hammers.
 ///
-/// Strokes begin when the right hand is where it goes (three quarters of its farthest way, as the
-/// chest has it) and end when it leaves again, in frames 0 to `count` - 1; a whole number of them.
-/// What the arm does over and over by itself in that time is replaced by a hammer's blows. A hammer
-/// rises slowly and comes down fast, about wrist, elbow and shoulder, in the vertical plane in
-/// which it points; at the blow its handle is as near to level as the wrist allows. The object goes
-/// along with the hand. Nothing for other actions, and where there is no time for a stroke.
+/// Strokes begin when the right hand has arrived (at three quarters of its maximum displacement
+/// relative to the chest) and end when it leaves, within frames 0 to `count` - 1; their number is
+/// an integer. A hammer's blows replace periodic arm motion already present in that time. A hammer
+/// rises slowly and falls fast, by rotations of wrist, elbow and shoulder in the vertical plane in
+/// which it points; at the blow its handle is as level as the wrist allows. The object moves with
+/// the hand. Does nothing for other actions, or if there is no time for a stroke.
 void AddStrokes(const Eigen::Matrix3Xd& rest_joints, std::string_view action,
                 const ObjectMarks& marks, std::uint64_t seed, int count, Clip& clip);
 

@@ -25,7 +25,7 @@ double WeightOf(const BodySurface& body, int vertex, std::initializer_list<int> 
   return sum;
 }
 
-// The skin that the head moves, with the neck's upper part, in the head's frame.
+// Skin moved by the head, and by the upper part of the neck, in the head frame.
 TriangleMesh HeadOf(const BodySurface& body) {
   const Vector3d origin = body.RestJoints().col(kHead);
   std::vector<int> place(static_cast<std::size_t>(body.NumVertices()), -1);
@@ -50,7 +50,7 @@ TriangleMesh HeadOf(const BodySurface& body) {
   return head;
 }
 
-// The foremost skin on the midline near a height.
+// Returns the foremost midline point of the skin in a range of heights.
 Vector3d Foremost(const Eigen::Matrix3Xd& skin, double lowest, double highest) {
   Vector3d best(0.0, 0.0, -1.0);
   for (Eigen::Index i = 0; i < skin.cols(); ++i) {
@@ -94,7 +94,7 @@ using Eigen::Vector3d;
 constexpr double kOffSkin_m = 0.003;
 constexpr double kNearLens_m = 0.13, kFarLens_m = 0.2, kNearScreen_m = 0.26, kFarScreen_m = 0.38;
 
-// Of a circle around the object's z axis, the point nearest to a place.
+// Returns the rim point nearest to a place; the rim is a circle around the object's z axis.
 Vector3d RimTowards(const ObjectMarks& object, const Vector3d& place) {
   Vector3d out = place - object.rim;
   out.z() = 0.0;
@@ -138,7 +138,7 @@ using Eigen::Vector3d;
 
 constexpr double kRimBand_m = 0.003;
 
-// Where the tip is on the bounding box, per axis -1 to 1, and where it and the working side point.
+// Tip on the bounding box (-1 to 1 per axis), and directions of the tip and the working side.
 struct Known {
   std::string_view name;
   Vector3d tip, forward, facing;
@@ -178,7 +178,7 @@ ObjectMarks MarksOf(std::string_view name, const TriangleMesh& mesh) {
   marks.middle = 0.5 * (low + high);
   marks.size = high - low;
 
-  // The rim: the ring of vertices within 3 mm of the top.
+  // Rim: the ring of vertices within 3 mm of the top.
   Vector3d rim_low = high, rim_high = low;
   for (Eigen::Index i = 0; i < mesh.vertices.cols(); ++i) {
     const Vector3d p = mesh.vertices.col(i);

@@ -4,8 +4,8 @@
 
 #include "generator/actions/action_script.h"
 
-// Intents whose object goes to the face. Places and directions are in the head's frame (y up, z
-// forward, x left) unless said otherwise.
+// Intents with an object at the face. Places and directions are in the head frame (y up, z forward,
+// x left) unless noted otherwise.
 
 namespace holdfast {
 namespace {
@@ -14,9 +14,9 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kLips_m = 0.003;  // that objects stay off the skin
+constexpr double kLips_m = 0.003;  // distance of objects from the skin
 
-// The rim's near edge between the lips, the opening leant towards the face.
+// Poses with the near edge of the rim between the lips and the opening tilted towards the face.
 std::vector<Isometry3d> AtLips(const ScriptWriter& writer, double tilt) {
   const ActionScene& scene = writer.Scene();
   const Vector3d axis(0.0, std::cos(tilt), -std::sin(tilt));
@@ -41,7 +41,7 @@ void Sip(ScriptWriter& writer, double least_tilt, double most_tilt, double stay_
   writer.MoveTo(Anchor::kHead, AtLips(writer, writer.Degrees(5.0, 15.0)), writer.Time(0.3, 0.45),
                 0.0);
   writer.Last().push = Vector3d::UnitZ();
-  // Heads come down to the rim, then lean back with what they drink.
+  // The head moves down to the rim, then tilts back while drinking.
   writer.Look(begin + 0.2, 0.0, writer.Degrees(-14.0, -4.0), 1.0, come);
   writer.Look(tilt_begin, 0.0, writer.Degrees(6.0, 16.0) + 0.12 * tilt, 1.0, 0.55);
   writer.Look(tilt_end, 0.0, writer.Degrees(-10.0, 0.0), 1.0, 0.45);
@@ -49,7 +49,7 @@ void Sip(ScriptWriter& writer, double least_tilt, double most_tilt, double stay_
   writer.Lean(tilt_begin, 0.6, writer.Degrees(-4.0, 0.0), 0.0);
 }
 
-// Lowered before the chest, where a clip may end.
+// Lowers the object in front of the chest, where a clip may end.
 void Lower(ScriptWriter& writer) {
   const Vector3d place = writer.Before(writer.Uniform(-0.2, -0.05), writer.Uniform(0.5, 0.7),
                                        -writer.Uniform(0.15, 0.3));
@@ -60,7 +60,7 @@ void Lower(ScriptWriter& writer) {
 }  // namespace
 
 void WriteDrink(ScriptWriter& writer) {
-  const bool narrow = writer.Scene().object.rim_radius < 0.025;  // bottles are tipped farther
+  const bool narrow = writer.Scene().object.rim_radius < 0.025;  // bottles are tipped more
   Sip(writer, narrow ? 55.0 : 30.0, narrow ? 75.0 : 52.0, 0.4, 1.2);
   if (writer.Chance(0.3)) Lower(writer);
 }
@@ -82,7 +82,7 @@ void WriteEat(ScriptWriter& writer) {
   const ObjectMarks& object = scene.object;
   const bool long_one = object.size.x() > 2.0 * object.size.y();
   std::vector<Isometry3d> poses;
-  if (long_one) {  // bitten at its end, which comes from below and from the hand's side
+  if (long_one) {  // bitten at its end, from below and from the side of the hand
     for (const double aside : {0.15, 0.45, 0.8}) {
       for (const double up : {0.15, 0.5}) {
         const std::vector<Isometry3d> turned =
@@ -124,8 +124,8 @@ void WriteCall(ScriptWriter& writer) {
   const ActionScene& scene = writer.Scene();
   const ObjectMarks& phone = scene.object;
   std::vector<Isometry3d> poses;
-  for (const double back : {0.5, 0.75, 1.0, 1.3}) {  // of the upper end, against up
-    for (const double flare : {0.0, 0.12, 0.25}) {   // of the lower end, off the cheek
+  for (const double back : {0.5, 0.75, 1.0, 1.3}) {  // backward tilt of the upper end
+    for (const double flare : {0.0, 0.12, 0.25}) {   // distance of the lower end from the cheek
       const Matrix3d turn = AlignAxes(phone.forward, phone.facing,
                                       Vector3d(flare - 0.05, 1.0, -back), Vector3d(1.0, 0.0, 0.1));
       poses.push_back(
@@ -147,7 +147,7 @@ void WriteCall(ScriptWriter& writer) {
 void WriteTakePicture(ScriptWriter& writer) {
   const ActionScene& scene = writer.Scene();
   const ObjectMarks& object = scene.object;
-  const bool flat = object.size.z() < 0.3 * object.size.x();  // a phone: lens on its back
+  const bool flat = object.size.z() < 0.3 * object.size.x();  // a phone has its lens on the back
   const double up_aim = writer.Degrees(-6.0, 4.0);
   const Vector3d aim(0.0, std::sin(up_aim), std::cos(up_aim));
   const Vector3d lens = flat ? Vector3d(-object.facing) : object.forward;

@@ -3,7 +3,7 @@
 
 #include "generator/actions/action_script.h"
 
-// Intents with a rhythm, or a tool that points somewhere. Places and directions are in the world.
+// Intents with a periodic motion or a pointed tool. Places and directions are in the world frame.
 
 namespace holdfast {
 namespace {
@@ -13,8 +13,8 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// The tool's forward and working side along these directions, or turned a little off them about
-// the vertical, from one to the other, and about the tool.
+// Poses with the tool's forward and working side along the given directions, and variations rotated
+// about the vertical, in the plane of both directions, and about the tool.
 std::vector<Isometry3d> Pointed(const ObjectMarks& tool, const Vector3d& place,
                                 const Vector3d& forward, const Vector3d& facing) {
   std::vector<Isometry3d> poses;
@@ -62,7 +62,7 @@ void WriteSwitchOn(ScriptWriter& writer) {
                 Pointed(light, place, Vector3d(left, -1.0, down), Vector3d::UnitZ()), come,
                 writer.Time(0.5, 0.9));
   writer.Look(begin + 0.3, std::atan(left), 0.6 * std::atan(down));
-  if (writer.Chance(0.7)) {  // to something else
+  if (writer.Chance(0.7)) {  // points it at something else
     const double there = writer.Now(), swing = writer.Time(0.5, 0.8);
     const double more = left + (left > 0.0 ? -1.0 : 1.0) * writer.Uniform(0.3, 0.6);
     writer.MoveTo(Anchor::kWorld,
@@ -138,7 +138,7 @@ void WriteCook(ScriptWriter& writer) {
 
 }  // namespace holdfast
 
-// Intents whose object stays before the body. Places are in the world.
+// Intents with an object in front of the body. Places are in the world frame.
 
 namespace holdfast {
 namespace {
@@ -148,11 +148,11 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Tipped by `tilt` towards where the spout points, which is at `place`.
+// Poses tipped by `tilt` towards the direction of the spout, with the spout at `place`.
 std::vector<Isometry3d> Tipped(const ObjectMarks& object, const Vector3d& place, double tilt) {
   std::vector<Isometry3d> poses;
   const bool spout = std::abs(object.forward.z()) < 0.5;
-  for (int k = -3; k <= 7; ++k) {  // from the left, forwards
+  for (int k = -3; k <= 7; ++k) {  // from the left to the front
     const double angle = 15.0 * kDegreeOfScript * k;
     const Vector3d to(std::cos(angle), -std::sin(angle), 0.0);
     const Matrix3d tip = AngleAxisd(tilt, Vector3d::UnitZ().cross(to)).matrix();

@@ -29,14 +29,14 @@ using Eigen::Vector3d;
 constexpr double kPi = std::numbers::pi;
 constexpr int kHip = 1, kKnee = 4, kAnkle = 7;  // left; the right is next
 constexpr int kMinFrames = 24, kMaxFrames = 150;
-constexpr double kStill_m = 0.02;  // that an ankle or, twice that, the pelvis wanders
-constexpr double kIdle_m = 0.10;   // that a hand wanders, against the pelvis
+constexpr double kStill_m = 0.02;  // maximum drift of an ankle; twice that for the pelvis
+constexpr double kIdle_m = 0.10;   // maximum drift of a hand relative to the pelvis
 
 bool Stands(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame) {
   const BodyPlacement at = Place(rest_joints, frame);
   if (at.rotation[0](2, 1) < 0.96 || at.rotation[kSpine3](2, 1) < 0.93) return false;
   if (at.rotation[kHead](2, 1) < 0.93) return false;
-  // The face looks where the body does.
+  // The face points in the direction of the body.
   const Vector3d forward = at.rotation[0].col(2);
   if (at.rotation[kHead].col(2).head<2>().dot(forward.head<2>()) < 0.85) return false;
   for (const int side : {0, 1}) {
@@ -54,7 +54,7 @@ bool Stands(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame) {
          std::abs(apart.z()) < 0.03;
 }
 
-// How long, from `begin`, feet and pelvis stay where they are.
+// Returns the frame until which feet and pelvis stay in place from `begin` on.
 int StillUntil(const Eigen::Matrix3Xd& rest_joints, std::span<const BodyFrame> frames, int begin) {
   const BodyPlacement first = Place(rest_joints, frames[static_cast<std::size_t>(begin)]);
   int t = begin;
@@ -69,7 +69,7 @@ int StillUntil(const Eigen::Matrix3Xd& rest_joints, std::span<const BodyFrame> f
         wandered(0) > 2.0 * kStill_m) {
       break;
     }
-    // Whoever gestures is not idle.
+    // A gesture is not idle.
     const Vector3d along = at.joints.col(0) - first.joints.col(0);
     const auto gestured = [&](int wrist) {
       return (at.joints.col(wrist) - first.joints.col(wrist) - along).norm();
@@ -145,11 +145,11 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr int kOwn = 40;             // standing poses of Holdfast's own, per side
-constexpr std::size_t kEnough = 10;  // starts of a person who may be held out
+constexpr int kOwn = 40;             // generated standing poses per set
+constexpr std::size_t kEnough = 10;  // minimum starts of a held-out subject
 constexpr std::size_t kHeldPeople = 2;
 
-// Subjects by the imported clip's name.
+// Subjects by name of the imported clip.
 std::map<std::string, std::string> SubjectsOf(const fs::path& folder) {
   std::map<std::string, std::string> subjects;
   for (const fs::path& place : {folder, folder.parent_path()}) {
@@ -208,7 +208,7 @@ std::vector<FoundStart> FindAll(const std::string& folder, const BodyModel& body
   return all;
 }
 
-// Who is held out: asked for, in the held_out folder, or who has the fewest starts.
+// Held-out subjects: requested ones, else those in the held_out folder and with few starts.
 std::set<std::string> HeldPeople(const std::vector<FoundStart>& all,
                                  const std::vector<std::string>& asked) {
   std::map<std::string, std::size_t> counts;
@@ -261,7 +261,7 @@ ActionStarts FindActionStarts(const std::string& folder, const std::vector<std::
   std::set<std::string> train_people, held_people;
   for (std::size_t k = 0; k < all.size(); ++k) {
     const std::string person = all[k].start.person;
-    // With too few people to part them, no one moment is in both.
+    // With too few subjects to split them, the starts are split, so that no start is in both sets.
     const bool away = held.empty() ? k >= all.size() / 2 : held.contains(person);
     (away ? held_people : train_people).insert(person);
     (away ? starts.held_out : starts.train).push_back(std::move(all[k].start));

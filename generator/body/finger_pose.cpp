@@ -13,8 +13,8 @@ namespace {
 
 constexpr int kThumb = 4;
 
-/// Degrees; fingers in the skeleton's order. Spread is away from the middle finger; for the thumb
-/// `opposition` turns its pad to face the fingers.
+/// Degrees; fingers in skeleton order. Spread is away from the middle finger. `opposition` of the
+/// thumb turns its pad to face the fingers.
 struct HandShape {
   std::array<std::array<double, 3>, 5> flexion;
   std::array<double, 4> spread;
@@ -50,7 +50,7 @@ FingerPose Pose(const Eigen::Matrix3Xd& rest_joints, Side side, const HandShape&
       const int joint = begin + 3 * f + k;
       const Eigen::Vector3d bone = k < 2 ? rest_joints.col(joint + 1) - rest_joints.col(joint)
                                          : rest_joints.col(joint) - rest_joints.col(joint - 1);
-      // Flexion carries a fingertip towards the palm, the thumb's towards a point under the
+      // Flexion moves a fingertip towards the palm, and the thumb's towards a point under the
       // knuckle of the middle finger.
       const Eigen::Vector3d towards =
           f < kThumb ? palm : Eigen::Vector3d(middle + 0.035 * palm - rest_joints.col(joint));
@@ -58,13 +58,13 @@ FingerPose Pose(const Eigen::Matrix3Xd& rest_joints, Side side, const HandShape&
       Eigen::Matrix3d rotation = ExpSO3(shape.flexion[f][k] * kDegree * axis);
       if (k == 0 && f < kThumb) {
         const Eigen::Vector3d from_middle = rest_joints.col(joint) - middle;
-        const double outward = from_middle.z() >= 0.0 ? 1.0 : -1.0;  // rest: z is the thumb's side
+        const double outward = from_middle.z() >= 0.0 ? 1.0 : -1.0;  // rest: z points to the thumb
         const Eigen::Vector3d spread_axis = bone.cross(outward * Eigen::Vector3d::UnitZ());
         if (f != 1) {
           rotation = ExpSO3(shape.spread[f] * kDegree * spread_axis.normalized()) * rotation;
         }
       } else if (k == 0) {
-        // Opposition: the whole thumb swings under the palm about the length of the hand.
+        // Opposition: the whole thumb rotates under the palm about the length of the hand.
         const Eigen::Vector3d length = (middle - rest_joints.col(WristJoint(side))).normalized();
         const double sign = side == Side::kRight ? 1.0 : -1.0;
         rotation = ExpSO3(-sign * shape.opposition * kDegree * length) * rotation;

@@ -12,8 +12,8 @@
 namespace holdfast {
 namespace {
 
-// Right-handed frame with the first axis along `along` and the second as near to `hinge` as it
-// goes.
+// Right-handed frame with its first axis along `along` and its second as close to `hinge` as
+// possible.
 Eigen::Matrix3d BoneFrame(const Eigen::Vector3d& along, const Eigen::Vector3d& hinge) {
   Eigen::Matrix3d frame;
   frame.col(0) = along.normalized();
@@ -74,7 +74,7 @@ LimbPose SolveLimb(const Eigen::Matrix3Xd& rest_joints, const Limb& limb,
   if (outward.norm() < 1e-9 * (1.0 + pole.norm())) outward = along.unitOrthogonal();
   outward.normalize();
 
-  // Law of cosines: the angle at the root between the upper bone and the line to the target.
+  // Law of cosines: angle at the root between the upper bone and the line to the target.
   const double cosine =
       (bones.a * bones.a + distance * distance - bones.b * bones.b) / (2.0 * bones.a * distance);
   const double angle = std::acos(std::clamp(cosine, -1.0, 1.0));
@@ -122,7 +122,7 @@ WristPose SolveWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Eigen
 Eigen::Matrix3d HandOrientation(Side side, const Eigen::Vector3d& fingers,
                                 const Eigen::Vector3d& thumb) {
   const Eigen::Vector3d x = (side == Side::kRight ? -1.0 : 1.0) *
-                            fingers.normalized();  // rest fingers lie along -x or +x
+                            fingers.normalized();  // rest fingers point along -x or +x
   Eigen::Vector3d z = thumb - thumb.dot(x) * x;
   if (!(z.norm() > 1e-6 * thumb.norm())) {
     throw Error("hand orientation", "fingers and thumb point the same way",

@@ -34,7 +34,7 @@ JointPose PoseBuilder::Pose(const JointPose& previous) const {
 
 namespace {
 
-constexpr double kStraightest = 0.035;  // radians of elbow bend that are always left
+constexpr double kStraightest = 0.035;  // minimum elbow flexion, radians
 
 double AngleOf(double upper, double lower, double distance) {
   const double cosine =
@@ -60,7 +60,7 @@ double MoveWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Eigen::Ma
   const Eigen::Vector3d lower = state.joints.col(wrist) - state.joints.col(elbow);
   const double upper_length = upper.norm(), lower_length = lower.norm();
 
-  // Bend: the angle at the elbow between the two bones, pi when straight.
+  // Angle at the elbow between the two bones, pi if straight.
   const double longest = std::sqrt(upper_length * upper_length + lower_length * lower_length +
                                    2.0 * upper_length * lower_length * std::cos(kStraightest));
   const double shortest = std::abs(upper_length - lower_length) + 0.02;
@@ -70,7 +70,7 @@ double MoveWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Eigen::Ma
   const double bend = AngleOf(upper_length, lower_length, distance);
   Eigen::Vector3d axis = upper.cross(lower);
   if (axis.norm() < 1e-6 * upper_length * lower_length) {
-    // A straight arm bends as elbows do: about the rest pose's vertical, carried along.
+    // A straight arm bends about the rest pose's vertical, rotated with the arm.
     axis = world(elbow) * Eigen::Vector3d(0.0, side == Side::kRight ? 1.0 : -1.0, 0.0);
   }
   const Eigen::Matrix3d bending =

@@ -10,8 +10,8 @@
 
 namespace holdfast {
 
-/// A pose under construction, joint by joint from the root outwards, in whichever frame is handy:
-/// relative to the parent or in the world. Reads back where joints are at any time.
+/// Builds a pose joint by joint from the root outwards, with rotations relative to the parent or in
+/// the world. Joint poses can be read at any time.
 class PoseBuilder {
  public:
   /// `rest_joints` (3 x 55) must outlive the builder. Starts in the rest pose at `pelvis` (world).
@@ -22,7 +22,7 @@ class PoseBuilder {
 
   void SetPelvis(const Eigen::Vector3d& pelvis) { pelvis_ = pelvis; }
   void SetLocal(int joint, const Eigen::Matrix3d& rotation) { local_[joint] = rotation; }
-  /// Turns the joint so that its frame has this world rotation, given its parents as they are now.
+  /// Sets the world rotation of a joint, given the current rotations of its parents.
   void SetWorld(int joint, const Eigen::Matrix3d& rotation) {
     local_[joint] =
         joint == 0 ? rotation : Eigen::Matrix3d(World(kJointParents[joint]).transpose() * rotation);
@@ -31,9 +31,9 @@ class PoseBuilder {
   Eigen::Matrix3d World(int joint) const;
   Eigen::Vector3d Position(int joint) const;
 
-  /// Axis-angles, each the nearest equivalent to `previous`, so that clips have no jumps.
+  /// Axis-angle rotations, each the equivalent nearest to `previous`, so that clips have no jumps.
   JointPose Pose(const JointPose& previous) const;
-  /// Root translation of a clip's frame: joints are G_j + trans.
+  /// Root translation of a clip frame: joints are G_j + trans.
   Eigen::Vector3d Trans() const { return pelvis_ - rest_joints_.col(0); }
 
  private:
@@ -42,14 +42,13 @@ class PoseBuilder {
   std::array<Eigen::Matrix3d, kNumJoints> local_;
 };
 
-/// Moves a wrist to a world pose near the one it has, changing shoulder, elbow and wrist joint
-/// only, and those by little: the elbow bends about the axis it is bent about until the distance
-/// fits, the whole arm swings about the shoulder by the least rotation that brings the wrist there,
-/// and the wrist joint takes what is left of the rotation. Exact when the target is in reach;
-/// otherwise the wrist comes as near as the arm is long, with the rotation asked for.
+/// Moves a wrist to a nearby world pose by changing shoulder, elbow and wrist joint only, and as
+/// little as possible: the elbow bends about its present axis until the distance fits, the arm
+/// rotates about the shoulder by the smallest rotation that brings the wrist to its place, and the
+/// wrist joint takes the rest of the rotation. Exact if the target is in reach; otherwise the wrist
+/// comes as near as the arm length allows, with the target rotation.
 ///
-/// `rest_joints` (3 x 55); `pose` and `trans` as in a clip. Returns the distance that is missing,
-/// meters.
+/// `rest_joints` (3 x 55); `pose` and `trans` as in a clip. Returns the remaining distance, meters.
 double MoveWrist(const Eigen::Matrix3Xd& rest_joints, Side side, const Eigen::Matrix3d& rotation,
                  const Eigen::Vector3d& position, const Eigen::Vector3d& trans, JointPose& pose);
 

@@ -12,7 +12,7 @@ namespace holdfast {
 namespace {
 
 constexpr const char* kName = "rest_pelvis";
-constexpr std::string_view kMaker = "holdfast train";  // then the network's kind and the version
+constexpr std::string_view kMaker = "holdfast train";  // then the kind of network and version
 
 std::string RestPelvis() { return fmt::format("{:.4f}", fmt::join(kEmbeddedRestPelvis, ",")); }
 

@@ -7,12 +7,12 @@
 
 namespace holdfast {
 
-/// Writes into the notes of a network that was trained where the embedded body rests its pelvis
-/// (kEmbeddedRestPelvis): "rest_pelvis".
+/// Records in a network's notes ("rest_pelvis") the rest pelvis of the embedded body at training
+/// (kEmbeddedRestPelvis).
 void NoteRestPelvis(std::map<std::string, std::string>& notes);
 
-/// For people, of a network that holdfast.train made while the pelvis rested elsewhere: what it
-/// knows of places is off by as much. Networks of other programs are of SMPL-X. `source`: its file.
+/// Returns a warning if holdfast.train trained a network with another rest pelvis: its positions
+/// are then off by the difference. Networks of other programs are for SMPL-X. `source` is its file.
 std::optional<std::string> OldPelvisWarning(const std::string& source,
                                             const std::map<std::string, std::string>& notes);
 

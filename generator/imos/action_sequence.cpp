@@ -20,7 +20,7 @@ using wandr::BodyKinematics;
 using wandr::RotationFromRows12;
 using wandr::Rows12;
 
-constexpr double kMetersPerRadian = 0.1;  // of an object in a hand, to weigh turns against ways
+constexpr double kMetersPerRadian = 0.1;  // weight of rotation against translation of a held object
 
 wandr::BoneOffsets<double> BonesOf(const ActionSequence& sequence) {
   return wandr::BoneOffsetsOf(sequence.rest_joints);
@@ -39,7 +39,7 @@ ObjectPose ObjectAt(const ActionSequence& sequence, int key_frame) {
   return {sequence.ObjectRotation(key_frame), sequence.object_transl.col(key_frame)};
 }
 
-// Joints, and who carries: what follows from the poses.
+// Computes joints and carriers from the poses.
 void Complete(ActionSequence& sequence) {
   const std::vector<BodyKinematics<double>> kinematics = KinematicsOf(sequence);
   const int frames = sequence.NumKeyFrames();
@@ -49,7 +49,7 @@ void Complete(ActionSequence& sequence) {
     Eigen::Map<wandr::BodyJoints<double>>(sequence.joints.col(k).data()) = kinematics[k].joints;
     if (k == 0) continue;
     const ObjectPose truth = ObjectAt(sequence, k);
-    // Both ends of the way count: a hand takes it up or puts it down between key frames.
+    // Hands at both ends count, since a hand may take or release the object between key frames.
     const std::uint8_t hands = sequence.hands[k - 1] | sequence.hands[k];
     double least = std::numeric_limits<double>::infinity();
     for (const Carrier carrier : {Carrier::kNothing, Carrier::kRightWrist, Carrier::kLeftWrist}) {
@@ -160,7 +160,7 @@ ActionSequence SequenceFromClip(const Clip& clip,
 ActionSequence SequenceFromClip(const Clip& clip, const std::shared_ptr<const BodyModel>& body,
                                 const SequenceOptions& options) {
   const bool own_surface = clip.v_template.cols() == body->NumVertices();
-  // Betas of another model's shape space mean nothing here.
+  // Betas of another model's shape space are not valid here.
   const bool own_betas = clip.body_model.empty() || clip.body_model == body->Name();
   if (own_surface) return SequenceFromClip(clip, body->RestJoints(clip.v_template), options);
   Clip shaped = clip;
@@ -193,7 +193,7 @@ ActionSequence Mirrored(const ActionSequence& sequence) {
     out.hands[k] = static_cast<std::uint8_t>(((held & kHoldsRight) ? kHoldsLeft : 0) |
                                              ((held & kHoldsLeft) ? kHoldsRight : 0));
   }
-  // The mirror stands in the canonical frame: the way back is that of the mirrored world.
+  // The mirror is in the canonical frame, so the transform back leads to the mirrored world.
   out.canonical.rest_pelvis = out.rest_joints.col(0);
   out.canonical.pelvis = mirror * sequence.canonical.pelvis;
   out.canonical.turn = reflected(sequence.canonical.turn);
@@ -203,7 +203,7 @@ ActionSequence Mirrored(const ActionSequence& sequence) {
 
 namespace {
 
-constexpr int kPaperSteps = 20;  // into which the published code divides the contact
+constexpr int kPaperSteps = 20;  // number of steps over the contact in the published code
 
 Clip Picked(const Clip& clip, int first, int step) {
   std::vector<int> frames(kNumKeyFrames);

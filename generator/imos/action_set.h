@@ -12,8 +12,8 @@
 
 namespace holdfast::imos {
 
-/// Which subjects are for what; all others are trained on. The defaults are the published split of
-/// GRAB: s2-s9 to train, s1 to validate, s10 to test.
+/// Validation and test subjects; all others are for training. The default is the published split of
+/// GRAB: s2-s9 for training, s1 for validation, s10 for test.
 struct SubjectSplit {
   std::vector<std::string> validation{"s1"};
   std::vector<std::string> test{"s10"};
@@ -22,22 +22,22 @@ struct SubjectSplit {
 struct ActionSetOptions {
   SequenceOptions sequences;
   SubjectSplit split;
-  std::vector<std::string> without;  ///< actions to leave out, by name: as published, "lift"
+  std::vector<std::string> without;  ///< names of excluded actions; as published, "lift"
   int threads = 1;
 };
 
-/// Sequences by what they are for, each in the order of folders, then of file names.
+/// Sequences per split, ordered by folder, then by file name.
 struct ActionSet {
   std::vector<ActionSequence> train, validation, test;
-  std::vector<std::string> notes;  ///< files that were left out, and why
+  std::vector<std::string> notes;  ///< skipped files, with the reason
 };
 
-/// Reads every clip (.npz) in `folders` and below, folders named `dropped` passed over. The subject
-/// is the clip's, or the folder's name where the clip has none. Clips without key frames (shorter
-/// than 15 frames; by the paper's rule, without 20 frames of contact) are left out with a note.
-/// `progress(done, total)` may be null. Throws Error, naming the file, for what cannot be read, for
-/// clips without object, for actions and objects that are not in the vocabulary; and naming the
-/// folder when there is none, or it has no sequences.
+/// Reads every clip (.npz) in and below `folders`, except in folders named `dropped`. The subject
+/// is taken from the clip, or else from the folder name. Clips without key frames (fewer than 15
+/// frames, or no more than 20 frames of contact by the paper's rule) are skipped with a note.
+/// `progress(done, total)` may be null. Throws Error that names the file for unreadable clips,
+/// clips without object, and actions or objects outside the vocabulary; or names the folder if it
+/// is missing or has no sequences.
 ActionSet ReadActionSet(const std::vector<std::filesystem::path>& folders,
                         const std::shared_ptr<const BodyModel>& body,
                         const ActionSetOptions& options = {},

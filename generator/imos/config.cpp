@@ -84,7 +84,7 @@ bool FromText(std::string_view text, Value& value) {
   return false;
 }
 
-// Every option with its name in files, so that reading, writing and checking agree.
+// Visits every option with its name in files, so that reading, writing and checking agree.
 template <typename ConfigType, typename Visit>
 void ForEachSize(ConfigType& config, const Visit& visit) {
   visit("action_size", config.action_size);

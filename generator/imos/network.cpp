@@ -25,7 +25,7 @@ class ChainReader {
     return chain;
   }
 
-  // BatchNorm; a block; a block of [normalized input | it]; mu and sigma below each other.
+  // BatchNorm; a block; a block of [normalized input | its output]; mu and sigma stacked.
   BlockChain Encoder(int input, int first, int second, int latent) const {
     BlockChain chain;
     chain.blocks = {ReadBlockOf("enc_rb1_past", input, first),
@@ -46,7 +46,7 @@ class ChainReader {
     return chain;
   }
 
-  // BatchNorm; a block; a block of [raw input | it].
+  // BatchNorm; a block; a block of [raw input | its output].
   BlockChain Decoder(int input, int first, int output) const {
     BlockChain chain;
     chain.blocks = {ReadBlockOf("dec_rb1", input, first),
@@ -182,7 +182,7 @@ void Attention<Real>::Forward(const Real* pose, Real* out, Tape& tape) const {
     for (std::size_t h = 0; h < layer.scores.size(); ++h) {
       Weights& weights = kept.attention[h];
       projected.noalias() = layer.scores[h].lazyProduct(x);
-      weights.noalias() = projected.transpose().lazyProduct(q);  // keys x queries: columns to sum
+      weights.noalias() = projected.transpose().lazyProduct(q);  // keys x queries: sums by column
       for (int i = 0; i < joints; ++i) {
         auto column = weights.col(i).array();
         column = (column - column.maxCoeff()).exp();
@@ -225,12 +225,12 @@ void Attention<Real>::Backward(const Tape& tape, const Real* out_bar, Real* pose
       projected_bar.noalias() = sum_bar.lazyProduct(weights.transpose());
       x_bar.noalias() += layer.values[h].transpose().lazyProduct(projected_bar);
       weights_bar.noalias() = projected.transpose().lazyProduct(sum_bar);
-      for (int i = 0; i < joints; ++i) {  // of the softmax
+      for (int i = 0; i < joints; ++i) {  // gradient of the softmax
         const Real common = weights_bar.col(i).dot(weights.col(i));
         weights_bar.col(i) = weights.col(i).array() * (weights_bar.col(i).array() - common);
       }
-      // The scores are (M X)^T q for keys x queries, with M X = `projected`. M maps keys, so that
-      // q^T M X has M^T q on the other side.
+      // The scores are (M X)^T q (keys x queries) with M X = `projected`. M maps keys, so the other
+      // side of q^T M X is M^T q.
       projected.noalias() = layer.scores[h].lazyProduct(x);
       q_bar.noalias() += projected.lazyProduct(weights_bar);
       projected_bar.noalias() = kept.query.lazyProduct(weights_bar.transpose());

@@ -16,30 +16,30 @@
 
 namespace holdfast::imos {
 
-inline constexpr double kPositionScale = 1e-3;     ///< of the positional encoding
-inline constexpr double kAttentionEpsilon = 1e-6;  ///< of the layers' LayerNorm
+inline constexpr double kPositionScale = 1e-3;     ///< scale of the positional encoding
+inline constexpr double kAttentionEpsilon = 1e-6;  ///< of the LayerNorm in each layer
 
 /// PE (6 x joints): PE[i, p] = sin(p / 10000^(2i/6)), PE[i+1, p] = cos(p / 10000^(2(i+1)/6)) for
 /// joint p and i = 0, 2, 4.
 Eigen::MatrixXd PositionalEncoding(int joints);
 
-/// Self-attention of the joints of one pose, as published. Tokens are the joints' six numbers x
-/// with 1e-3 PE added, X (6 x J). Each layer, q = X for the first:
+/// Self-attention over the joints of one pose, as published. Tokens are the joints' six numbers x
+/// plus 1e-3 PE, X (6 x J). Each layer, with q = X in the first:
 ///   q <- LayerNorm(q + sum_h N_h X softmax(q^T M_h X)^T),
-/// over all 6 J numbers with an affine of that shape. Keys and values come from X in every layer.
-/// The published products of 6 -> heads x width -> 6 are one 6 x 6 matrix for each head:
-/// M_h = Wq_h^T Wk_h / sqrt(width), N_h = Wc_h Wv_h, exact and a third of the work.
+/// over all 6 J values with an affine map of that shape. Keys and values come from X in every
+/// layer. The published products 6 -> heads x width -> 6 are combined to one 6 x 6 matrix per head:
+/// M_h = Wq_h^T Wk_h / sqrt(width), N_h = Wc_h Wv_h; exact, with a third of the work.
 template <typename Real>
 class Attention {
  public:
   using Matrix6 = Eigen::Matrix<Real, kRotationSize, kRotationSize>;
-  /// (6 x J) and (J x J), of at most 22 joints, without memory from the heap.
+  /// (6 x J) and (J x J) for at most 22 joints, without heap allocation.
   using Tokens =
       Eigen::Matrix<Real, kRotationSize, Eigen::Dynamic, 0, kRotationSize, kNumPoseJoints>;
   using Weights =
       Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, 0, kNumPoseJoints, kNumPoseJoints>;
 
-  /// What a run leaves behind for running backwards. Make one with MakeTape().
+  /// Intermediate values of a run for the backward pass. Create with MakeTape().
   struct Tape {
     struct Layer {
       Tokens query, normed;
@@ -50,15 +50,15 @@ class Attention {
     std::vector<Layer> layers;
   };
 
-  /// Reads body.attention_model.* ; throws Error as nn::ReadMatrix does.
+  /// Reads body.attention_model.*. Throws Error as nn::ReadMatrix does.
   Attention(const nn::TensorMap& tensors, const Config& config, const std::string& where);
 
   int NumJoints() const { return static_cast<int>(position_.cols()); }
   Tape MakeTape() const;
 
-  /// `pose` and `out` hold 6 J numbers, joint by joint.
+  /// `pose` and `out` have 6 J numbers, joint by joint.
   void Forward(const Real* pose, Real* out, Tape& tape) const;
-  /// Adds the vector-Jacobian product at what Forward last ran on `tape` to `pose_bar`.
+  /// Adds to `pose_bar` the vector-Jacobian product at the inputs of the last Forward on `tape`.
   void Backward(const Tape& tape, const Real* out_bar, Real* pose_bar) const;
 
  private:
@@ -74,13 +74,13 @@ class Attention {
 extern template class Attention<float>;
 extern template class Attention<double>;
 
-/// SMPL-X joints of the arms' six slots, in the order of Arm Synthesis.
+/// SMPL-X joints of the six arm slots, in the order of Arm Synthesis.
 std::array<int, kNumArmJoints> ArmJoints(ArmOrder order);
 
-/// A network ready to run: const, shared by threads. Real is float; double is for tests of
-/// derivatives and of float.
+/// A network prepared to run; immutable and safe to share between threads. Real is float; double is
+/// for tests of derivatives and of float.
 ///
-/// Without `differentiable` nothing can be run backwards, and half the memory is needed.
+/// Without `differentiable` there is no backward pass, and the network needs half the memory.
 template <typename Real>
 class Network {
  public:
@@ -88,10 +88,10 @@ class Network {
 
   const Config& Options() const { return config_; }
   bool IsDifferentiable() const { return differentiable_; }
-  /// betas 10, object 54, action E: what both modules' conditions are made of.
+  /// Size of the input of both modules' conditions: betas 10, object 54, action E.
   int ConditionSize() const { return kNumBetas + kNumObjects + config_.action_size; }
 
-  /// Of the arms; must not be called where one module does everything.
+  /// Networks of the arms; must not be called with one module.
   const BlockNetwork<Real>& ArmsCondition() const { return *arms_condition_; }
   const BlockNetwork<Real>& ArmsEncoder() const { return *arms_encoder_; }  ///< -> mu, sigma
   const BlockNetwork<Real>& ArmsDecoder() const { return *arms_decoder_; }
@@ -101,7 +101,7 @@ class Network {
   /// Null without self-attention.
   const Attention<Real>* SelfAttention() const { return attention_.get(); }
 
-  /// Multiply-adds of one step of one sample, attention aside.
+  /// Multiply-adds of one step of one sample, without attention.
   long NumProducts() const;
 
  private:
@@ -114,8 +114,8 @@ class Network {
   std::unique_ptr<const Attention<Real>> attention_;
 };
 
-/// One column of a rollout's conditions: betas (those missing are zero, those beyond 10 are left
-/// out), the object's one-hot, the action's embedding: a row of `action_table` (29 x E).
+/// Returns one column of a rollout's conditions: betas (padded with zeros or truncated to 10), the
+/// object's one-hot, the action's embedding (a row of `action_table`, 29 x E).
 Eigen::VectorXf ConditionOf(const Eigen::Ref<const Eigen::VectorXd>& betas, const Intent& intent,
                             const Eigen::Ref<const Eigen::MatrixXf>& action_table);
 

@@ -21,12 +21,12 @@ constexpr const char* kRecognizerRemedy = "Give a file that 'holdfast.train reco
 constexpr int kHidden = kRecognizerFeatures;
 constexpr int kGates = 4 * kHidden;
 constexpr int kPlaneInputs = 2 * kMetricJoints;
-constexpr int kBlock = 32;  // motions that share a pass over the weights
+constexpr int kBlock = 32;  // motions per pass over the weights
 
-// Which coordinates the two LSTMs see.
+// Coordinates given to the two LSTMs.
 constexpr int kPlanes[2][2] = {{0, 1}, {0, 2}};
 
-// Coordinates of one plane in frame t, as the network was given them: joint after joint.
+// Coordinates of one plane in frame t in the network's order: joint by joint.
 void PlaneOf(const JointMotion& motion, Eigen::Index t, int plane, Eigen::Ref<Eigen::VectorXf> to) {
   for (int j = 0; j < kMetricJoints; ++j) {
     for (int c = 0; c < 2; ++c) {
@@ -93,7 +93,7 @@ RecognizerWeights ReadRecognizer(const std::filesystem::path& path) {
   RecognizerWeights weights;
   weights.notes = file.Metadata();
   if (const auto format = weights.notes.extract("format"); !format.empty()) {
-    // "pt" is what PyTorch's own writer says.
+    // "pt" is written by PyTorch itself.
     if (format.mapped() != kRecognizerFormat && format.mapped() != "pt") {
       throw Error(path.string(),
                   fmt::format("its format is '{}', not '{}'", format.mapped(), kRecognizerFormat),
@@ -132,7 +132,7 @@ Recognizer::Lstm Recognizer::ReadLstm(const nn::TensorMap& tensors, const std::s
     read.biases[layer] = nn::ReadVector(tensors, name("bias_ih"), where, kGates) +
                          nn::ReadVector(tensors, name("bias_hh"), where, kGates);
   }
-  // One channel in, one out: as good as a vector.
+  // One input and one output channel, so the kernel is a vector.
   nn::TensorMap kernel;
   const std::string weight = convolution + ".weight";
   if (const auto found = tensors.find(weight); found != tensors.end()) {
@@ -216,7 +216,7 @@ Recognition Recognizer::Recognize(std::span<const JointMotion> motions, int thre
                    result);
   });
   for (Eigen::Index n = 0; n < count; ++n) {
-    // Of the logits: sigmoids of floats are equal where both are next to 1.
+    // Uses the logits: sigmoids in float are equal if both are close to 1.
     Eigen::Index best = 0;
     result.logits.col(n).maxCoeff(&best);
     result.labels.push_back(static_cast<int>(best));

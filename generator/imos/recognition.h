@@ -16,49 +16,48 @@
 
 namespace holdfast::imos {
 
-/// Joints of the body along a motion (66 x T): a column per key frame, joint after joint (x, y, z),
-/// meters, in the canonical frame. Joints 0 to 21 of SMPL-X.
+/// Body joints over a motion (66 x T): one column per key frame, joint by joint (x, y, z), meters,
+/// canonical frame. Joints 0 to 21 of SMPL-X.
 using JointMotion = Eigen::MatrixXd;
 
 inline constexpr int kMetricJoints = 22;
 
-inline constexpr int kRecognizerFeatures = 128;  ///< numbers that stand for a motion
+inline constexpr int kRecognizerFeatures = 128;  ///< size of the feature vector of a motion
 
-/// The recognition network's tensors, by the names and shapes that the authors' PyTorch module has
-/// them by: lstm2_2 of (x, y) and lstm2_3 of (x, z) (`weight_ih_l0` 512 x 44 and so on, gates i, f,
-/// g, o), conv1_2_2 and conv1_2_3 (1 x 1 x 3), hidden2label (29 x 128).
+/// Tensors of the recognition network with the names and shapes of the authors' PyTorch module:
+/// lstm2_2 of (x, y) and lstm2_3 of (x, z) (`weight_ih_l0` 512 x 44 and so on, gates i, f, g, o),
+/// conv1_2_2 and conv1_2_3 (1 x 1 x 3), hidden2label (29 x 128).
 struct RecognizerWeights {
   nn::TensorMap tensors;
-  std::map<std::string, std::string> notes;  ///< how they came about
+  std::map<std::string, std::string> notes;  ///< provenance
 };
 
-/// PyTorch's initial distribution.
+/// Weights from PyTorch's initial distribution.
 RecognizerWeights RandomRecognizer(std::uint64_t seed);
 
-/// Throws Error for files that are no recognizer's: names missing, other shapes, NaN.
+/// Throws Error if the file is not a recognizer: missing names, other shapes, NaN.
 RecognizerWeights ReadRecognizer(const std::filesystem::path& path);
 void WriteRecognizer(const RecognizerWeights& weights, const std::filesystem::path& path);
 
-/// What a recognizer makes of N motions.
+/// Output of a recognizer for N motions.
 struct Recognition {
   Eigen::MatrixXf logits;    ///< (29 x N); the network's scores are their sigmoids
   Eigen::MatrixXf features;  ///< (128 x N) 0.1 tanh(y)
-  std::vector<int> labels;   ///< N: the action of the highest score
+  std::vector<int> labels;   ///< N: the action with the highest score
 };
 
-/// Tells actions from joints, and gives the features that FID, diversity and multimodality are
-/// measured with (the classifier of IMoS, Ghosh et al. 2023): two LSTMs of two layers of 128, one
-/// sees (x, y) and one (x, z) of the 22 joints in each key frame; a convolution along each one's
-/// last 128 outputs; y is their sum, sigmoid(W y + b) the scores. Const, shared by any number of
-/// threads.
+/// Classifies actions from joints, and computes the features for FID, diversity and multimodality
+/// (the classifier of IMoS, Ghosh et al. 2023). Two LSTMs with two layers of 128 receive (x, y) and
+/// (x, z) of the 22 joints in each key frame. A convolution runs along the last 128 outputs of
+/// each. y is their sum, sigmoid(W y + b) the scores. Immutable and safe to share between threads.
 class Recognizer {
  public:
   /// Throws Error (`where` names the file) as ReadRecognizer does.
   explicit Recognizer(const RecognizerWeights& weights, const std::string& where = "recognizer");
 
-  /// Of motions of one length. The result does not depend on `threads`, nor a motion's on what
-  /// others there are. Throws Error for motions of other sizes or with coordinates that are not
-  /// finite.
+  /// Classifies motions of equal length. The result does not depend on `threads`; the result of a
+  /// motion does not depend on the others. Throws Error for motions of different sizes or with
+  /// non-finite coordinates.
   Recognition Recognize(std::span<const JointMotion> motions, int threads = 1) const;
 
  private:

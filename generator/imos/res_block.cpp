@@ -31,7 +31,7 @@ Linear ReadLinear(const nn::TensorMap& tensors, const std::string& name, const s
           nn::ReadVector(tensors, name + ".bias", where, output).cast<double>()};
 }
 
-// Normalizes what comes out of it.
+// Normalizes the output of a linear layer.
 Linear Normed(const Affine& affine, Linear linear) {
   linear.weight = affine.scale.asDiagonal() * linear.weight;
   linear.bias = affine.scale.cwiseProduct(linear.bias) + affine.shift;
@@ -119,7 +119,7 @@ BlockNetwork<Real>::BlockNetwork(const BlockChain& chain, bool differentiable, I
   const int input = blocks_.front().first.Inner();
   std::vector<int>& levels = this->room_.levels;
   levels = {input};
-  // The first block's output is written in whole vectors behind x.
+  // The first block's output is written in whole vectors after x.
   if (IsDouble()) levels.push_back(input + PaddedRows(blocks_.front().output));
   int widest_inner = 0, widest_input = 0, widest_output = 0;
   for (const PackedBlock& block : blocks_) {
@@ -156,7 +156,7 @@ void BlockNetwork<Real>::RunBlock(const PackedBlock& block, const nn::Columns<Re
   block.first.Multiply(*loops_, x.data, x.stride, columns, inner.data, inner.stride, nullptr);
   loops_->leaky(
       {inner.data, inner.stride, begin, columns, block.first_bias.data(), nullptr, 0, slope});
-  // A slope of 1 is no rectifier.
+  // A slope of 1 disables the rectifier.
   loops_->leaky({skip, inner.stride, rows, columns, block.first_bias.data() + begin, nullptr, 0,
                  block.skip_is_linear ? Real(1) : slope});
   block.second.Multiply(*loops_, inner.data, inner.stride, columns, y, y_stride, nullptr);

@@ -20,9 +20,9 @@ struct Affine {
   Eigen::VectorXd scale, shift;
 };
 
-/// One residual block in -> width -> out of the published networks, its two BatchNorms folded:
-///   y = leaky(s + B leaky(A x + a) + b),  s = leaky(C x + c), or x itself where in = out.
-/// The outer leaky is there in every block, output blocks included.
+/// One residual block in -> width -> out of the published networks, with both BatchNorms folded:
+///   y = leaky(s + B leaky(A x + a) + b),  s = leaky(C x + c), or x itself if in = out.
+/// Every block has the outer leaky, including output blocks.
 struct Block {
   Eigen::MatrixXd first;  ///< A (width x in)
   Eigen::VectorXd first_bias;
@@ -37,27 +37,27 @@ struct Block {
 /// Error as ReadVector does, and for a negative variance.
 Affine ReadBatchNorm(const nn::TensorMap& tensors, const std::string& name,
                      const std::string& where, int size);
-/// Reads `<name>.fc1`, `.bn1`, `.fc2`, `.bn2`, and `.fc3` where the sizes differ.
+/// Reads `<name>.fc1`, `.bn1`, `.fc2`, `.bn2`, and `.fc3` if the sizes differ.
 Block ReadBlock(const nn::TensorMap& tensors, const std::string& name, const std::string& where,
                 int input, int width, int output);
-/// The block of an input whose first values are normalized before.
+/// Folds a normalization of the first input values into the block.
 void FoldInput(const Affine& affine, Block& block);
 
-/// What every network here is: a block of the input x; a second one of [x | the first's output]; a
-/// linear head. The last two may be missing.
+/// Common structure of all networks here: a block of the input x; a second block of [x | the output
+/// of the first]; a linear head. The last two are optional.
 struct BlockChain {
   std::vector<Block> blocks;  ///< one or two
   Eigen::MatrixXd head;       ///< (out x in); empty if there is none
   Eigen::VectorXd head_bias;
 };
 
-/// A chain ready to run.
+/// A chain prepared to run.
 template <typename Real>
 class BlockNetwork final : public nn::ColumnNetwork<Real> {
  public:
   using Matrix = typename nn::ColumnNetwork<Real>::Matrix;
 
-  /// Without `differentiable` Backward must not be called, and half the memory is needed.
+  /// Without `differentiable`, Backward must not be called and half the memory is needed.
   explicit BlockNetwork(const BlockChain& chain, bool differentiable = true, Isa isa = BestIsa());
 
   long NumProducts() const override;
@@ -66,7 +66,7 @@ class BlockNetwork final : public nn::ColumnNetwork<Real> {
                 Eigen::Ref<Matrix> input_gradient, nn::Scratch<Real>& scratch) const override;
 
  private:
-  // A and C meet the same input: one matrix, C's rows from PaddedRows(width) on.
+  // A and C have the same input, so they form one matrix; C's rows start at PaddedRows(width).
   struct PackedBlock {
     int width, output;
     bool skip_is_linear;
@@ -74,8 +74,8 @@ class BlockNetwork final : public nn::ColumnNetwork<Real> {
     nn::PackedMatrix<Real> second, second_backward;
     nn::AlignedArray<Real> first_bias, second_bias;
   };
-  // Levels of a tape: x; with two blocks [x | first output]; each block's [A x | C x], activated;
-  // the last block's output; the head's.
+  // Levels of a tape: x; with two blocks [x | first output]; the activated [A x | C x] of each
+  // block; the output of the last block; the output of the head.
   static constexpr int kInput = 0;
   static constexpr int kJoined = 1;
   bool IsDouble() const { return blocks_.size() == 2; }
@@ -84,7 +84,7 @@ class BlockNetwork final : public nn::ColumnNetwork<Real> {
 
   void RunBlock(const PackedBlock& block, const nn::Columns<Real>& x,
                 const nn::Columns<Real>& inner, Real* y, long y_stride, int columns) const;
-  // `gradient`, of the block's output, is used up; that of its input is written to `out`.
+  // Overwrites `gradient`, that of the block's output; writes the input's gradient to `out`.
   void RunBlockBackward(const PackedBlock& block, const nn::Columns<const Real>& inner,
                         const Real* y, long y_stride, const nn::Columns<Real>& gradient,
                         const nn::Columns<Real>& inner_gradient, const nn::Columns<Real>& out,

@@ -115,7 +115,7 @@ void Rollout<Real>::SetHistory(int frame, int sample,
 template <typename Real>
 void Rollout<Real>::Step(const ConstRef& noise) {
   assert(num_frames_ < static_cast<int>(frames_.size()) && noise.cols() == num_samples_);
-  // A pose's attention is of it alone: once for all windows that it is in.
+  // Attention depends only on its pose, so it is computed once for all windows with that pose.
   if (const Attention<Real>* attention = network_.SelfAttention()) {
     for (; num_attended_ < num_frames_; ++num_attended_) {
       KeyFrame<Real>& frame = frames_[num_attended_];
@@ -178,7 +178,7 @@ void Rollout<Real>::Backward(const RolloutSeed<Real>& seed, int rows,
   };
   Matrix noise_bar(c.NoiseSize(), columns);
   for (int f = num_frames_ - 1; f >= kHistory; --f) {
-    through_attention(f);  // all windows that it is in are done
+    through_attention(f);  // all windows with this frame are done
     const std::span<KeyFrame<Real>, kHistory> past_bar(&bars[f - kHistory], kHistory);
     StepBackward<Real>(network_, tapes_[f - kHistory], bars[f], rows, past_bar, codes_bar,
                        noise_bar, scratch);

@@ -12,18 +12,18 @@
 
 namespace holdfast::imos {
 
-/// The object of a key frame as the networks see it: T, then rows12 of R (x = R x_object + T) or of
-/// its transpose, by the configuration.
+/// Returns the object of a key frame as network input: T, then rows12 of R (x = R x_object + T) or
+/// of its transpose, depending on the configuration.
 Eigen::Vector<double, kObjectSize> ObjectColumn(const Eigen::Matrix3d& R, const Eigen::Vector3d& T,
                                                 ObjectRotation rotation);
-/// Joints 0..21, six numbers each, and back: every six made a rotation by Gram-Schmidt.
+/// Joints 0..21, six numbers each, and the inverse, which orthonormalizes by Gram-Schmidt.
 Eigen::Vector<double, kPoseSize> PoseColumn(const wandr::Pose<double>& pose);
 wandr::Pose<double> PoseOfColumn(const Eigen::Ref<const Eigen::VectorXd>& column,
                                  const Eigen::Vector3d& root);
 
-/// Gradients of a scalar (or of rows of a residual) with respect to what a rollout made. Each is
-/// empty, or has an entry per key frame, of which any may be empty (zero). Columns: m to each
-/// sample, consecutive.
+/// Gradients of a scalar (or of rows of a residual) with respect to the output of a rollout. Each
+/// member is empty or has one entry per key frame, any of which may be empty (zero). m consecutive
+/// columns per sample.
 template <typename Real>
 struct RolloutSeed {
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
@@ -31,55 +31,55 @@ struct RolloutSeed {
   std::vector<Matrix> roots;  ///< (3 x N m)
 };
 
-/// Gradients with respect to what a rollout of S steps starts from and is given.
+/// Gradients with respect to the inputs of a rollout of S steps.
 template <typename Real>
 struct RolloutGradient {
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
   Matrix noise;                         ///< (NoiseSize S x N m), step s in rows NoiseSize s ..
   Matrix condition;                     ///< (ConditionSize x N m)
-  std::vector<KeyFrame<Real>> history;  ///< the k given ones: pose, root; its object is below
-  std::vector<Matrix> objects;          ///< (9 x N m) of each key frame, poses of others held
+  std::vector<KeyFrame<Real>> history;  ///< pose and root of the k given key frames; their objects
+                                        ///< are below
+  std::vector<Matrix> objects;          ///< (9 x N m) of each key frame, other object poses fixed
 };
 
-/// N samples stepped together through the loop of IMoS (sec. 5.4 of the code): k key frames are
-/// given; every step makes the pose of the next one; then its object must be set before another
-/// step can be taken. What is fed back is raw, as published: the six numbers of every rotation as
-/// the networks gave them, not made orthonormal, so that errors there are the network's to correct.
-/// A sample's motion does not depend, to the last bit, on which others are in the batch. After
-/// construction nothing is allocated but by Backward.
+/// N samples stepped together through the loop of IMoS (sec. 5.4 of the code). k key frames are
+/// given. Every step generates the pose of the next key frame, whose object must be set before the
+/// next step. Raw output is fed back, as published: the six numbers of each rotation are not
+/// orthonormalized, so the network has to correct errors in them. A sample's motion does not depend
+/// on the other samples in the batch, bit for bit. After construction, only Backward allocates.
 template <typename Real>
 class Rollout {
  public:
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
   using ConstRef = Eigen::Ref<const Matrix>;
 
-  /// `network` must outlive it. A differentiable one keeps what Backward needs, and its network
-  /// must be.
+  /// `network` must outlive the rollout. A differentiable rollout stores what Backward needs, and
+  /// requires a differentiable network.
   Rollout(const Network<Real>& network, int max_samples, int max_frames,
           bool differentiable = false);
 
-  /// Key frames 0..k-1 of N samples and their conditions (ConditionSize x N).
+  /// Sets key frames 0..k-1 of N samples and their conditions (ConditionSize x N).
   void Begin(const ConstRef& conditions, std::span<const KeyFrame<Real>, kHistory> history);
-  /// The same, key frame by key frame; `history` must be complete before the first step.
+  /// Same, one key frame at a time; `history` must be complete before the first step.
   void Begin(const ConstRef& conditions);
   void SetHistory(int frame, int sample, const Eigen::Ref<const Eigen::Vector<Real, kPoseSize>>& p,
                   const Eigen::Ref<const Eigen::Vector<Real, 3>>& root,
                   const Eigen::Ref<const Eigen::Vector<Real, kObjectSize>>& object);
 
-  /// Makes key frame NumFrames(); `noise` is (NoiseSize x N).
+  /// Generates key frame NumFrames(); `noise` is (NoiseSize x N).
   void Step(const ConstRef& noise);
-  /// Its object (ObjectColumn), of one sample.
+  /// Sets the object (ObjectColumn) of the latest key frame for one sample.
   void SetObject(int sample, const Eigen::Ref<const Eigen::Vector<Real, kObjectSize>>& object);
-  /// Its root, where that is given and not predicted. (Networks of that kind do not see it.)
+  /// Sets its root, if roots are given and not predicted. (Such networks do not use the root.)
   void SetRoot(int sample, const Eigen::Ref<const Eigen::Vector<Real, 3>>& root);
 
   int NumSamples() const { return num_samples_; }
-  int NumFrames() const { return num_frames_; }  ///< given and made since Begin
-  /// Columns beyond NumSamples() mean nothing.
+  int NumFrames() const { return num_frames_; }  ///< given and generated since Begin
+  /// Columns beyond NumSamples() are undefined.
   const KeyFrame<Real>& Frame(int frame) const { return frames_[frame]; }
 
-  /// The vector-Jacobian product of all steps taken, exact but at kinks of the rectifiers, objects
-  /// held given. `rows` is m.
+  /// Vector-Jacobian product of all steps, exact except at kinks of the rectifiers, with objects
+  /// treated as given. `rows` is m.
   void Backward(const RolloutSeed<Real>& seed, int rows, RolloutGradient<Real>& gradient) const;
 
  private:

@@ -12,7 +12,7 @@
 namespace holdfast::imos {
 namespace {
 
-// Enough for products to be bound by arithmetic; activations still fit a core's cache.
+// Large enough for products to be compute-bound, small enough for activations to fit the cache.
 constexpr int kBatch = 32;
 
 void Check(const SynthesisRequest& request, const Network<float>& network) {
@@ -116,7 +116,7 @@ class RolloutBatch {
     }
   }
 
-  // What a step made of a sample, and where the object is then.
+  // Stores the output of a step for one sample, and the object there.
   void Take(int sample, int column, int f, SynthesisTrack& track) {
     const KeyFrame<float>& frame = rollout_.Frame(f);
     track.raw_poses.col(f) = frame.pose.col(column).cast<double>();
@@ -180,7 +180,7 @@ std::vector<SynthesisTrack> RunSynthesis(const Network<float>& network,
   const int num_batches = (count + size - 1) / size;
   const int workers = std::clamp(threads, 1, num_batches);
   std::vector<SynthesisTrack> tracks(request.starts.size());
-  // Each worker takes every so many-th batch, so that its memory is allocated once.
+  // Each worker processes every n-th batch, so that it allocates its memory once.
   ParallelFor(workers, workers, [&](int worker) {
     RolloutBatch batch(network, request, object, size);
     for (int b = worker; b < num_batches; b += workers) {

@@ -7,10 +7,10 @@
 namespace holdfast::imos {
 namespace {
 
-// Where the arms begin in a pose.
+// Offset of the arms in a pose.
 constexpr int kArmsOf = kNumTrunkJoints * kRotationSize;
 
-// Puts a column together from its parts, in order.
+// Writes the parts of a column in order.
 template <typename Real>
 class ColumnWriter {
  public:
@@ -25,7 +25,7 @@ class ColumnWriter {
   Real* next_;
 };
 
-// Takes the gradient of a column apart in the same order, adding each part to its own.
+// Reads the gradient of a column in the same order, and adds each part to its destination.
 template <typename Real>
 class ColumnAdder {
  public:
@@ -34,7 +34,7 @@ class ColumnAdder {
     for (int i = 0; i < count; ++i) sums[i] += next_[i];
     next_ += count;
   }
-  /// Of numbers that nothing is to be known about.
+  /// Skips values whose gradient is not needed.
   void Skip(int count) { next_ += count; }
   void AddArmsTo(Real* pose, const std::array<int, kNumArmJoints>& order) {
     for (const int joint : order) AddTo(pose + kRotationSize * joint, kRotationSize);
@@ -44,7 +44,7 @@ class ColumnAdder {
   const Real* next_;
 };
 
-// What both of the arms' networks see of the past.
+// Past inputs shared by both networks of the arms.
 template <typename Real>
 void PutArmsPast(const Config& c, std::span<const KeyFrame<Real>, kHistory> past, Real progress,
                  int i, ColumnWriter<Real>& out) {
@@ -67,13 +67,13 @@ void AddArmsPast(const Config& c, ColumnAdder<Real>& bars,
   bars.Skip(c.ProgressSize());
 }
 
-// z = mu + sigma eps into `z`.
+// Writes z = mu + sigma eps.
 template <typename Real, typename Code>
 void Sample(const Code& code, const Real* noise, int size, Real* z) {
   for (int k = 0; k < size; ++k) z[k] = code[k] + code[size + k] * noise[k];
 }
 
-// The gradients of mu and sigma, below each other, and of eps, from that of z.
+// Gradients of mu and sigma (stacked) and of eps, from that of z.
 template <typename Real, typename Code>
 void SampleBackward(const Code& code, const Real* noise, int size, const Real* z_bar,
                     Real* code_bar, Real* noise_bar) {
@@ -146,7 +146,7 @@ void PutBodyPast(const Config& c, std::span<const KeyFrame<Real>, kHistory> past
   out.Put(phi, c.body_condition);
 }
 
-// `arms_bar` is of next's arms, joints ascending.
+// `arms_bar` is the gradient of the next key frame's arms, joints ascending.
 template <typename Real>
 void AddBodyPast(const Config& c, ColumnAdder<Real>& bars,
                  std::span<KeyFrame<Real>, kHistory> past_bar, Real* arms_bar, Real* phi_bar,

@@ -11,14 +11,14 @@
 
 namespace holdfast::imos {
 
-/// A key frame of N samples, one column each, or gradients with respect to one.
+/// A key frame of N samples, one column each, or gradients with respect to it.
 template <typename Real>
 struct KeyFrame {
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
-  Matrix pose;      ///< (132 x N) joints 0..21, six numbers each, as the networks gave them
+  Matrix pose;      ///< (132 x N) joints 0..21, six numbers each, raw network output
   Matrix root;      ///< (3 x N) translation of the root, meters
   Matrix object;    ///< (9 x N) translation, rotation (ObjectColumn)
-  Matrix attended;  ///< the pose of Body Synthesis after attention; not used without
+  Matrix attended;  ///< pose of Body Synthesis after attention; unused without attention
 
   void Resize(const Config& config, int columns);
   void SetZero();
@@ -31,7 +31,7 @@ struct ConditionCodes {
   Matrix arms, body;
 };
 
-/// Room for one step of up to `max_samples` samples. Running backwards reads it.
+/// Buffers for one step of up to `max_samples` samples. The backward pass reads them.
 template <typename Real>
 class StepTape {
  public:
@@ -39,13 +39,13 @@ class StepTape {
   StepTape(const Network<Real>& network, int max_samples);
   void Resize(int num_samples);
 
-  std::optional<nn::Tape<Real>> arms_encoder, arms_decoder;  ///< of two modules
+  std::optional<nn::Tape<Real>> arms_encoder, arms_decoder;  ///< with two modules only
   std::optional<nn::Tape<Real>> body_encoder, body_decoder;  ///< always
   Matrix noise;                                              ///< (NoiseSize x max samples)
   Real progress = 0;                                         ///< ProgressOf
 };
 
-/// Room for StepBackward with up to `max_gradients` columns.
+/// Buffers for StepBackward with up to `max_gradients` columns.
 template <typename Real>
 class StepScratch {
  public:
@@ -56,15 +56,15 @@ class StepScratch {
   Matrix output_bar, code_bar, encoder_input_bar, decoder_input_bar, arms_bar;
 };
 
-/// One step: from the past k key frames, oldest first, with their `attended`, the pose of the next
-/// one (and its root where that is predicted). Writes next.pose and next.root; nothing is
-/// allocated. `frame` is its number. `noise` (NoiseSize x N) ~ N(0, I): the latents are mu + sigma
-/// noise.
+/// Computes one step: the pose of the next key frame (and its root if predicted) from the past k
+/// key frames, oldest first, with their `attended`. Writes next.pose and next.root; does not
+/// allocate. `frame` is the index of the next key frame. `noise` (NoiseSize x N) ~ N(0, I): the
+/// latents are mu + sigma noise.
 ///
 ///   arms:  mu, sigma = encoder(past arms, past objects, progress, phi);  z = mu + sigma eps
 ///          arms_t = arms_{t-1} + decoder(phi, z, past arms, past objects, progress)
 ///   body:  x = [attended past, past, past arms, arms_t, object now, past objects, past roots,
-///               progress, phi], parts by the configuration
+///               progress, phi], parts depending on the configuration
 ///          mu, sigma = encoder(x);  z = mu + sigma eps;  pose_t = decoder(z, x)
 template <typename Real>
 void RunStep(const Network<Real>& network, std::span<const KeyFrame<Real>, kHistory> past,
@@ -72,9 +72,9 @@ void RunStep(const Network<Real>& network, std::span<const KeyFrame<Real>, kHist
              const Eigen::Ref<const typename KeyFrame<Real>::Matrix>& noise, StepTape<Real>& tape,
              KeyFrame<Real>& next);
 
-/// The vector-Jacobian product of RunStep. Columns of gradients are consecutive, `rows` to each
-/// sample. Adds to `past_bar` (with respect to pose, root, object and attended) and `codes_bar`;
-/// writes `noise_bar`.
+/// Vector-Jacobian product of RunStep. Gradients have `rows` consecutive columns per sample. Adds
+/// to `past_bar` (with respect to pose, root, object and attended) and `codes_bar`; writes
+/// `noise_bar`.
 template <typename Real>
 void StepBackward(const Network<Real>& network, const StepTape<Real>& tape,
                   const KeyFrame<Real>& next_bar, int rows,

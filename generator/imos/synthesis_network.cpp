@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPublishedSeconds = 0.1;
 
-// A note of the weights that is JSON; an empty object where there is none.
+// Returns a JSON note of the weights, or an empty object if there is none.
 nlohmann::json JsonNote(const imos::NetworkWeights& weights, const std::string& name,
                         const std::string& where) {
   const auto note = weights.notes.find(name);

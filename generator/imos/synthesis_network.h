@@ -13,24 +13,24 @@
 
 namespace holdfast {
 
-/// Weights of the IMoS generator, where they are from, and what they were trained on.
+/// Weights of the IMoS generator, their origin, and a summary of the training data.
 struct SynthesisNetwork {
   std::string source;  ///< the file, or "embedded"
   imos::NetworkWeights weights;
-  std::string checksum;                        ///< tells networks apart
+  std::string checksum;                        ///< identifies the network
   Eigen::MatrixXf action_table;                ///< (29 x E)
   std::map<std::string, double> seconds;       ///< per key frame, by action, mean of the data
-  std::map<std::string, nlohmann::json> seen;  ///< by action: objects and how often
+  std::map<std::string, nlohmann::json> seen;  ///< by action: objects and their counts
 
-  /// Actions trained on, in the vocabulary's order; all where the file does not say.
+  /// Actions in the training data, in vocabulary order; all if the file does not list them.
   std::vector<std::string> Actions() const;
-  /// Of the action; of all, or IMoS's 0.1 s, where the file does not say.
+  /// Mean for the action; if unknown, the mean over all actions, or IMoS's 0.1 s.
   double SecondsPerKeyFrame(int action) const;
   nlohmann::json ToJson() const;
 };
 
-/// The weights in a file, or the embedded ones when `path` is empty; embeddings of actions from
-/// `embeddings` (imos::ReadActionTable) unless that is empty. Throws Error when there are none.
+/// Reads the weights in a file, or the embedded ones if `path` is empty. Action embeddings are read
+/// from `embeddings` (imos::ReadActionTable) unless it is empty. Throws Error if there are none.
 SynthesisNetwork LoadSynthesisNetwork(const std::string& path = {},
                                       const std::string& embeddings = {});
 
@@ -38,10 +38,10 @@ SynthesisNetwork LoadSynthesisNetwork(const std::string& path = {},
 
 namespace holdfast::imos {
 
-/// Whether this library was built with trained weights in it (meshes/networks/imos.safetensors).
+/// Returns whether the library has embedded trained weights (meshes/networks/imos.safetensors).
 bool HasDefaultNetwork();
 
-/// Those weights. Throws Error when there are none.
+/// Returns the embedded weights. Throws Error if there are none.
 NetworkWeights DefaultNetwork();
 
 }  // namespace holdfast::imos

@@ -49,7 +49,7 @@ constexpr std::array<std::string_view, kNumObjects> kObjects{
 struct Alias {
   std::string_view name, known;
 };
-// Names as people say them, already in the plain form of Plain().
+// Everyday names, in the form returned by Plain().
 constexpr std::array kActionAliases{
     Alias{"phone", "call"},
     Alias{"telephone", "call"},
@@ -81,7 +81,7 @@ constexpr std::array kObjectAliases{
 constexpr std::array kMeshes{Alias{"bottle", "waterbottle"}, Alias{"cube", "cubemedium"},
                              Alias{"cylinder", "cylindermedium"}, Alias{"sphere", "spheremedium"}};
 
-// Lower case, letters and digits alone.
+// Lower case, letters and digits only.
 std::string Plain(std::string_view text) {
   std::string plain;
   for (const char c : text) {
@@ -115,11 +115,11 @@ std::string FirstWord(const Action& action) {
   return Plain(action.verb.substr(0, action.verb.find(' ')));
 }
 
-// The action a plain text means by its label, verb or a form of it; aliases come last.
+// Finds an action by its label, verb or a form of it, then by aliases.
 std::optional<int> MatchAction(std::string_view plain) {
   for (int id = 0; id < kNumActions; ++id) {
     const Action& action = kActions[static_cast<std::size_t>(id)];
-    // "takes" alone says nothing.
+    // "takes" alone is ambiguous.
     const bool short_form = action.label != "takepicture" && action.label != "switchON";
     if (plain == Plain(action.label) || plain == PlainVerb(action)) return id;
     if (short_form && (plain == FirstWord(action) || IsIngForm(plain, action.label))) return id;
@@ -137,7 +137,7 @@ std::optional<int> MatchObject(std::string_view plain) {
   for (const Alias& alias : kObjectAliases) {
     if (plain == alias.name) return IdOfObject(alias.known);
   }
-  // "small cube": the size stands behind the shape.
+  // "small cube": the vocabulary has the size after the shape.
   for (const std::string_view size : {"small", "medium", "large"}) {
     if (!plain.starts_with(size)) continue;
     const std::string turned = std::string(plain.substr(size.size())) + std::string(size);
@@ -147,7 +147,7 @@ std::optional<int> MatchObject(std::string_view plain) {
   return std::nullopt;
 }
 
-// What a message lists: the names offered, all where there are none.
+// Names listed in messages: those offered, or all if there are none.
 std::vector<std::string_view> ActionLabels(std::span<const std::string_view> offered) {
   if (!offered.empty()) return {offered.begin(), offered.end()};
   std::vector<std::string_view> labels;
@@ -160,11 +160,11 @@ struct Nearest {
   int distance;
 };
 
-// The known name that takes the fewest changes; distances are per word of `words`.
+// The known name with the smallest edit distance to any word of `words`.
 Nearest NearestTo(std::span<const std::string> words, std::span<const std::string_view> known) {
   Nearest nearest{known.front(), 1 << 20};
   for (const std::string& word : words) {
-    if (word.size() < 3) continue;  // "he" is no misspelt "see"
+    if (word.size() < 3) continue;  // "he" is not a misspelled "see"
     for (const std::string_view name : known) {
       const int distance = EditDistance(word, Plain(name));
       if (distance < nearest.distance) nearest = {name, distance};
@@ -177,7 +177,7 @@ Nearest NearestTo(std::span<const std::string> words, std::span<const std::strin
                                std::span<const std::string> words,
                                std::span<const std::string_view> known, std::string problem) {
   const Nearest nearest = NearestTo(words, known);
-  // A name that shares next to nothing is no suggestion.
+  // A name with a large edit distance is not suggested.
   const bool close =
       nearest.distance <= std::max<int>(1, static_cast<int>(nearest.name.size()) / 3);
   std::string remedy = close ? fmt::format("Did you mean '{}'? ", nearest.name) : std::string();
@@ -209,7 +209,7 @@ struct Phrase {
 
 constexpr std::size_t kMaxPhraseWords = 4;  // "takes a picture with"
 
-// The longest run of words that `match` knows, of equals the first or the last.
+// The longest run of words that `match` knows; of equal lengths, the first or the last.
 template <typename Match>
 std::optional<Phrase> FindPhrase(const std::vector<std::string>& words, bool last,
                                  const std::optional<Phrase>& except, const Match& match) {

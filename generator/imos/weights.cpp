@@ -28,7 +28,7 @@ bool IsPresentEncoder(std::string_view name) {
   return false;
 }
 
-// What PyTorch starts with, of a tensor by its name.
+// Published initial distribution of a tensor, by its name.
 struct Start {
   double mean, deviation;
 };
@@ -104,7 +104,7 @@ NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& whe
                 kWeightsRemedy);
   }
   weights.config = ConfigFromTexts(weights.notes, where);
-  // Nothing that a configuration of these sizes does not have is read.
+  // Reads no tensors that a configuration of these sizes does not have.
   for (const TensorShape& shape : TensorsOf(weights.config, true)) {
     if (!file.Has(shape.name)) continue;
     const NpyMember member = file.Read(shape.name);
@@ -222,7 +222,7 @@ constexpr const char* kCheckpointRemedy =
     "Give the arms' and the body's checkpoint of IMoS as its training code saves them, in that "
     "order";
 
-// Of the networks, by the names of their modules.
+// Tensors of the networks, by the names of their modules.
 constexpr std::array<std::string_view, 15> kParts{
     "enc_bn0.",       "enc_rb0.",    "enc_bn1.",      "enc_rb1.",      "enc_rb2.",
     "mu_present.",    "mu_past.",    "enc_bn1_past.", "enc_rb1_past.", "enc_rb2_past.",
@@ -234,7 +234,7 @@ bool IsOfNetwork(std::string_view name) {
          std::ranges::any_of(kParts, [&](std::string_view part) { return name.starts_with(part); });
 }
 
-// The state by names, wherever the file keeps it.
+// Returns the state dictionary, wherever the file stores it.
 DataValue StateOf(const DataValue& root) {
   for (const char* key : {"model_pose", "state_dict", "model"}) {
     if (std::optional<DataValue> inner = root.Find(key)) return *inner;
@@ -269,7 +269,7 @@ class Shapes {
   Shapes(const nn::TensorMap& tensors, std::string where)
       : tensors_(tensors), where_(std::move(where)) {}
 
-  // Of a matrix.
+  // Sizes of a matrix.
   int Rows(const std::string& name) const { return Length(name, 0); }
   int Columns(const std::string& name) const { return Length(name, 1); }
   bool Has(const std::string& name) const { return tensors_.contains(name); }
@@ -291,8 +291,8 @@ class Shapes {
   std::string where_;
 };
 
-// The options of Body Synthesis that give its past encoder this many inputs. Their sizes are such
-// that no two choices give the same number.
+// Finds the options of Body Synthesis for a given input size of its past encoder. The sizes are
+// distinct for all choices.
 void FindBodyInputs(int inputs, const std::string& where, Config& config) {
   for (const bool arms_now : {true, false}) {
     for (const ObjectInput now : {ObjectInput::kTrue, ObjectInput::kAbsent}) {
@@ -348,7 +348,7 @@ Config ConfigOfShapes(const nn::TensorMap& tensors, const std::string& where,
     }
     c.attention_width = all_heads / c.attention_heads;
   } else {
-    c.attention_layers = Config().attention_layers;  // means nothing, but must be sound
+    c.attention_layers = Config().attention_layers;  // unused, but must be valid
   }
   FindBodyInputs(shapes.Columns("body.enc_rb1_past.fc1.weight"), where, c);
   CheckConfig(c, where);

@@ -14,16 +14,16 @@
 
 namespace holdfast {
 
-/// One frame of a body's 22 joints in the form that motions are cut and joined in.
+/// Pose of the 22 body joints in one frame: pelvis position and local rotations.
 struct BodyFrame {
   Eigen::Vector3d pelvis = Eigen::Vector3d::Zero();  ///< position of joint 0, world meters
-  /// Rotations relative to the parent; that of the pelvis relative to the world.
+  /// Rotation of each joint relative to its parent; for the pelvis, relative to the world.
   std::array<Eigen::Quaterniond, kNumBodyJoints> local;
 
   BodyFrame() { local.fill(Eigen::Quaterniond::Identity()); }
 };
 
-/// Where the joints of a frame are.
+/// World poses of the 22 body joints in one frame (forward kinematics).
 struct BodyPlacement {
   std::array<Eigen::Matrix3d, kNumBodyJoints> rotation;  ///< world
   Eigen::Matrix<double, 3, kNumBodyJoints> joints;       ///< world, meters
@@ -35,11 +35,11 @@ struct BodyPlacement {
 
 BodyPlacement Place(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame);
 
-/// The same of every frame of a motion.
+/// Same, for every frame of a motion.
 std::vector<BodyPlacement> Place(const Eigen::Matrix3Xd& rest_joints,
                                  std::span<const BodyFrame> frames);
 
-/// A turn about the vertical axis, then a move along the ground.
+/// Rigid motion on the ground: a rotation about the vertical axis, then a horizontal translation.
 struct PlanarMove {
   double yaw_rad = 0.0;
   Eigen::Vector2d shift = Eigen::Vector2d::Zero();
@@ -51,24 +51,24 @@ struct PlanarMove {
   BodyFrame operator*(const BodyFrame& frame) const;
 };
 
-/// The root's turn about the vertical axis: R = Rz(yaw) Ry Rx. A body that stands faces -y of the
-/// frame turned by it (its heading frame).
+/// Returns the yaw of the root about the vertical axis, from R = Rz(yaw) Ry Rx, in radians. A
+/// standing body faces -y of its heading frame, which is the world frame rotated by this yaw.
 double Yaw(const BodyFrame& frame);
 
-/// The move that carries `from` to the place and heading of `to`; heights stay.
+/// Returns the move from the position and heading of `from` to those of `to`; heights are kept.
 PlanarMove AlignHeading(const BodyFrame& from, const BodyFrame& to);
 
-/// Shortest arcs and a straight line, `share` of the way.
+/// Interpolates by slerp, the pelvis linearly, from `from` (`share` = 0) to `to` (1).
 BodyFrame Interpolate(const BodyFrame& from, const BodyFrame& to, double share);
 
-/// Joints 0..21 of all frames of a clip; fingers and face are left behind.
+/// Returns joints 0..21 of all frames of a clip. Fingers and face are dropped.
 std::vector<BodyFrame> BodyFrames(const Clip& clip, const Eigen::Matrix3Xd& rest_joints);
 
-/// Frames as a clip, rotations unwrapped along time; `hands` (joints 25..54) the same throughout.
+/// Converts frames to a clip, rotations unwrapped over time, `hands` (joints 25..54) constant.
 Clip ToClip(const std::vector<BodyFrame>& frames, double frame_rate,
             const Eigen::Matrix3Xd& rest_joints, const JointPose& hands);
 
-/// The frame in a mirror at x = 0.
+/// Mirrors a frame at the plane x = 0.
 BodyFrame Mirror(const BodyFrame& frame);
 
 }  // namespace holdfast

@@ -15,7 +15,7 @@ constexpr double kRate = 30.0;
 constexpr double kSkate = 0.02 / 3.0;              // meters per frame
 constexpr double kStill = 0.15;                    // m/s
 constexpr double kAirborne = 0.10;                 // meters
-constexpr double kAlwaysAllowed = 17.0 * kDegree;  // of joints that captures hardly use
+constexpr double kAlwaysAllowed = 17.0 * kDegree;  // for joints that captures hardly use
 
 double Percentile(std::vector<double> values, double share) {
   if (values.empty()) return 0.0;

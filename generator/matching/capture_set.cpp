@@ -27,7 +27,7 @@ constexpr double kFrameRate = MotionLibrary::kFrameRate;
 const std::set<std::string, std::less<>> kWalking = {"",     "walk",        "turn", "idle",
                                                      "step", "walk_circle", "stand"};
 
-// Fields of a line with commas between; quotes hold commas, two quotes are one.
+// Splits a CSV line. Quoted fields may contain commas; a doubled quote is a literal quote.
 std::vector<std::string> Fields(const std::string& line) {
   std::vector<std::string> fields(1);
   bool quoted = false;
@@ -113,7 +113,7 @@ Clip Import(const fs::path& file, const RetargetBody& body) {
 
 constexpr std::array<const char*, 3> kSplits = {"train", "held_out", "dropped"};
 
-// Where the imported clip is, or is to be until it is sorted.
+// Path of the imported clip, or the path it has until it is sorted into a split.
 fs::path KeptAt(const fs::path& cache, const Capture& capture) {
   const std::string file = capture.name + ".npz";
   for (const char* const split : kSplits) {
@@ -122,8 +122,8 @@ fs::path KeptAt(const fs::path& cache, const Capture& capture) {
   return cache / file;
 }
 
-// On the ground, no faster than a hand that takes something, and at rest or nearly so where it
-// does: no leap, catch or blow.
+// Returns whether the feet stay on the ground, the wrist is no faster than in taking an object, and
+// the wrist is nearly at rest at the mark. This excludes leaps, catches and blows.
 bool IsCalm(const Clip& clip, const ReachMark& mark, const RetargetBody& body) {
   constexpr double kFastestWrist = 3.2;  // m/s
   constexpr double kSlowEnough = 1.0;    // m/s, at the mark
@@ -144,7 +144,7 @@ bool IsCalm(const Clip& clip, const ReachMark& mark, const RetargetBody& body) {
   return true;
 }
 
-// A set made of some of what an index names would pass for one made of all.
+// A set built from only part of the indexed files would look like the complete set.
 void RequireFiles(const fs::path& folder, const std::vector<Capture>& captures) {
   constexpr std::size_t kMaxNamed = 5;
   std::vector<std::string> absent;
@@ -229,7 +229,7 @@ void HoldOut(std::vector<Capture>& captures, const std::vector<std::string>& sub
   }
 }
 
-// False when stopped.
+// Returns false if canceled.
 bool ImportAll(const fs::path& folder, const fs::path& cache, const RetargetBody& target,
                int threads, const StagedProgress& progress, std::vector<Capture>& captures) {
   std::error_code error;
@@ -263,7 +263,7 @@ bool ImportAll(const fs::path& folder, const fs::path& cache, const RetargetBody
     } catch (const Error& fault) {
       capture.fault = fault.what();
     }
-    if (imported && capture.clip.NumFrames() > 0) {  // a disk that is full is no fault of the clip
+    if (imported && capture.clip.NumFrames() > 0) {  // a full disk is not a fault of the clip
       capture.clip.subject = capture.subject;
       capture.clip.action = capture.category;
       WriteClip(capture.clip, kept);
@@ -297,7 +297,7 @@ ClipUse UseOf(const Capture& capture, const RetargetBody& body) {
   const int frames = capture.clip.NumFrames();
   int mark = static_cast<int>(std::lround(capture.mark_s * kFrameRate));
   if (capture.mark_s < 0.0 && capture.category == "pick_up") {
-    double lowest = 0.85;  // meters: higher is no picking up
+    double lowest = 0.85;  // meters; a higher wrist is not picking up
     const std::vector<BodyFrame> motion = BodyFrames(capture.clip, body.rest_joints);
     for (int t = 0; t < frames; ++t) {
       const double height =
@@ -316,7 +316,7 @@ ClipUse UseOf(const Capture& capture, const RetargetBody& body) {
   return use;
 }
 
-// Adds captures to learn from to the library, and what all have to the sums.
+// Adds the training captures to the library, and all usable captures to the statistics.
 void FillLibrary(const RetargetBody& target, CaptureSet& set) {
   std::vector<std::vector<BodyFrame>> moving;
   for (const Capture& capture : set.captures) {

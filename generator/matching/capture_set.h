@@ -15,53 +15,53 @@ namespace holdfast {
 
 /// One captured motion of a set.
 struct Capture {
-  std::string file;      ///< relative to the set's folder
-  std::string name;      ///< of the imported clip: CaptureName
-  std::string subject;   ///< who moved
-  std::string category;  ///< "walk", "turn", "reach" ...; empty when the set does not say
-  double mark_s = -1.0;  ///< seconds at which the wrist is at what it reaches for; -1: not known
+  std::string file;      ///< relative to the folder of the set
+  std::string name;      ///< name of the imported clip (see CaptureName)
+  std::string subject;   ///< the captured person
+  std::string category;  ///< "walk", "turn", "reach" ...; empty if the set does not state it
+  double mark_s = -1.0;  ///< time at which the wrist is at its reach target, seconds; -1 if unknown
   Side wrist = Side::kRight;
-  bool held_out = false;  ///< of a subject that is kept away from training
-  std::string fault;      ///< why it is not used; empty when it is
-  Clip clip;              ///< on the body, 30 Hz; empty when it could not be imported
+  bool held_out = false;  ///< its subject is held out of training
+  std::string fault;      ///< why the capture is not used; empty if it is used
+  Clip clip;              ///< retargeted to the body, 30 Hz; empty if the import failed
   MotionQuality quality;
   MotionStatistics statistics;
 };
 
-/// A folder of captured motion, ready to make motion from. Of use are captures without a fault:
-/// walking, and reaches at their marks. A pick-up without a mark has it where the right wrist is
-/// lowest. Reaches with leaps, catches and blows are left out: both feet off the ground, or a wrist
-/// faster than 4 m/s.
+/// A folder of captured motion, prepared for motion generation. Captures without a fault are used
+/// for walking, and for reaches at their marks. In a pick-up without a mark, the mark is the frame
+/// in which the right wrist is lowest. Leaps, catches and blows are not used as reaches: all soles
+/// are more than 8 cm off the ground, or a wrist is faster than 3.2 m/s (1 m/s at the mark).
 struct CaptureSet {
-  std::string name;               ///< of the folder
-  std::string body_model;         ///< name of the body that all clips move
-  std::vector<Capture> captures;  ///< in the order of the index, or by file
-  MotionLibrary library;          ///< what may be learned from
-  JointLimits joint_limits = {};  ///< LimitsOf that
+  std::string name;               ///< name of the folder
+  std::string body_model;         ///< name of the body that all clips are on
+  std::vector<Capture> captures;  ///< in the order of the index, or sorted by file
+  MotionLibrary library;          ///< the captures available for training
+  JointLimits joint_limits = {};  ///< LimitsOf the training captures
   MotionStatistics train = {}, held_out = {};
   double train_minutes = 0.0, held_out_minutes = 0.0;  ///< of captures without a fault
-  int dropped = 0;                                     ///< captures with one
-  int reach_sources = 0;                               ///< reaches to learn from
+  int dropped = 0;                                     ///< number of captures with a fault
+  int reach_sources = 0;                               ///< number of reaches available for training
 };
 
-/// The path of a capture's file with '_' for '/', without .bvh, .amc, .npz (and .gz).
+/// Returns a capture's file path with '_' for '/', without .bvh, .amc, .npz (and .gz).
 std::string CaptureName(const std::string& file);
 
 /// Imports and measures a folder of captured motion on up to `threads` threads (stage "captured
-/// clips"). With `index.csv` (header line with `file`, `subject`, `category`, and for reaches
-/// `hand`, `key_frame`, `fps`; other columns are not read; a note "same take as CMU 08_02" names
-/// the subject where it is not known) the files are those it lists; otherwise all `.bvh`, `.amc`
-/// (also `.gz`) and `.npz` below the folder, subjects their folders' names.
+/// clips"). The files are those listed in `index.csv` if it exists: a header line with `file`,
+/// `subject`, `category`, and for reaches `hand`, `key_frame`, `fps`. Other columns are ignored,
+/// except that a note "same take as CMU 08_02" gives the subject where it is unknown. Without an
+/// index, the files are all `.bvh`, `.amc` (also `.gz`) and `.npz` below the folder, and each
+/// parent folder's name is the subject.
 ///
-/// Held out are the subjects named (or clips named, where the subject of a take is not stated), or
-/// without names the subjects with the least motion until they have a tenth of it.
+/// `held_out` names the held-out subjects (or clips, where the subject of a take is not stated). If
+/// it is empty, the subjects with the least motion are held out, up to a tenth of all motion.
 ///
-/// Imported clips are kept in `cache`, below train/, held_out/ and dropped/ so that whoever trains
-/// on a folder cannot take the wrong ones, and taken from there when they are newer than their
-/// file. Nothing when `progress` stops it. Throws Error naming file, line and column for an index
-/// that does not read, for files that it names and that are not there, for an empty folder, a
-/// `cache` that cannot be written, and a name that no capture
-/// has, and where nobody to learn from walks.
+/// Imported clips are stored in `cache` below train/, held_out/ and dropped/, so that a training
+/// run on one folder cannot read clips of another split. A cached clip that is newer than its
+/// source file is reused. Returns nullopt if `progress` cancels. Throws Error (with file, line and
+/// column) for an invalid index, missing files, an empty folder, an unwritable `cache`, a
+/// `held_out` name without a capture, or if no training capture shows walking.
 std::optional<CaptureSet> ImportCaptures(const std::filesystem::path& folder,
                                          const std::filesystem::path& cache, const BodyModel& body,
                                          const std::vector<std::string>& held_out, int threads,

@@ -29,17 +29,16 @@ std::vector<Stance> StancesOf(const std::vector<SoleBits>& contacts, SoleBits ma
   return stances;
 }
 
-// The way along the ground that a planted foot makes from frame t - 1 to t: of its ball, or of its
-// heel while the ball is in the air. `heel` is the first of the foot's two columns.
+// Horizontal displacement of a planted foot from frame t - 1 to t: of its ball, or of its heel
+// while the ball is in the air. `heel` is the first of the foot's two columns.
 Eigen::Vector2d Drift(const std::vector<Soles>& soles, const std::vector<SoleBits>& contacts,
                       int heel, int t) {
   const int point = (contacts[t] & (2u << heel)) != 0 ? heel + 1 : heel;
   return (soles[t].col(point) - soles[t - 1].col(point)).head<2>();
 }
 
-// A foot that drifts far while it is on the ground, as transitions between two stances make it, is
-// better lifted: such frames lose their contact, where the other foot carries. Returns how high the
-// foot is lifted in every frame.
+// Lifts a foot that drifts far while in contact, as in transitions between two stances: such frames
+// lose their contact if the other foot is in contact. Returns the lift of the foot in every frame.
 std::vector<double> StepWhereDrifting(const std::vector<Soles>& soles, int heel,
                                       std::vector<SoleBits>& contacts) {
   constexpr double kFarthest = 0.05;  // meters
@@ -71,7 +70,7 @@ std::vector<double> StepWhereDrifting(const std::vector<Soles>& soles, int heel,
   return lift;
 }
 
-// What is added to the foot's place in every frame.
+// Displacement of the foot in every frame.
 std::vector<Vector3d> Corrections(const std::vector<Soles>& soles,
                                   const std::vector<SoleBits>& contacts, int heel,
                                   const FootLockOptions& options) {
@@ -94,11 +93,11 @@ std::vector<Vector3d> Corrections(const std::vector<Soles>& soles,
       correction[t].z() = -lowest(t);
     }
   }
-  // In the air, and before the first and after the last stance.
+  // Frames in the air, before the first stance and after the last.
   int previous = -1;
   for (std::size_t k = 0; k <= stances.size(); ++k) {
     const int next = k < stances.size() ? stances[k].begin : frames;
-    // A first frame that is kept is where the way to the first stance begins.
+    // A kept first frame is the start of the path to the first stance.
     const int begin = previous < 0 && options.keep_first ? 0 : previous;
     for (int t = previous + 1; t < next; ++t) {
       Vector3d from = Vector3d::Zero();
@@ -116,7 +115,7 @@ std::vector<Vector3d> Corrections(const std::vector<Soles>& soles,
     }
     if (k < stances.size()) previous = stances[k].end - 1;
   }
-  // Heights jump where a contact begins or ends a frame early: a short bell over time.
+  // Heights jump where a contact begins or ends a frame early, so they are smoothed over time.
   std::vector<Vector3d> smooth = correction;
   for (int t = 0; t < frames; ++t) {
     const auto z = [&](int s) { return correction[std::clamp(s, 0, frames - 1)].z(); };
@@ -171,7 +170,7 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
     found.max_missed_m =
         std::max({found.max_missed_m, drawn, PlaceLegs(rest_joints, feet[t], frames[t])});
     if (share == 1.0) continue;
-    // Legs placed where they are already need not be bent as they were: knees may turn out.
+    // Even for feet at their original positions, the IK may change the legs (knees may turn out).
     for (const Side side : {Side::kLeft, Side::kRight}) {
       const Limb leg = Leg(side);
       for (const int joint : {leg.root, leg.middle, leg.end}) {
@@ -187,10 +186,10 @@ namespace {
 
 constexpr std::array<int, GroundProbe::kNumSoles> kSoleJoints = {7, 10, 8, 11};
 constexpr double kContactHeight = 0.04;  // meters
-constexpr double kContactSpeed = 0.35;   // m/s: a sole that rolls over the ball
+constexpr double kContactSpeed = 0.35;   // m/s; allows a sole that rolls over the ball
 constexpr double kShortestRun = 0.1;     // seconds
 
-// Runs of `value` shorter than `shortest`, with something else on both sides, become the other.
+// Flips runs of `value` that are shorter than `shortest` and lie between runs of the other value.
 void FlipShortRuns(std::vector<bool>& flags, bool value, std::size_t shortest) {
   for (std::size_t begin = 0; begin < flags.size();) {
     std::size_t end = begin;
@@ -206,7 +205,7 @@ void FlipShortRuns(std::vector<bool>& flags, bool value, std::size_t shortest) {
 }  // namespace
 
 SolePoints::SolePoints(const Eigen::Matrix3Xd& rest_joints, double floor_y) {
-  // GroundProbe knows where soles are; at rest all rotations are the identity.
+  // GroundProbe provides the sole points; in the rest pose all rotations are the identity.
   std::array<Eigen::Matrix3d, kNumJoints> identity;
   identity.fill(Eigen::Matrix3d::Identity());
   const Eigen::Matrix3Xd at_rest =
@@ -259,13 +258,13 @@ std::vector<SoleBits> FindContacts(std::span<const Soles> soles, double frame_ra
 
 namespace {
 
-constexpr double kHeight = 0.05;      // meters above the ground that cost as much as...
-constexpr double kSpeed = 0.35;       // ... this speed along it, m/s, or as being left out
-constexpr double kMaxPerFrame = 9.0;  // beyond, it does not matter how fast or high
-constexpr double kChange = 3.0;       // of one foot, from carrying to not and back
+constexpr double kHeight = 0.05;      // height above the ground (m) with the same cost as ...
+constexpr double kSpeed = 0.35;       // ... this speed along it (m/s), and as a swing foot
+constexpr double kMaxPerFrame = 9.0;  // limits the cost of very fast or high feet
+constexpr double kChange = 3.0;       // of a change between stance and swing, for one foot
 constexpr std::array<unsigned, 3> kStates = {0b01, 0b10, 0b11};  // left, right, both
 
-// What it costs to say of a foot that it carries. `heel` is the first of its two columns.
+// Cost of treating a foot as a stance foot. `heel` is the first of its two columns.
 double Cost(std::span<const Soles> soles, double frame_rate, int heel, std::size_t t) {
   double least = std::numeric_limits<double>::infinity();
   for (const int point : {heel, heel + 1}) {
@@ -302,7 +301,7 @@ std::vector<SoleBits> FindSupports(std::span<const Soles> soles, double frame_ra
           from[t][to] = static_cast<std::uint8_t>(s);
         }
       }
-      // A foot left out costs 1: at kSpeed on the ground either is as good.
+      // A swing foot costs 1, so at kSpeed on the ground stance and swing cost the same.
       next[to] =
           best + ((kStates[to] & 1u) != 0 ? left : 1.0) + ((kStates[to] & 2u) != 0 ? right : 1.0);
     }

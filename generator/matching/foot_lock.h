@@ -14,11 +14,11 @@
 
 namespace holdfast {
 
-/// Heels and balls of the feet, in the order of GroundProbe: left heel, left ball, right heel,
-/// right ball. One column each, world meters.
+/// Heels and balls of the feet in the order of GroundProbe: left heel, left ball, right heel, right
+/// ball. One column each, world meters.
 using Soles = Eigen::Matrix<double, 3, GroundProbe::kNumSoles>;
 
-/// Heels and balls of a placed body whose rest pose stands on `floor_y`.
+/// Computes heels and balls of a placed body whose rest pose stands on `floor_y`.
 class SolePoints {
  public:
   SolePoints(const Eigen::Matrix3Xd& rest_joints, double floor_y);
@@ -26,63 +26,62 @@ class SolePoints {
   std::vector<Soles> At(std::span<const BodyPlacement> placed) const;
 
  private:
-  Soles offset_;  // in the joint's frame
+  Soles offset_;  // in the frame of the point's joint
 };
 
-/// How fast a sole point (column) goes along the ground in frame t, m/s: over both neighbors.
+/// Returns the horizontal speed of a sole point (column) in frame t, m/s, by central differences.
 double SpeedAlongGround(std::span<const Soles> soles, double frame_rate, int point, std::size_t t);
 
-/// Bit i of a frame's contacts: sole point i is on the ground.
+/// Contact bits of one frame: bit i is set if sole point i is on the ground.
 using SoleBits = std::uint8_t;
 inline constexpr SoleBits kLeftSole = 0b0011, kRightSole = 0b1100;
 
-/// Contacts of every frame: a point lower than 4 cm and slower than 0.35 m/s along the ground, in
-/// runs of at least 3 frames at 30 Hz; gaps of up to 2 are closed.
+/// Returns the contacts of every frame: points lower than 4 cm and slower than 0.35 m/s along the
+/// ground for at least 3 frames at 30 Hz. Gaps of up to 2 frames are closed.
 std::vector<SoleBits> FindContacts(std::span<const Soles> soles, double frame_rate);
 
 struct FootLockOptions {
-  /// Soles are at least that high half-way between two stances: where the motion shuffles, higher
-  /// than it has them.
+  /// Minimum height of the soles half-way between two stances. Lower swings are raised to it.
   double clearance_m = 0.0;
-  /// The pelvis sinks no farther than that for legs to reach; a foot that is still out of reach is
-  /// drawn in along the ground.
+  /// Maximum lowering of the pelvis for the legs to reach. A foot that is still out of reach is
+  /// pulled in along the ground.
   double most_sink_m = std::numeric_limits<double>::infinity();
-  /// The first frame stays as it is, for a motion that goes on from somewhere.
+  /// Keeps the first frame unchanged, for a motion that continues another one.
   bool keep_first = false;
 };
 
-/// How much of a change frame `frame` gets where the first stays as it is (`keep_first`): none of
-/// it then, all of it from the tenth on.
+/// Returns the fraction of a change applied in frame `frame` if the first frame is kept
+/// (`keep_first`): 0 in the first frame, 1 from the tenth on.
 double FadeIn(int frame);
 
 struct FootLockReport {
-  double max_correction_m = 0.0;  ///< greatest way that a planted foot was moved
-  int at_frame = 0;               ///< that of the greatest correction
-  double max_sink_m = 0.0;        ///< greatest sinking of the pelvis for legs to reach
-  double max_missed_m = 0.0;      ///< greatest distance of an ankle from its place at the end
+  double max_correction_m = 0.0;  ///< largest displacement of a planted foot
+  int at_frame = 0;               ///< frame of the largest correction
+  double max_sink_m = 0.0;        ///< largest lowering of the pelvis
+  double max_missed_m = 0.0;      ///< largest final distance of an ankle from its target
 };
 
-/// Feet that are on the ground stay where they are on the ground. While a sole point is in contact
-/// (the ball, else the heel) its horizontal motion is taken out of the foot, and the lower of the
-/// two is put on z = 0; each stance is moved as a whole as little as possible. In the air the
-/// correction passes from one stance to the next by a minimum-jerk blend, and soles stay above the
-/// ground. A planted foot that the motion drags farther than 5 cm makes a small step instead, while
-/// the other carries. Legs follow by two-bone inverse kinematics, the pelvis sinks where they would
-/// not reach.
+/// Pins feet that are in contact with the ground. While a sole point is in contact (the ball,
+/// otherwise the heel), its horizontal motion is removed from the foot, and the lower of the two
+/// points is put on z = 0; each stance as a whole is moved as little as possible. In the air, the
+/// correction blends from one stance to the next by a minimum-jerk curve, and soles stay above the
+/// ground. A planted foot that drifts more than 5 cm makes a small step instead, if the other foot
+/// is in contact. Legs follow by two-bone inverse kinematics; the pelvis is lowered where the legs
+/// would not reach.
 ///
-/// Looks ahead: it is for whole motions. `contacts` as long as `frames`. Returns where the feet of
-/// every frame are afterwards.
+/// Uses future frames, so it needs the whole motion. `contacts` has one entry per frame. Returns
+/// the final feet of every frame.
 std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles,
                                  const std::vector<SoleBits>& contacts,
                                  std::vector<BodyFrame>& frames,
                                  const FootLockOptions& options = {},
                                  FootLockReport* report = nullptr);
 
-/// Contacts of a motion whose feet may slide, as networks make them: in every frame one foot at
-/// least carries, the one that is low and slow for longest, however fast it slides. Which feet
-/// carry is the cheapest way through {left, right, both} over all frames: a stance foot costs
-/// by its height and speed, one that does not by being low and still, a change of feet by itself.
-/// The points on the ground of a stance foot are FindContacts's, or else its lowest.
+/// Finds the supporting feet of a motion whose feet may slide, such as the output of a network. At
+/// least one foot supports in every frame, even if it slides. The sequence over {left, right, both}
+/// minimizes a total cost (Viterbi): a stance foot costs by its height and speed, a swing foot
+/// costs a constant, and a change of a foot's state costs a constant. The contact points of a
+/// stance foot are those of FindContacts, or else its lowest point.
 std::vector<SoleBits> FindSupports(std::span<const Soles> soles, double frame_rate);
 
 }  // namespace holdfast

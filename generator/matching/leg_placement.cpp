@@ -54,8 +54,8 @@ double PlaceLegs(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, Bo
   for (std::size_t k = 0; k < kSides.size(); ++k) {
     const Limb leg = WalkingLeg(kSides[k]);
     const Eigen::Vector3d hip = placed.joints.col(leg.root);
-    // A straight leg shows no side, and one that a network bent backwards the wrong one: then the
-    // thigh's front decides.
+    // The knee direction of a straight leg is undefined, and a network may bend a leg backwards. In
+    // both cases the front of the thigh is used.
     const Eigen::Vector3d middle = 0.5 * (hip + placed.joints.col(leg.end));
     const Eigen::Vector3d front = placed.rotation[leg.root].col(2);
     const Eigen::Vector3d knee = placed.joints.col(leg.middle) - middle;
@@ -103,8 +103,7 @@ std::vector<double> PelvisSink(const Eigen::Matrix3Xd& rest_joints,
       needed[t] = std::max(needed[t], -to_ankle.z() - highest);
     }
   }
-  // The greatest of the neighborhood, then a bell of the same width: never less than needed, and
-  // as smooth as the bell.
+  // A sliding maximum followed by a bell of the same width is smooth and never less than needed.
   constexpr int kRadius = 5;
   std::vector<double> greatest(frames.size(), 0.0), sink(frames.size(), 0.0);
   for (int t = 0; t < count; ++t) {

@@ -11,26 +11,26 @@
 
 namespace holdfast {
 
-/// Where both feet of one frame are: left, right. World.
+/// World poses of both feet in one frame: left, right.
 struct FeetTarget {
   std::array<Eigen::Vector3d, 2> ankle;
-  std::array<Eigen::Matrix3d, 2> rotation;  ///< of the ankle joints; toes keep their bend
+  std::array<Eigen::Matrix3d, 2> rotation;  ///< of the ankle joints; the toe bend is kept
 };
 
 FeetTarget FeetOf(const BodyPlacement& placed);
 std::vector<FeetTarget> FeetOf(std::span<const BodyPlacement> placed);
 
-/// Bends both legs so that the feet are where they are asked to be; knees stay on the side they
-/// are on. Returns how far the farther ankle stays from its place (0: reached), meters.
+/// Solves both legs so that the feet reach their targets; each knee stays on its side. Returns the
+/// larger distance between an ankle and its target (0: both reached), meters.
 double PlaceLegs(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet, BodyFrame& frame);
 
-/// Feet that legs cannot reach come off their place towards the hip, by 4 cm of height at most, and
-/// are drawn in along the ground for the rest: farther up, nobody would stand. Returns the way of
-/// the farther, meters.
+/// Moves ankle targets that the legs cannot reach towards the hip: by at most 4 cm in height, and
+/// for the rest along the ground, since higher feet would no longer stand. Returns the larger
+/// displacement, meters.
 double DrawIntoReach(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& frame, FeetTarget& feet);
 
-/// How far each frame's pelvis must sink for both legs to reach, the knees at least 3 degrees bent;
-/// spread over neighboring frames so that it is smooth. Meters, not negative.
+/// Returns how far the pelvis must be lowered in each frame for both legs to reach with the knees
+/// bent by at least 3 degrees. Smoothed over neighboring frames. Meters, not negative.
 std::vector<double> PelvisSink(const Eigen::Matrix3Xd& rest_joints,
                                const std::vector<BodyFrame>& frames,
                                const std::vector<FeetTarget>& feet);

@@ -16,22 +16,22 @@ using Eigen::Vector3d;
 using ClipMoment = MotionLibrary::Place;
 
 constexpr int kSearchEvery = 6;  // frames
-// What another place must be better by, in costs, to be worth a transition.
+// A transition needs a cost below this fraction of the current cost.
 constexpr float kTransitionRatio = 0.75f;
-constexpr int kEarliestEntry = 48;  // frames of lead before the mark of a reach ...
+constexpr int kEarliestEntry = 48;  // frames from the entry to the mark ...
 constexpr int kLatestEntry = 15;    // ... at most and at least
 constexpr int kUsualEntry = 28;
-constexpr double kFastestReach = 1.2;  // retiming: hands are quick enough as captured
-// A walker reaches as soon as a captured reach fits where it is and how it moves. What fits less
-// well is taken the sooner the longer it is there.
+constexpr double kFastestReach = 1.2;  // limits the playback rate: captured hands are fast enough
+// A walker reaches as soon as a captured reach fits its position and motion. The threshold is
+// relaxed with the time spent near the target.
 constexpr double kNearTarget = 0.9;     // meters
-constexpr float kFittingCost = 3.5f;    // of an entry
-constexpr float kWaitDiscount = 0.25f;  // costs per frame near the target
-// After the mark the hand goes back for as long as somebody who walks off would be too different.
+constexpr float kFittingCost = 3.5f;    // maximum cost of an entry
+constexpr float kWaitDiscount = 0.25f;  // cost per frame near the target
+// The captured return is played while a transition to walking off would be too large.
 constexpr int kShortestReturn = 15, kUsualReturn = 26, kLongestReturn = 38;  // frames
-constexpr float kReturned = 2.5f;                                            // cost of poses
+constexpr float kReturned = 2.5f;                                            // pose cost
 constexpr double kVariety = 1.5;                                             // cost
-constexpr double kFrontOnly = 0.2;  // cosine: walkers do not reach for what is behind them
+constexpr double kFrontOnly = 0.2;  // cosine; walkers do not reach for goals behind them
 
 class ReachMatcher {
  public:
@@ -78,18 +78,18 @@ class ReachMatcher {
  private:
   struct Source {
     int clip, mark;
-    Vector3d wrist;      // at the mark, in the clip's world
-    float variety_cost;  // cost for variety: another in every motion
+    Vector3d wrist;      // at the mark, in the world of the clip
+    float variety_cost;  // random, so that motions use different reaches
   };
   struct Plan {
     Vector3d goal = Vector3d::Zero();
     WalkTarget target;
   };
-  // Where a captured reach is joined.
+  // Frame at which a captured reach is joined.
   struct Entry {
     const Source* reach = nullptr;
     ClipMoment place;
-    Vector3d wrist = Vector3d::Zero();  // at its mark, in the made world
+    Vector3d wrist = Vector3d::Zero();  // at its mark, in the generated world
     float cost = std::numeric_limits<float>::infinity();
   };
 
@@ -104,7 +104,7 @@ class ReachMatcher {
 
   double DrawRate() { return options_.pace * draws_.Uniform(options_.slowest, options_.fastest); }
 
-  // Somebody who stands or walks straight on: the frame nearest to that in a random frame's pose.
+  // Start frame: the best match of a random pose that stands or walks straight ahead.
   ClipMoment Start() {
     const bool walks = draws_.Uniform(0.0, 1.0) < options_.begin_walking;
     const FuturePath path = walks ? WalkOn(draws_.Uniform(0.8, 1.6)) : PlanStand();
@@ -119,7 +119,7 @@ class ReachMatcher {
     }
   }
 
-  // Adds one frame on the way along `path`; searches where it is time to or the clip ends.
+  // Adds one frame along `path`. Searches periodically and at the end of a clip.
   void Advance(const FuturePath& path) {
     const bool at_end = !player_.Frames().empty() && !player_.CanStep();
     if (at_end || since_search_ >= kSearchEvery) {
@@ -140,7 +140,7 @@ class ReachMatcher {
     for (int t = 0; t < frames; ++t) Advance(path);
   }
 
-  // Until a captured reach fits, at the latest when the body stands and no longer gets nearer.
+  // Walks until a captured reach fits, or until the body stands and no longer gets nearer.
   Entry Walk(const Plan& plan) {
     const double way = (plan.target.place - player_.State().place).norm();
     const int limit = static_cast<int>(MotionLibrary::kFrameRate * (3.0 + way / 0.5));
@@ -162,7 +162,7 @@ class ReachMatcher {
     return BestEntry(plan.goal);
   }
 
-  // A goal, and where to stand for it: where a captured reach of about that height would end.
+  // Draws a goal and a standing position from which a captured reach of about that height fits.
   Plan DrawPlan() {
     const WalkState now = player_.State();
     const double height = draws_.Uniform(options_.lowest_goal, options_.highest_goal);
@@ -174,7 +174,7 @@ class ReachMatcher {
     const Vector2d way = distance * Facing(now.yaw_rad + angle);
     Plan plan;
     plan.goal << now.place + way, height;
-    // Walkers end about facing the way they came; the nearer, the less.
+    // Walkers end roughly facing their walking direction.
     plan.target.yaw_rad = YawToFace(way) + 0.45 * draws_.Normal();
     plan.target.speed =
         options_.pace * draws_.Uniform(options_.slowest_walk, options_.fastest_walk);
@@ -189,7 +189,7 @@ class ReachMatcher {
     return library_.Clips()[reach.clip].frames[std::max(0, reach.mark - kUsualEntry)];
   }
 
-  // Reaches of about this height, the nearest ones if there are none.
+  // Reaches of about this height, or the nearest ones if there are none.
   std::vector<const Source*> SourcesAt(double height, bool in_front) const {
     std::vector<const Source*> fitting;
     double nearest = std::numeric_limits<double>::infinity();
@@ -205,7 +205,7 @@ class ReachMatcher {
     return fitting;
   }
 
-  // Every place at which a reach could be joined now, with what it costs to join it there.
+  // Visits every frame at which a reach could be joined now, with its cost.
   template <typename Visit>
   void VisitEntries(const Visit& visit) const {
     const ClipMoment at = player_.At();
@@ -216,7 +216,7 @@ class ReachMatcher {
         entry.reach = &reach;
         entry.place = {reach.clip, frame, 0.0f};
         entry.wrist = player_.MoveFor(entry.place) * reach.wrist;
-        // Feet stay on the ground from here on: they cannot make up for a different stance.
+        // Feet stay on the ground from here on, so a different stance cannot be corrected.
         const double stance = library_.FootDistance(at, entry.place) / 0.05;
         entry.cost = reach.variety_cost + library_.PoseCost(at, entry.place) +
                      static_cast<float>(stance * stance);
@@ -235,7 +235,7 @@ class ReachMatcher {
     return best;
   }
 
-  // A goal that is in reach of where the body stands.
+  // Draws a goal within reach of the standing body.
   Entry NearEntry(Plan& plan) {
     const double height = draws_.Uniform(options_.lowest_goal, options_.highest_goal);
     Entry best;
@@ -264,7 +264,7 @@ class ReachMatcher {
     event.frame = event.begin + steps;
     for (int t = 0; t <= steps && player_.CanStep(); ++t) player_.Step();
     event.end = static_cast<int>(player_.Frames().size());
-    // No farther from the captured wrist than a warp can carry it without showing.
+    // Limits the goal's distance from the captured wrist to what a warp can correct unnoticed.
     const Vector3d wrist = holdfast::Place(library_.RestJoints(), player_.Frames().back())
                                .joints.col(WristJoint(options_.wrist));
     Vector3d off = planned - wrist;
@@ -275,7 +275,7 @@ class ReachMatcher {
     since_search_ = kSearchEvery;
   }
 
-  // Goes on with the captured reach until what `path` asks for can follow.
+  // Continues the captured reach until a motion along `path` can follow.
   void Return(const FuturePath& path) {
     const int least = kShortestReturn + draws_.Index(kUsualReturn - kShortestReturn);
     for (int t = 1; t < kLongestReturn && player_.CanStep(); ++t) {

@@ -9,14 +9,14 @@
 namespace holdfast {
 namespace {
 
-constexpr double kSwinging = 0.03;     // m per frame: a foot this fast is no longer on the ground
-constexpr double kAnchorShare = 0.35;  // of what is new in a slide, taken up per frame
+constexpr double kSwinging = 0.03;     // m per frame: a faster foot is not on the ground
+constexpr double kAnchorShare = 0.35;  // fraction of a change in slide corrected per frame
 
 }  // namespace
 
 MotionPlayer::MotionPlayer(const MotionLibrary& library, MotionLibrary::Place start, double rate)
     : library_(library), clip_(start.clip), next_(start.frame), rate_(rate) {
-  // Begins at the origin, facing -y.
+  // Starts at the origin, facing -y.
   move_ = AlignHeading(Sample(clip_, next_), BodyFrame());
   segments_.push_back({0, clip_, next_, rate_});
 }
@@ -38,8 +38,8 @@ bool MotionPlayer::CanStep() const {
   return next_ + rate_ <= static_cast<double>(library_.Clips()[clip_].frames.size()) - 1.0;
 }
 
-// Where the body goes so that the feet that carry it stay: the mean slide of the planted feet,
-// eased in and out.
+// Moves the body so that planted feet stay in place: removes the mean slide of the planted feet,
+// low-pass filtered.
 void MotionPlayer::Anchor(BodyFrame& frame, SoleBits contact) {
   Soles soles = library_.SolesOfBody().At(Place(library_.RestJoints(), frame));
   Eigen::Vector2d slide = Eigen::Vector2d::Zero();
@@ -112,7 +112,7 @@ WalkState MotionPlayer::State() const {
 
 namespace {
 
-// Faster differences are noise of a capture rather than motion: they would overshoot.
+// Limits for offset velocities: larger ones are capture noise and would overshoot.
 constexpr double kMaxTurnRate = 3.0;  // rad/s
 constexpr double kMaxSpeed = 0.8;     // m/s
 
@@ -146,7 +146,7 @@ BodyFrame MotionBlend::Apply(const BodyFrame& frame, double time_s) const {
   if (time_s >= duration_s_) return frame;
   const double s = std::max(time_s, 0.0) / duration_s_;
   const double s3 = s * s * s;
-  // Quintic Hermite polynomials of the starting value and the starting velocity.
+  // Quintic Hermite polynomials for the initial value and the initial velocity.
   const double value = 1.0 + s3 * (-10.0 + s * (15.0 - 6.0 * s));
   const double slope = s + s3 * (-6.0 + s * (8.0 - 3.0 * s));
   const Offsets left = value * offset_ + slope * duration_s_ * velocity_;
@@ -163,8 +163,8 @@ namespace {
 using Eigen::Vector2d;
 
 constexpr double kStep = 1.0 / 30.0;    // seconds
-constexpr double kVelocityTime = 0.25;  // s in which a walker takes up a new velocity
-constexpr double kTurnTime = 0.2;       // s, and a new heading
+constexpr double kVelocityTime = 0.25;  // time constant of velocity changes, s
+constexpr double kTurnTime = 0.2;       // time constant of heading changes, s
 constexpr double kFastestTurn = 3.5;    // rad/s
 constexpr double kSlowDown = 0.6;       // m before the target
 constexpr double kFaceAsAsked = 0.7;    // m before the target
@@ -187,7 +187,7 @@ FuturePath PlanWalk(const WalkState& now, const WalkTarget& target) {
     Vector2d velocity = Vector2d::Zero();
     if (distance > 1e-6) {
       double speed = target.speed * std::min(1.0, distance / kSlowDown);
-      // Who has to turn round does so before walking off.
+      // A walker turns around before walking off.
       if (distance > kFaceAsAsked) speed *= std::clamp(0.35 + 0.65 * std::cos(off), 0.1, 1.0);
       velocity = speed * to_go / distance;
     }

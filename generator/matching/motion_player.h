@@ -10,20 +10,20 @@
 
 namespace holdfast {
 
-/// What is left of one motion while another one already plays: the difference between the two at
-/// the moment of change, with its velocity, dying away to nothing (value, velocity and acceleration
-/// zero) after `duration_s` along a quintic (after Bollo 2016, inertialization). The new motion is
-/// followed exactly afterwards; position and velocity never jump.
+/// Offset between two motions at a transition, which decays to zero while the new motion plays
+/// (after Bollo 2016, inertialization). The offset and its velocity follow a quintic whose value,
+/// velocity and acceleration are zero after `duration_s`; from then on the new motion is played
+/// exactly. Position and velocity are continuous.
 class MotionBlend {
  public:
-  /// Nothing is left.
+  /// Zero offset.
   MotionBlend() = default;
-  /// From two successive frames of the old motion and the same two instants of the new one, already
-  /// aligned in the plane.
+  /// Constructs from two successive frames of the old motion and the same two instants of the new
+  /// one, already aligned in the plane.
   MotionBlend(const BodyFrame& old_before, const BodyFrame& old_now, const BodyFrame& new_before,
               const BodyFrame& new_now, double frame_rate, double duration_s);
 
-  /// The new motion's frame `time_s` after the change, with what is left of the old one.
+  /// The new motion's frame `time_s` after the transition, with the remaining offset added.
   BodyFrame Apply(const BodyFrame& frame, double time_s) const;
   double Duration() const { return duration_s_; }
 
@@ -35,11 +35,11 @@ class MotionBlend {
   double duration_s_ = 0.0;
 };
 
-/// How a walker on the ground is to move: to a place, there to face a direction.
+/// Target of a walker on the ground: position, final heading and speed.
 struct WalkTarget {
   Eigen::Vector2d place = Eigen::Vector2d::Zero();
   double yaw_rad = 0.0;  ///< as Yaw(BodyFrame)
-  double speed = 1.2;    ///< on the way, m/s
+  double speed = 1.2;    ///< walking speed, m/s
 };
 
 struct WalkState {
@@ -48,42 +48,42 @@ struct WalkState {
   double yaw_rad = 0.0;
 };
 
-/// The unit vector that a body of this yaw faces along the ground.
+/// Returns the unit vector along the ground that a body of this yaw faces.
 Eigen::Vector2d Facing(double yaw_rad);
-/// The yaw of a body that faces along a direction.
+/// Returns the yaw of a body that faces a direction.
 double YawToFace(const Eigen::Vector2d& direction);
 
-/// Where a walker would be and face in 1/3, 2/3 and 1 s: turns before it walks off, slows down as
-/// it comes near, faces the way it goes and in the end as the target asks.
+/// Predicts a walker's position and heading in 1/3, 2/3 and 1 s. It turns before it walks off,
+/// slows down near the target, faces its walking direction and finally the target heading.
 FuturePath PlanWalk(const WalkState& now, const WalkTarget& target);
 
-/// Standing where it is.
+/// Path of a body that stands still.
 FuturePath PlanStand();
 
-/// A stretch of captured motion in a made one: which, from which of its frames, how fast.
+/// Segment of captured motion within a generated one.
 struct MotionSegment {
   int begin = 0;              ///< frame of the generated motion
-  int clip = 0;               ///< of the library
+  int clip = 0;               ///< index in the library
   double source_frame = 0.0;  ///< at `begin`
-  double rate = 1.0;          ///< source frames per made frame
+  double rate = 1.0;          ///< source frames per generated frame
 };
 
-/// Plays captured motion one frame after the other, jumping between places of the library without
-/// a jump of the body: aligned in place and heading, the rest blended away. The body goes where the
-/// feet that are on the ground leave it: what they slide is taken out of its way.
+/// Plays captured motion frame by frame, with transitions between frames of the library. At a
+/// transition the new motion is aligned in position and heading, and the remaining offset is
+/// blended out. The body is moved so that planted feet do not slide.
 class MotionPlayer {
  public:
   MotionPlayer(const MotionLibrary& library, MotionLibrary::Place start, double rate);
 
-  /// The next frame comes from `place`; what differs dies away within `blend_s`.
+  /// Continues from `place`; the offset decays within `blend_s`.
   void Jump(MotionLibrary::Place place, double rate, double blend_s);
-  /// Adds the next frame. Only while CanStep().
+  /// Adds the next frame. Requires CanStep().
   void Step();
-  /// The clip goes on for at least one more frame, and one to blend from after that.
+  /// Returns whether the clip has at least one more frame, and one after it to blend from.
   bool CanStep() const;
 
   MotionLibrary::Place At() const;  ///< nearest source frame of the last frame added
-  /// The move that a jump to this place would make from captured to generated motion.
+  /// Returns the move from captured to generated motion that a jump to `place` would use.
   PlanarMove MoveFor(MotionLibrary::Place place) const;
   const PlanarMove& Move() const { return move_; }
   WalkState State() const;  ///< of the last frame added
@@ -103,7 +103,7 @@ class MotionPlayer {
   double rate_;
   PlanarMove move_;
   MotionBlend blend_;
-  Eigen::Vector2d anchor_ = Eigen::Vector2d::Zero();  // way taken out of the last frame, meters
+  Eigen::Vector2d anchor_ = Eigen::Vector2d::Zero();  // displacement removed in the last frame (m)
   Soles soles_ = Soles::Zero();                       // of the last frame
   int blend_frames_ = 0;                              // since the last jump
   std::vector<BodyFrame> frames_;

@@ -30,7 +30,7 @@ ManifestLines LinesBefore(const std::filesystem::path& path, const json& head,
   const auto same = [&](const std::string& key) {
     if (!before.is_object() || !before.contains(key)) return false;
     json asked = head.at(key), had = before[key];
-    for (json* const value : {&asked, &had}) {  // more of the same may be asked for
+    for (json* const value : {&asked, &had}) {  // a larger set may be requested
       if (value->is_object()) value->erase("hours");
     }
     return asked == had;

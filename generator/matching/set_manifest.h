@@ -9,23 +9,23 @@
 
 namespace holdfast {
 
-// manifest.json of a folder of synthetic clips: a head (schema, seed, what was asked, in the end a
-// summary), and `clips`: one line for each that was tried.
+// manifest.json of a folder of synthetic clips: a head (schema, seed, options and finally a
+// summary) and `clips`, with one line per attempted clip.
 
 /// Lines by their "index".
 using ManifestLines = std::map<int, nlohmann::json>;
 
-/// Writes the whole manifest, one clip a line.
+/// Writes the whole manifest with one clip per line.
 void WriteManifest(const std::filesystem::path& path, const nlohmann::json& head,
                    const ManifestLines& lines);
 
-/// The clips of an earlier run of `command` that asked for the same: all that `head` has, only
-/// hours may differ. None when there was no run, or with `replace` another one. `made_from`
-/// ("captures") is named in the Error that a manifest of something else throws.
+/// Returns the clips of an earlier run of `command` with the same `head`; only the hours may
+/// differ. Returns none if there was no run, or if `replace` is set and the earlier run differs.
+/// `made_from` ("captures") is named in the Error thrown if the manifest is of a different run.
 ManifestLines LinesBefore(const std::filesystem::path& path, const nlohmann::json& head,
                           std::string_view command, std::string_view made_from, bool replace);
 
-/// Those that were made, and whose "file" is no longer in `folder`, are taken out.
+/// Removes clips that were written but whose "file" is no longer in `folder`.
 void DropLost(ManifestLines& lines, const std::filesystem::path& folder);
 
 }  // namespace holdfast

@@ -10,7 +10,7 @@
 namespace holdfast::nn {
 namespace {
 
-// Of the inner dimension of any product.
+// Upper bound on the inner dimension of any product.
 int Widest(const std::vector<int>& rows) { return *std::max_element(rows.begin(), rows.end()); }
 
 }  // namespace

@@ -17,34 +17,34 @@ class Tape;
 template <typename Real>
 class Scratch;
 
-/// A network ready to run on N columns at a time, of whatever architecture. Const, shared by any
-/// number of threads; each has a Tape of its own. Nothing is allocated after construction. A
-/// column's result does not depend, to the last bit, on which others are computed beside it.
+/// A network of any architecture, prepared to run on N columns at a time. Immutable and safe to
+/// share between threads; each thread needs its own Tape. Allocates only in the constructor. The
+/// result of a column does not depend on the other columns, bit for bit.
 template <typename Real>
 class ColumnNetwork {
  public:
   using Matrix = Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic>;
 
-  /// The room that a run takes.
+  /// Sizes of the buffers that a run needs.
   struct Room {
-    std::vector<int> levels;     ///< rows of each block of activations: the input, .., the output
-    int num_norms = 0;           ///< normalizations: a mean and a deviation of each column
-    std::vector<int> gradients;  ///< rows of each block needed to run backwards
+    std::vector<int> levels;     ///< rows of each block of activations, from input to output
+    int num_norms = 0;           ///< normalizations, each with a mean and deviation per column
+    std::vector<int> gradients;  ///< rows of each block of gradients (backward pass)
   };
 
   virtual ~ColumnNetwork() = default;
 
   int InputSize() const { return room_.levels.front(); }
   int OutputSize() const { return room_.levels.back(); }
-  /// Multiply-adds of one column.
+  /// Number of multiply-adds per column.
   virtual long NumProducts() const = 0;
 
-  /// Runs the columns in tape.Input(); the result is tape.Output().
+  /// Runs the network on the columns of tape.Input() and writes tape.Output().
   virtual void Forward(Tape<Real>& tape) const = 0;
 
-  /// The vector-Jacobian product at what Forward last ran on `tape`. Columns of `output_gradient`
-  /// (OutputSize() x N m) are consecutive, m to each column of the tape: rows of a residual.
-  /// Writes `input_gradient` (InputSize() x N m). Exact but at kinks of rectifiers.
+  /// Vector-Jacobian product at the inputs of the last Forward on `tape`. `output_gradient`
+  /// (OutputSize() x N m) holds m consecutive columns for each column of the tape (rows of a
+  /// residual). Writes `input_gradient` (InputSize() x N m). Exact except at kinks of rectifiers.
   virtual void Backward(const Tape<Real>& tape, const Eigen::Ref<const Matrix>& output_gradient,
                         Eigen::Ref<Matrix> input_gradient, Scratch<Real>& scratch) const = 0;
 
@@ -58,12 +58,12 @@ class ColumnNetwork {
   Room room_;
 };
 
-/// The one that runs `weights`; `isa` for tests and measurements.
+/// Creates the network for `weights`. `isa` is set only by tests and benchmarks.
 template <typename Real>
 std::unique_ptr<const ColumnNetwork<Real>> MakeNetwork(const AnyWeights& weights,
                                                        Isa isa = BestIsa());
 
-/// Columns of activations, the rows of each padded to whole vectors; padding is never read as data.
+/// Columns of activations. Rows are padded to whole vectors; padding is never read as data.
 template <typename Real>
 struct Columns {
   Real* data;
@@ -71,8 +71,8 @@ struct Columns {
   int rows;
 };
 
-/// Room for one run of a network on up to `max_columns` columns: its activations, and the means and
-/// deviations of its normalizations. Running backwards reads it, so a rollout keeps one per step.
+/// Buffers for one forward pass on up to `max_columns` columns: activations, and normalization
+/// means and deviations. The backward pass reads them, so a rollout keeps one tape per step.
 template <typename Real>
 class Tape {
  public:
@@ -82,7 +82,7 @@ class Tape {
 
   Tape(const ColumnNetwork<Real>& network, int max_columns);
 
-  /// Columns of the next run, at most max_columns.
+  /// Sets the number of columns of the next run, at most max_columns.
   void Resize(int num_columns);
   int NumColumns() const { return num_columns_; }
   Map Input() { return {values_.data(), rows_.front(), num_columns_, Stride(0)}; }
@@ -91,7 +91,7 @@ class Tape {
     return {values_.data() + begin_[last], rows_[last], num_columns_, Stride(last)};
   }
 
-  // For networks alone.
+  // Used by networks only.
   Columns<Real> Level(int level) {
     return {values_.data() + begin_[level], PaddedRows(rows_[level]), rows_[level]};
   }
@@ -119,14 +119,14 @@ class Tape {
   std::vector<int> visited_;
 };
 
-/// Room for running backwards with up to `max_gradients` columns.
+/// Buffers for a backward pass with up to `max_gradients` columns.
 template <typename Real>
 class Scratch {
  public:
   Scratch(const ColumnNetwork<Real>& network, int max_gradients);
 
   int MaxGradients() const { return max_gradients_; }
-  // For networks alone.
+  // Used by networks only.
   Columns<Real> Gradient(int which) {
     return {gradients_[which].data(), PaddedRows(rows_[which]), rows_[which]};
   }

@@ -10,7 +10,7 @@ template <typename Real>
 Mlp<Real>::Mlp(const MlpWeights& weights, Isa isa) : loops_(&LoopsFor<Real>(isa)) {
   assert(!weights.layers.empty());
   for (const LayerWeights& from : weights.layers) {
-    // Folded in double, and summed as rounded: a constant input must give exactly its share.
+    // Folds in double and sums the rounded weights, so that a constant input cancels exactly.
     const Eigen::MatrixXd weight = from.weight.cast<double>();
     const Matrix folded = (weight * from.gain.cast<double>().asDiagonal()).cast<Real>();
     const Eigen::VectorXd sums = folded.template cast<double>().rowwise().sum();

@@ -10,18 +10,18 @@
 
 namespace holdfast::nn {
 
-/// A chain of layers.
+/// A feed-forward chain of layers.
 ///
-/// The normalization's gain and offset are folded into the products:
+/// The gain and offset of the normalization are folded into the products:
 ///   W norm(x) + b = s (W' x) - s mean(x) (W' 1) + b',  W' = W diag(gain), b' = b + W offset,
-/// s = 1 / deviation, so that W' meets the rectified x itself, of which about half is zero and need
-/// not be read for one column alone.
+/// where s = 1 / deviation. W' is then applied to the rectified x itself. About half of x is zero,
+/// and those entries can be skipped for a single column.
 template <typename Real>
 class Mlp final : public ColumnNetwork<Real> {
  public:
   using Matrix = typename ColumnNetwork<Real>::Matrix;
 
-  /// `isa` for tests and measurements; the best one by default.
+  /// `isa` is set only by tests and benchmarks; the default is the best one.
   explicit Mlp(const MlpWeights& weights, Isa isa = BestIsa());
 
   int NumLayers() const { return static_cast<int>(layers_.size()); }

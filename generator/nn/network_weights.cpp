@@ -80,8 +80,8 @@ void AddTensors(const MlpWeights& mlp, const std::string& prefix, TensorMap& ten
 
 namespace {
 
-// One more than the highest k of the names `<prefix>.blocks.<k>.`, and at least 1, so that what is
-// missing below it is asked for by name.
+// Returns one more than the highest k of the names `<prefix>.blocks.<k>.`, and at least 1, so that
+// the names of missing tensors appear in errors.
 int NumBlocks(const TensorMap& tensors, const std::string& prefix) {
   const std::string begin = prefix + ".blocks.";
   int count = 1;
@@ -90,7 +90,7 @@ int NumBlocks(const TensorMap& tensors, const std::string& prefix) {
     const std::string_view rest = std::string_view(it->first).substr(begin.size());
     int k = 0;
     const auto [end, error] = std::from_chars(rest.data(), rest.data() + rest.size(), k);
-    // A number that no network reaches is an unknown name, not a count to loop over.
+    // A huge number is an unknown name, not a count to loop over.
     if (error == std::errc() && k >= 0 && k < 1000) count = std::max(count, k + 1);
   }
   return count;
@@ -226,7 +226,7 @@ namespace {
 constexpr std::string_view kChain = "layers.";
 constexpr std::array<std::string_view, 4> kResidual{"input.", "blocks.", "output_norm.", "output."};
 
-// What follows "<prefix>." in `name`; empty where it does not begin so.
+// Returns the part of `name` after "<prefix>.", or an empty string if it has no such prefix.
 std::string_view RestOf(const std::string& prefix, std::string_view name) {
   if (!name.starts_with(prefix) || name.size() <= prefix.size() || name[prefix.size()] != '.') {
     return {};

@@ -13,7 +13,7 @@
 namespace holdfast::nn {
 
 /// One layer: y = relu(W norm(x) + b), norm(x) = gain * (x - mean(x)) / sqrt(var(x) + 1e-5) +
-/// offset (LayerNorm, biased variance); the last layer of a network has no relu.
+/// offset (LayerNorm, biased variance). The last layer of a network has no relu.
 struct LayerWeights {
   Eigen::VectorXf gain;    ///< (in)
   Eigen::VectorXf offset;  ///< (in)
@@ -23,7 +23,7 @@ struct LayerWeights {
 
 inline constexpr double kLayerNormEpsilon = 1e-5;
 
-/// A plain chain of layers without skip connections, as a file holds it.
+/// Weights of a feed-forward chain of layers without skip connections, as stored in a file.
 struct MlpWeights {
   std::vector<LayerWeights> layers;
 
@@ -31,26 +31,26 @@ struct MlpWeights {
   int OutputSize() const { return static_cast<int>(layers.back().weight.rows()); }
 };
 
-/// The widths of WANDR's networks: of `num_interior` + 2 equally spaced values from `input` to
-/// `output`, truncated, the interior ones, each rounded up to a power of two.
+/// Widths of the hidden layers of WANDR's networks: the interior ones of `num_interior` + 2 equally
+/// spaced values from `input` to `output`, truncated, then rounded up to a power of two.
 std::vector<int> TaperedWidths(int input, int output, int num_interior = 13);
 
-/// Gain 1, offset 0, weights and biases uniform in +-1/sqrt(in): PyTorch's start. The same seed
-/// gives the same weights everywhere.
+/// Initializes as PyTorch does: gain 1, offset 0, weights and biases uniform in +-1/sqrt(in). The
+/// same seed gives the same weights on every platform.
 MlpWeights RandomMlp(int input, const std::vector<int>& hidden, int output, std::uint64_t seed);
 
 /// Reads `<prefix>.layers.<4k+1>.weight/bias` (LayerNorm) and `<prefix>.layers.<4k+2>.weight/bias`
-/// (linear), k = 0, 1, ..: the names of a PyTorch Sequential of Dropout, LayerNorm, Linear and
+/// (linear), k = 0, 1, ..: the names in a PyTorch Sequential of Dropout, LayerNorm, Linear and
 /// ReLU. `where` names the file in messages. Throws Error for a missing tensor, a wrong shape,
-/// layers that do not fit each other, and values that are not finite.
+/// incompatible layer sizes, and non-finite values.
 MlpWeights MlpFromTensors(const TensorMap& tensors, const std::string& prefix,
                           const std::string& where);
 
-/// The inverse of MlpFromTensors.
+/// Inverse of MlpFromTensors.
 void AddTensors(const MlpWeights& mlp, const std::string& prefix, TensorMap& tensors);
 
-/// A residual network as a file holds it. x (in) begins with z (latent size, may be 0); the stream
-/// h has `width` values throughout, and every block sees z again, so that no depth can forget it:
+/// Weights of a residual network as stored in a file. x (in) begins with the latent z, which may be
+/// empty; the stream h has `width` values. Every block receives z, so that depth does not lose it:
 ///   h = Win x + bin
 ///   for each block:  h = h + W2 silu(W1 norm(h) + Wz z + b1) + b2
 ///   y = Wout norm(h) + bout
@@ -61,7 +61,7 @@ struct ResidualWeights {
     Eigen::VectorXf gain;           ///< (width)
     Eigen::VectorXf offset;         ///< (width)
     Eigen::MatrixXf first_weight;   ///< W1 (width x width)
-    Eigen::MatrixXf latent_weight;  ///< Wz (width x latent), width x 0 where z is not seen
+    Eigen::MatrixXf latent_weight;  ///< Wz (width x latent), width x 0 without z
     Eigen::VectorXf first_bias;     ///< b1 (width)
     Eigen::MatrixXf second_weight;  ///< W2 (width x width)
     Eigen::VectorXf second_bias;    ///< b2 (width)
@@ -69,7 +69,7 @@ struct ResidualWeights {
 
   Eigen::MatrixXf input_weight;  ///< Win (width x in)
   Eigen::VectorXf input_bias;    ///< (width)
-  std::vector<Block> blocks;     ///< at least one, all of the same sizes
+  std::vector<Block> blocks;     ///< at least one, all of the same size
   Eigen::VectorXf output_gain;   ///< (width)
   Eigen::VectorXf output_offset;
   Eigen::MatrixXf output_weight;  ///< Wout (out x width)
@@ -78,41 +78,41 @@ struct ResidualWeights {
   int InputSize() const { return static_cast<int>(input_weight.cols()); }
   int OutputSize() const { return static_cast<int>(output_weight.rows()); }
   int Width() const { return static_cast<int>(input_weight.rows()); }
-  /// Of the z that the blocks see, the first values of x.
+  /// Size of z, which is the first part of x.
   int LatentSize() const { return static_cast<int>(blocks.front().latent_weight.cols()); }
 };
 
-/// Gains 1, offsets 0, weights and biases uniform in +-1/sqrt(in): PyTorch's start. The same seed
-/// gives the same weights everywhere.
+/// Initializes as PyTorch does: gains 1, offsets 0, weights and biases uniform in +-1/sqrt(in). The
+/// same seed gives the same weights on every platform.
 ResidualWeights RandomResidual(int input, int latent, int width, int blocks, int output,
                                std::uint64_t seed);
 
-/// Reads, with .weight and .bias each, `<prefix>.input`, `<prefix>.blocks.<k>.norm/first/second`,
-/// `<prefix>.output_norm`, `<prefix>.output`, and `<prefix>.blocks.<k>.latent.weight`, which every
-/// block has or none. `where` names the file in messages. Throws Error for a missing tensor, one
-/// under the prefix that is none of these, a wrong shape, and values that are not finite.
+/// Reads the .weight and .bias of `<prefix>.input`, `<prefix>.blocks.<k>.norm/first/second`,
+/// `<prefix>.output_norm` and `<prefix>.output`, and `<prefix>.blocks.<k>.latent.weight`, which
+/// either all blocks have or none. `where` names the file in messages. Throws Error for a missing
+/// tensor, an unknown tensor under the prefix, a wrong shape, and non-finite values.
 ResidualWeights ResidualFromTensors(const TensorMap& tensors, const std::string& prefix,
                                     const std::string& where);
 
-/// The inverse of ResidualFromTensors.
+/// Inverse of ResidualFromTensors.
 void AddTensors(const ResidualWeights& network, const std::string& prefix, TensorMap& tensors);
 
-/// A network of either architecture, as a file holds it.
+/// Weights of a network of either architecture, as stored in a file.
 using AnyWeights = std::variant<MlpWeights, ResidualWeights>;
 
 int InputSize(const AnyWeights& weights);
 int OutputSize(const AnyWeights& weights);
 
-/// Whether `name` is a tensor of a network called `prefix`, of either architecture.
+/// Returns whether `name` is a tensor of a network called `prefix`, of either architecture.
 bool IsTensorOf(const std::string& prefix, const std::string& name);
 
-/// Reads what MlpFromTensors or ResidualFromTensors does: a chain of layers where there are tensors
-/// `<prefix>.layers.*`, a residual network where there are any of its own. Throws Error as they do,
-/// and for names of both or of neither.
+/// Reads a chain of layers if there are tensors `<prefix>.layers.*` (MlpFromTensors), or a residual
+/// network if there are any of its tensors (ResidualFromTensors). Throws Error as these do, and if
+/// there are tensors of both or of neither.
 AnyWeights AnyFromTensors(const TensorMap& tensors, const std::string& prefix,
                           const std::string& where);
 
-/// The inverse of AnyFromTensors.
+/// Inverse of AnyFromTensors.
 void AddTensors(const AnyWeights& weights, const std::string& prefix, TensorMap& tensors);
 
 }  // namespace holdfast::nn

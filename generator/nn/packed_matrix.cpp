@@ -7,7 +7,7 @@
 namespace holdfast::nn {
 namespace {
 
-// Up to this many columns a product is bound by reading the matrix, and skipping pays.
+// Up to this many columns, reading the matrix is the bottleneck and skipping zeros pays off.
 constexpr int kFewColumns = 6;
 
 }  // namespace
@@ -16,7 +16,7 @@ template <typename Real>
 const kernels::LayerLoops<Real>& LoopsFor(Isa isa) {
 #if defined(HOLDFAST_X86_KERNELS)
   assert(IsSupported(isa));
-  // Only on processors that have them: what makes the table is compiled for them as well.
+  // Only on processors that support them: the functions that fill the table use the same flags.
   if (isa == Isa::kAvx512) {
     static const kernels::LayerLoops<Real> avx512 = kernels::Avx512LayerLoops<Real>();
     return avx512;

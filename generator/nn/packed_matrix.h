@@ -12,7 +12,7 @@
 
 namespace holdfast::nn {
 
-/// Hands out memory on cache lines, so that no vector of 64 bytes straddles two.
+/// Allocates on cache lines, so that no 64-byte vector straddles two of them.
 template <typename T>
 struct CacheLineAllocator {
   using value_type = T;
@@ -32,17 +32,17 @@ struct CacheLineAllocator {
 template <typename T>
 using AlignedArray = std::vector<T, CacheLineAllocator<T>>;
 
-/// Rows of activations are stored this far apart: a multiple of kernels::kRowQuantum.
+/// Stride of the columns of activations: `rows` rounded up to a multiple of kernels::kRowQuantum.
 inline constexpr int PaddedRows(int rows) {
   return (rows + kernels::kRowQuantum - 1) / kernels::kRowQuantum * kernels::kRowQuantum;
 }
 
-/// The loops for an instruction set; those of the next lesser one where it has none of its own.
+/// Returns the loops for an instruction set, or for the next lower one that has loops.
 template <typename Real>
 const kernels::LayerLoops<Real>& LoopsFor(Isa isa);
 
-/// A constant matrix A as the products read it: panels of 64 rows, in each the columns one after
-/// the other, the last panel padded with zeros.
+/// A constant matrix A in the layout of the products: panels of 64 rows, column by column within a
+/// panel. The last panel is padded with zeros.
 template <typename Real>
 class PackedMatrix {
  public:
@@ -54,10 +54,10 @@ class PackedMatrix {
   int Rows() const { return rows_; }
   int Inner() const { return inner_; }
 
-  /// Y = A X for `num_columns` columns; Y's are written up to PaddedRows(Rows()). Column j of Y
-  /// depends on column j of X alone, to the last bit. With few columns, inner indices at which all
-  /// of them are zero are not read: `visited` is room for Inner() of them, or null where X is not
-  /// expected to have any.
+  /// Computes Y = A X for `num_columns` columns. Rows of Y are written up to PaddedRows(Rows()).
+  /// Column j of Y depends only on column j of X, bit for bit. With few columns, inner indices at
+  /// which all columns are zero are skipped. `visited` is a buffer of Inner() entries for this, or
+  /// null if X is not expected to have zeros.
   void Multiply(const kernels::LayerLoops<Real>& loops, const Real* x, long x_stride,
                 int num_columns, Real* y, long y_stride, int* visited) const;
 

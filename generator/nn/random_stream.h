@@ -10,19 +10,19 @@
 
 namespace holdfast::nn {
 
-/// Random numbers by counting: the k-th is a mix of seed and k (SplitMix64; Steele, Lea & Flood
-/// 2014), so that a stream per rollout gives the same numbers in whatever order rollouts are made.
+/// Counter-based random numbers: the k-th is a mix of seed and k (SplitMix64; Steele, Lea & Flood
+/// 2014). One stream per rollout makes the numbers independent of the order of rollouts.
 class RandomStream {
  public:
   explicit RandomStream(std::uint64_t seed) : state_(seed) {}
-  /// Streams of one seed with different indices have nothing to do with each other.
+  /// Streams with the same seed and different indices are independent.
   RandomStream(std::uint64_t seed, std::uint64_t index)
       : state_(SplitMix64(SplitMix64(seed) ^ SplitMix64(~index))) {}
 
   std::uint64_t Next() { return SplitMix64(state_ += kSplitMixStep); }
-  /// In [0, 1), 53 bits.
+  /// Uniform in [0, 1) with 53 bits.
   double Uniform() { return static_cast<double>(Next() >> 11) * 0x1.0p-53; }
-  /// Two draws of N(0, 1) (Box & Muller 1958).
+  /// Draws two samples of N(0, 1) (Box & Muller 1958).
   void NormalPair(double& first, double& second) {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - Uniform()));
     const double angle = 2.0 * std::numbers::pi * Uniform();
@@ -38,7 +38,7 @@ class RandomStream {
 
 namespace holdfast {
 
-/// Draws that are the same on every standard library (its distributions are not).
+/// Random draws that are identical on every standard library (std distributions are not).
 class RandomDraws {
  public:
   explicit RandomDraws(std::uint64_t seed) : engine_(seed) {}
@@ -47,7 +47,7 @@ class RandomDraws {
     return low + (high - low) * (static_cast<double>(engine_() >> 11) * 0x1p-53);
   }
   int Index(int count) { return static_cast<int>(Uniform(0.0, 1.0) * static_cast<double>(count)); }
-  /// Standard normal (Box and Muller).
+  /// Draws a sample of N(0, 1) (Box & Muller).
   double Normal() {
     const double radius = std::sqrt(-2.0 * std::log(1.0 - Uniform(0.0, 1.0)));
     return radius * std::cos(2.0 * M_PI * Uniform(0.0, 1.0));

@@ -90,7 +90,7 @@ void ResidualMlp<Real>::Forward(Tape<Real>& tape) const {
   multiply(latent_, x, all.data, all.stride);
   for (int k = 0; k < NumBlocks(); ++k) {
     const Block& block = blocks_[k];
-    // The stream's next level holds the first product until the second takes its place.
+    // The next level of the stream holds the first product until the second product replaces it.
     const Columns<Real> next = tape.Level(Stream(k + 1));
     Real* const activation = all.data + static_cast<long>(rows) * k;
     NormStream(block.first, k, tape);

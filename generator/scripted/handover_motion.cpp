@@ -31,7 +31,7 @@ std::size_t Index(Side side) { return side == Side::kRight ? 0 : 1; }
 // The right hand is on the -x side of a person who faces -y.
 double Outward(Side side) { return side == Side::kRight ? -1.0 : 1.0; }
 
-// Not the standard distributions: their numbers differ between standard libraries.
+// Standard distributions are not used: they differ between standard libraries.
 class Draw {
  public:
   explicit Draw(std::uint64_t seed) : random_(seed) {}
@@ -56,7 +56,7 @@ class Draw {
   std::mt19937_64 random_;
 };
 
-// Fingers forward and a little inwards, thumb up: how a hand takes what another one offers.
+// Hand orientation for taking an offered object: fingers forward and slightly inwards, thumb up.
 Matrix3d OfferedHand(Side side) {
   return HandOrientation(side, Vector3d(-0.5 * Outward(side), -1.0, 0.05), Vector3d::UnitZ());
 }
@@ -67,7 +67,7 @@ struct HandKey {
   bool rest;
 };
 
-// One hand's way: position, and turn from its offered orientation.
+// Path of one hand: position, and rotation relative to its offered orientation.
 class HandPath {
  public:
   HandPath(Side side, const std::vector<HandKey>& keys)
@@ -101,12 +101,12 @@ struct Dwell {
   double begin_s, end_s;
 };
 
-// What happens when, before any joint moves.
+// Plan of events, made before any joint moves.
 struct Script {
   Side first_hand = Side::kRight;
   std::array<std::vector<HandKey>, 2> keys;
   std::array<std::vector<Waypoint>, 2> closure;  // 0 open, 1 holding
-  std::vector<ReachKey> attention;  // where the holding hand is: trunk, head and eyes follow it
+  std::vector<ReachKey> attention;  // key poses of the holding hand; trunk and gaze follow it
   std::vector<Dwell> dwells;
   double end_s = 0.0;
 };
@@ -116,7 +116,7 @@ class HandoverWriter {
   HandoverWriter(const BodyMeasures& body, const HandoverGrasps& grasps,
                  const HandoverOptions& options)
       : body_(body), grasps_(grasps), options_(options), draw_(options.seed) {
-    // Heights above the ground that belong to this person.
+    // Heights above the ground of this person.
     const auto height = [&](int joint) { return body.rest_joints(1, joint) - body.sole_y; };
     hip_ = height(0);
     chest_ = height(kSpine3);
@@ -175,7 +175,7 @@ class HandoverWriter {
     return RigidTransform(OfferedHand(side) * ExpSO3(draw_.Normal3(turn_rad)), wrist);
   }
 
-  // Somewhere before the hand's own side of the body.
+  // A random pose in front of the hand's own side of the body.
   Isometry3d Carried(Side side) {
     const Vector3d wrist =
         draw_.Box(Vector3d(0.6 * shoulder_x_, -0.85 * arm_, hip_ + 0.10 * arm_),
@@ -183,7 +183,7 @@ class HandoverWriter {
     return Pose(side, {Outward(side) * wrist.x(), wrist.y(), wrist.z()}, 12.0 * kDegree);
   }
 
-  // Hangs at the side, or waits bent before the waist: near, but not at the object.
+  // Hangs at the side, or waits bent in front of the waist: near the object but not at it.
   Isometry3d Idle(Side side) {
     if (draw_.Uniform(0.0, 1.0) < 0.35) {
       const Vector3d wrist(Outward(side) * draw_.Uniform(1.2, 1.7) * shoulder_x_,
@@ -206,7 +206,7 @@ class HandoverWriter {
 
   void PassOn(Side giver) {
     const Side receiver = OtherSide(giver);
-    // Where the object is met, and how far it drifts while both hold it.
+    // Object pose at the meeting, and its drift while both hands hold it.
     Isometry3d met = Isometry3d::Identity();
     met.linear() = ExpSO3(draw_.Normal() * 8.0 * kDegree * Vector3d::UnitZ()) * grasps_.presented;
     met.translation() = draw_.Box(Vector3d(-0.10, -0.78 * arm_, hip_ + 0.25 * arm_),
@@ -255,24 +255,24 @@ class HandoverWriter {
   double hip_, chest_, shoulder_x_, arm_;
 };
 
-// Puts both arms of a standing person where the script has the hands.
+// Solves both arms of a standing person for the hand poses of the script.
 class Arms {
  public:
   Arms(const Eigen::Matrix3Xd& rest_joints, const HandoverGrasps& grasps)
       : joints_(rest_joints), grasps_(grasps) {}
 
-  /// Whether the hand is where and how it should be.
+  /// Returns whether the hand reaches its target pose.
   bool Reach(PoseBuilder& pose, Side side, const Isometry3d& wrist, double closure) const {
     const Limb arm = Arm(side);
     const double sign = -Outward(side);
     const Matrix3d chest = pose.World(kSpine3);
-    // The collarbone goes along with an arm that reaches forward.
+    // The collarbone moves along with an arm that reaches forward.
     const double extent = std::min(
         1.0, (wrist.translation() - pose.Position(arm.root)).norm() / MaxReach(joints_, arm));
     const double forward = std::max(0.0, -wrist.translation().y()) * extent;
     pose.SetLocal(arm.root - 3, ExpSO3(Vector3d(0.0, sign * 0.25 * forward, sign * 0.06)));
 
-    // The elbow hangs, and moves to where the forearm would have the wrist straight.
+    // The elbow hangs, and moves to where the forearm would keep the wrist straight.
     const Vector3d shoulder = pose.Position(arm.root);
     const Vector3d straight =
         wrist.translation() - 0.25 * FingerDirection(side, wrist.linear()) - shoulder;
@@ -296,7 +296,7 @@ class Arms {
   const HandoverGrasps& grasps_;
 };
 
-// Nothing when a hand that holds together with the other cannot be where it should.
+// Returns nullopt if a hand misses its target while both hands hold.
 std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGrasps& grasps,
                                       const HandoverOptions& options, const Script& script) {
   ScriptedReachOptions reach;
@@ -325,7 +325,7 @@ std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGr
   object.orient.setZero(3, frames);
   JointPose previous = clip.pose.front();
   Side holder = script.first_hand;
-  std::size_t next = 0;  // the next dwell, or the one that is on
+  std::size_t next = 0;  // next or current dwell
   for (int t = 0; t < frames; ++t) {
     const double time = t / options.frame_rate;
     if (next < script.dwells.size() && time > script.dwells[next].end_s) {
@@ -375,7 +375,7 @@ HandoverGrasps PalmGrasps(const BodyMeasures& body, const Eigen::Matrix3Xd& obje
     const Vector3d knuckle =
         body.rest_joints.col(HandBegin(side) + 3) - body.rest_joints.col(wrist);
     const Vector3d palm_in_wrist = 0.85 * knuckle + kPalmThickness * -Vector3d::UnitY();
-    // The palm's middle lies on the object's outermost point.
+    // The middle of the palm lies on the outermost point of the object.
     HandoverGrasp& grasp = grasps.Of(side);
     grasp.wrist_from_object = PoseAt(hand, palm_in_wrist, presented.col(outermost)).inverse() *
                               RigidTransform(grasps.presented, Vector3d::Zero());

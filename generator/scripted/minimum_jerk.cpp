@@ -15,7 +15,7 @@ namespace {
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 
 // The quintic on [0, 1] with given value, first and second derivative at both ends is
-// c = kHermite (p0, v0, a0, p1, v1, a1), c the coefficients of 1, s, ..., s^5.
+// c = kHermite (p0, v0, a0, p1, v1, a1), where c are the coefficients of 1, s, ..., s^5.
 const Matrix6d& Hermite() {
   static const Matrix6d hermite = [] {
     Matrix6d m;
@@ -41,8 +41,8 @@ Eigen::Matrix<double, 6, 1> Powers(double s, int order) {
   return powers;
 }
 
-// Velocity and acceleration at every waypoint of a run from rest to rest (columns: 2 per waypoint).
-// Unknown at the inner ones; third and fourth derivatives agree from both sides there.
+// Velocity and acceleration at every waypoint between two rests (columns: 2 per waypoint). They are
+// unknown at inner waypoints, where third and fourth derivatives are continuous.
 Eigen::MatrixXd SolveRun(std::span<const Waypoint> run) {
   const int n = static_cast<int>(run.size());
   const Eigen::Index dimension = run[0].value.size();
@@ -54,7 +54,7 @@ Eigen::MatrixXd SolveRun(std::span<const Waypoint> run) {
   for (int i = 1; i < n - 1; ++i) {
     for (int order = 3; order <= 4; ++order) {
       const int row = 2 * (i - 1) + order - 3;
-      for (int side = 0; side < 2; ++side) {  // the piece that ends at i, the piece that begins
+      for (int side = 0; side < 2; ++side) {  // the piece that ends at i, then the next
         const int first = i - 1 + side;
         const double h = run[first + 1].time_s - run[first].time_s;
         const Eigen::Matrix<double, 1, 6> w = (side == 0 ? 1.0 : -1.0) / std::pow(h, order) *

@@ -33,17 +33,17 @@ Matrix3d TurnX(double angle) { return ExpSO3(angle * Vector3d::UnitX()); }
 Matrix3d TurnY(double angle) { return ExpSO3(angle * Vector3d::UnitY()); }
 Matrix3d TurnZ(double angle) { return ExpSO3(angle * Vector3d::UnitZ()); }
 
-// max(0, x) with a round corner of width `soft`.
+// max(0, x) with a rounded corner of width `soft`.
 double SoftPositive(double x, double soft = 0.1) {
   return 0.5 * (x + std::sqrt(x * x + soft * soft));
 }
 
-// Never exceeds either, smooth where they cross.
+// Smooth minimum, never greater than either argument.
 double SoftMin(double a, double b, double soft) {
   return std::min(a, b) - soft * std::log1p(std::exp(-std::abs(a - b) / soft));
 }
 
-// The key channels at one time.
+// Values of the key channels at one time.
 struct Targets {
   Vector3d wrist;
   Matrix3d hand;
@@ -70,7 +70,7 @@ class Channels {
   double EndTime() const { return spline_.EndTime(); }
 
  private:
-  // Orientations become rotation vectors from the first key's, each the nearest to the one before.
+  // Converts orientations to rotation vectors relative to the first key, unwrapped over the keys.
   std::vector<Waypoint> Waypoints(const std::vector<ReachKey>& keys) const {
     std::vector<Waypoint> waypoints;
     Vector3d turn = Vector3d::Zero();
@@ -88,13 +88,13 @@ class Channels {
   MinimumJerkSpline spline_;
 };
 
-// Slow oscillations that keep a standing body from freezing: each a sum of three sines whose
-// periods share no multiple, phases from the seed.
+// Slow oscillations of a standing body: each is a sum of three sines with incommensurate periods
+// and phases from the seed.
 class Sway {
  public:
   Sway(std::uint64_t seed, double amount) : amount_(amount) {
     std::mt19937_64 random(seed);
-    // Not std::uniform_real_distribution: its numbers differ between standard libraries.
+    // std::uniform_real_distribution is not used: it differs between standard libraries.
     for (double& phase : phases_) {
       phase = 2.0 * std::numbers::pi * static_cast<double>(random() >> 11) * 0x1.0p-53;
     }
@@ -130,7 +130,7 @@ class Person {
       Foot& foot = side == Side::kRight ? right_foot_ : left_foot_;
       foot.rotation = kWorldFromRest * TurnY(-sign * options.toe_out_rad);
       foot.ankle = kWorldFromRest * Vector3d(options.stance_width * ankle.x(), 0.0, ankle.z());
-      foot.ankle.y() += sign * 0.012;  // nobody stands with the toes on a line
+      foot.ankle.y() += sign * 0.012;  // staggers the feet slightly
       foot.ankle.z() = joints_.col(Leg(side).end).y() - sole_y_;
     }
     relaxed_ = RelaxedFingers(joints_, OtherSide(options.side));
@@ -152,7 +152,7 @@ class Person {
     Matrix3d rotation;  // world
   };
 
-  // Pelvis, spine and legs: everything that carries the arms.
+  // Poses pelvis, spine and legs, which carry the arms.
   void Trunk(PoseBuilder& pose, const Targets& now, double time) const {
     const double lean = now.lean + 0.25 * kDegree * sway_.Drift(0, time);
     const double roll = 2.0 * kDegree * now.shift;  // the hip over the standing leg rises
@@ -164,7 +164,7 @@ class Person {
       pose.SetLocal(joint, TurnY(0.65 * share * now.twist) * TurnX(0.8 * share * lean + breath) *
                                TurnZ(-share * roll));
     }
-    // Hips go over the loaded foot, and back as the trunk leans forward.
+    // The pelvis shifts over the loaded foot, and backward as the trunk leans forward.
     Vector3d pelvis(0.035 * now.shift + 0.004 * sway_.Drift(1, time),
                     0.16 * now.lean + 0.004 * sway_.Drift(2, time), 0.0);
     pelvis.z() = PelvisHeight(pose, pelvis) - now.give;
@@ -172,7 +172,7 @@ class Person {
     for (const Side side : {Side::kRight, Side::kLeft}) {
       const Limb leg = Leg(side);
       const Foot& foot = side == Side::kRight ? right_foot_ : left_foot_;
-      // Knees point where the toes do, a little with the pelvis.
+      // Knees point in the direction of the toes, and partly in that of the pelvis.
       const Vector3d pole = foot.rotation * Vector3d(0.0, 0.0, 1.0) +
                             0.4 * (pose.World(kPelvis) * Vector3d(0.0, 0.0, 1.0));
       const LimbPose solved = SolveLimb(joints_, leg, pose.Position(leg.root), foot.ankle, pole);
@@ -182,7 +182,7 @@ class Person {
     }
   }
 
-  // As high as both legs allow with the knees just off straight.
+  // Maximum height for both legs with the knees slightly bent.
   double PelvisHeight(const PoseBuilder& pose, const Vector3d& pelvis) const {
     std::array<double, 2> height{};
     for (const Side side : {Side::kRight, Side::kLeft}) {
@@ -198,7 +198,7 @@ class Person {
     return SoftMin(height[0], height[1], 0.003);
   }
 
-  // The collarbone lifts and reaches along with the arm (scapulohumeral rhythm, roughly 1 : 3).
+  // The collarbone lifts and reaches with the arm (scapulohumeral rhythm, roughly 1 : 3).
   void Collar(PoseBuilder& pose, Side side, const Vector3d& wrist) const {
     const double sign = side == Side::kRight ? 1.0 : -1.0;
     const Limb arm = Arm(side);
@@ -211,9 +211,9 @@ class Person {
     pose.SetLocal(arm.root - 3, TurnY(sign * forward) * TurnZ(-sign * lift));
   }
 
-  // The elbow hangs: down, somewhat outwards and back as seen from the chest. It leaves that place
-  // and swings up and out as far as the wrist gets more comfortable by it: the sum of squared
-  // angles, each relative to what is hardly felt, is least.
+  // The elbow hangs down, somewhat outwards and back relative to the chest. It swings up and out if
+  // that relaxes the wrist: the swivel minimizes a sum of squared angles, each relative to a barely
+  // noticeable angle.
   Vector3d ElbowDirection(const Matrix3d& chest, const Vector3d& shoulder,
                           const Targets& now) const {
     const Side side = options_.side;
@@ -234,7 +234,7 @@ class Person {
              square((wrist.ulnar_rad - 8.0 * kDegree) / (22.0 * kDegree)) +
              square(wrist.twist_rad / (55.0 * kDegree));
     };
-    // Coarse steps find the basin, golden section its bottom.
+    // Coarse steps find the basin; golden-section search finds its minimum.
     double best = 0.0;
     for (double swivel = -30.0 * kDegree; swivel <= 90.0 * kDegree; swivel += 10.0 * kDegree) {
       if (discomfort(swivel) < discomfort(best)) best = swivel;
@@ -273,7 +273,7 @@ class Person {
         std::max(report.max_hand_error_rad, AngleBetween(pose.World(arm.end), now.hand));
   }
 
-  // Hangs by its weight whatever the trunk does; swings a little as the trunk turns ahead of it.
+  // Hangs vertically regardless of the trunk, and swings slightly behind the turning trunk.
   void HangingArm(PoseBuilder& pose, const Targets& now, const Targets& before) const {
     const Side side = OtherSide(options_.side);
     const double sign = side == Side::kRight ? 1.0 : -1.0;
@@ -292,7 +292,7 @@ class Person {
     PoseFingers(pose, side, relaxed_);
   }
 
-  // Eyes and head look ahead of the hand; the head takes most of the turn, the eyes the rest.
+  // Eyes and head look ahead of the hand. The head takes most of the rotation, the eyes the rest.
   void Gaze(PoseBuilder& pose, const Targets& now, const Targets& soon, double time) const {
     const Matrix3d chest = pose.World(kSpine3);
     const Vector3d eyes =

@@ -10,10 +10,10 @@ namespace {
 
 constexpr double kNoWay = std::numeric_limits<double>::quiet_NaN();
 constexpr double kLeast_m = 0.05;
-constexpr double kThere = 0.95;  // of the farthest distance
-constexpr double kSlow = 0.1;    // of the greatest speed
+constexpr double kThere = 0.95;  // fraction of the farthest distance
+constexpr double kSlow = 0.1;    // fraction of the peak speed
 
-// Speeds of a way, each over the greatest: rises by kSlow that are followed by falls.
+// Counts rises by kSlow that are followed by falls. Speeds are relative to the peak.
 int Submovements(const Eigen::VectorXd& speeds) {
   int count = 0;
   double low = 0.0, high = 0.0;
@@ -77,7 +77,7 @@ HandWay MeasureHandWay(const Eigen::Matrix3Xd& path, double rate, int profile_po
   const Eigen::VectorXd of_way = speeds.segment(begin, steps + 1) / way.peak_m_s;
   way.submovements = Submovements(of_way);
 
-  // Between frames, speeds are linear.
+  // Speeds are interpolated linearly between frames.
   way.profile.resize(profile_points);
   for (int i = 0; i < profile_points; ++i) {
     const double at = (i + 0.5) / profile_points * static_cast<double>(steps);

@@ -9,7 +9,7 @@
 namespace holdfast {
 namespace {
 
-// Distances after both point sets are moved so that their first points are at the origin.
+// Mean distance after both point sets are translated so that their first points coincide.
 template <typename Points>
 double AlignedError_mm(const Points& a, const Points& b) {
   const Eigen::Vector3d shift = b.col(0) - a.col(0);
@@ -19,7 +19,7 @@ double AlignedError_mm(const Points& a, const Points& b) {
 }  // namespace
 
 std::array<int, 5> FingertipVertices(const BodyModel& model, Side side) {
-  // Skinning weights are a surface's: one of this hand, without a person's shape.
+  // Skinning weights belong to a surface, so one of this hand is built, without shape.
   const std::vector<int>& ids = model.HandVertexIds(side);
   const std::shared_ptr<const BodyModel> unowned(std::shared_ptr<void>(), &model);
   const BodySurface hand(unowned, {}, ids);

@@ -15,7 +15,7 @@ constexpr double kContactHeight = 0.025;  // meters
 constexpr double kPlantedHeight = 0.005;
 constexpr std::array<int, 2> kBallsOfFeet = {10, 11};
 
-// Norm of a finite difference (weights on frames t - radius .. t + radius) per joint and frame.
+// Norm of a finite difference per joint and frame; weights are for frames t - radius .. t + radius.
 template <std::size_t N>
 MeanAndMax Difference(std::span<const JointPositions> frames,
                       const std::array<double, N>& weights) {

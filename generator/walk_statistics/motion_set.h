@@ -9,17 +9,17 @@ namespace holdfast {
 /// A clip of a set of motions.
 struct MotionFile {
   std::string path;  ///< or the name of an embedded clip
-  std::string name;  ///< for people: without the folder and extension
+  std::string name;  ///< display name: without folder and extension
 };
 
-/// Motions that belong together.
+/// A labeled set of motions.
 struct MotionSet {
   std::string label;
   std::vector<MotionFile> files;
 };
 
-/// A clip by itself, or all clips (.npz) in a folder and below it, by path. Where samples lie
-/// beside a clip.npz, that is the best of them and left out. Throws Error for a folder without any.
+/// Returns one clip, or all clips (.npz) in and below a folder by path. A clip.npz next to samples
+/// is the best of them and is skipped. Throws Error for a folder without clips.
 std::vector<MotionFile> MotionFilesOf(const std::string& path);
 
 }  // namespace holdfast

@@ -11,7 +11,7 @@
 namespace holdfast {
 namespace {
 
-// Mean over `radius` frames on either side, as far as there are any.
+// Mean over up to `radius` frames on either side.
 double MeanAround(std::span<const double> values, int t, int radius) {
   const int first = std::max(0, t - radius);
   const int last = std::min(static_cast<int>(values.size()) - 1, t + radius);
@@ -30,7 +30,7 @@ int SecondCrouch(std::span<const double> heights) {
     const double height = MeanAround(heights, t, 2);
     stands = std::max(stands, height);
     if (height > stands - kChange) {
-      crouched = rises = false;  // up again: what follows is another crouch
+      crouched = rises = false;  // upright again: what follows is another crouch
     } else if (!crouched) {
       crouched = height < stands - kCrouch;
       lowest = height;

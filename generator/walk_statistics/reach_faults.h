@@ -9,27 +9,26 @@
 
 namespace holdfast {
 
-/// Angle of pelvis to neck from the vertical in the plane of the heading `yaw_rad`, radians;
-/// negative forwards.
+/// Angle between the pelvis-neck line and the vertical, in the plane of the heading `yaw_rad`,
+/// radians; negative forward.
 double LeanBack(const BodyPlacement& placed, double yaw_rad);
 
-/// What an eye sees at once in a reach, and means over frames do not show. Frames at 30 Hz, the
-/// ground z = 0.
+/// Visible faults of a reach that means over frames do not show. Frames at 30 Hz, ground z = 0.
 struct ReachFaults {
-  /// Into how many frames the second crouch falls that is not the first one's end: the pelvis sinks
-  /// by 12 cm below the highest it has been, rises by 6 cm or more but not to within 6 cm of that
-  /// height, and sinks by 6 cm again. -1: never. Heights are means of 5 frames, so that a walk's
-  /// bob (4 cm) does not count.
+  /// Frame of a second crouch, or -1. The pelvis sinks by 12 cm below its highest position so far,
+  /// rises by 6 cm or more but not to within 6 cm of that position, and sinks by 6 cm again.
+  /// Heights are means of 5 frames, so that the vertical oscillation of a walk (4 cm) does not
+  /// count.
   int second_crouch = -1;
-  /// Greatest lean backwards, radians, that is kept up for 10 frames while waiting: the pelvis
-  /// makes less than 0.1 m/s over 21 frames. NaN for who never waits.
+  /// Maximum backward lean, radians, that lasts 10 frames while waiting: the pelvis moves at less
+  /// than 0.1 m/s over 21 frames. NaN for a motion that never waits.
   double lean_back_rad = 0.0;
 
   bool CrouchesTwice() const { return second_crouch >= 0; }
   bool LeansBack() const;  ///< by more than 10 degrees
 };
 
-/// ReachFaults::second_crouch of a pelvis at these heights, meters.
+/// Returns ReachFaults::second_crouch for a sequence of pelvis heights, meters.
 int SecondCrouch(std::span<const double> heights);
 
 ReachFaults FindReachFaults(std::span<const BodyFrame> frames, const Eigen::Matrix3Xd& rest_joints);

@@ -12,39 +12,39 @@
 
 namespace holdfast::wandr {
 
-/// A motion to learn from, 30 frames a second.
+/// A training motion at 30 fps.
 struct CorpusClip {
   std::string name;
-  bool made = false;  ///< carries goals that it was made for
+  bool made = false;  ///< synthetic: has the goals that it was generated for
   std::vector<Pose<float>> poses;
-  GoalPlan goals;  ///< of the wrist, frames of this clip
+  GoalPlan goals;  ///< of the wrist, in frames of this clip
 };
 
-/// What networks are trained on.
+/// Training data of a network.
 struct Corpus {
   std::vector<CorpusClip> clips;
-  Statistics statistics;  ///< over all of its frames
+  Statistics statistics;  ///< over all frames of the corpus
   long captured_frames = 0, made_frames = 0;
-  std::vector<std::string> notes;  ///< files that were left out, and why
+  std::vector<std::string> notes;  ///< skipped files, with the reason
 };
 
 struct CorpusOptions {
-  /// Synthetic motion to take at most, in files' order; captured motion is taken whole.
+  /// Maximum amount of synthetic motion, in file order. Captured motion is not limited.
   double made_hours = 1e9;
   bool captured = true;
-  bool mirror = true;  ///< captured clips a second time, left and right exchanged
+  bool mirror = true;  ///< adds a mirror image of each captured clip
   Side wrist = Side::kRight;
 };
 
-/// Reads every clip (.npz) in `folders` and below, by name. Clips of at least 24 frames; with
-/// arrays goal (K x 3), goal_frame (K) and goal_wrist (K; 1 right, 2 left), as `make-reach-data`
-/// writes them, they count as made. Folders named `held_out` and `dropped` are passed over.
-/// `progress(done, total)` may be null. Throws Error when a folder is missing or nothing is left.
+/// Reads every clip (.npz) of at least 24 frames in and below `folders`, sorted by name. Clips with
+/// the arrays goal (K x 3), goal_frame (K) and goal_wrist (K; 1 right, 2 left), as written by
+/// `make-reach-data`, count as synthetic. Folders named `held_out` and `dropped` are skipped.
+/// `progress(done, total)` may be null. Throws Error if a folder is missing or no clip is left.
 Corpus ReadCorpus(const std::vector<std::filesystem::path>& folders,
                   const Eigen::Matrix3Xd& rest_joints, const CorpusOptions& options,
                   const std::function<void(int, int)>& progress);
 
-/// The clips of one folder, held-out ones for example: no mirror images, no statistics.
+/// Reads the clips of one folder, such as held-out clips, without mirror images and statistics.
 std::vector<CorpusClip> ReadCorpusClips(const std::filesystem::path& folder, Side wrist,
                                         std::vector<std::string>* notes);
 

@@ -11,9 +11,9 @@
 
 namespace holdfast::wandr {
 
-/// The heading frame of a body with root rotation R = Rz(a) Ry(b) Rx(g): Z = Rz(a), a the azimuth
-/// of the body's lateral axis R e_x. The body faces -y of it: h = -Z e_y. Undefined only while the
-/// lateral axis is vertical, lying on one's side.
+/// Heading frame of a body with root rotation R = Rz(a) Ry(b) Rx(g): Z = Rz(a), where a is the
+/// azimuth of the lateral axis R e_x. The body faces -y of this frame: h = -Z e_y. Undefined only
+/// if the lateral axis is vertical (lying on one side).
 template <typename T>
 struct Heading {
   T cosine = T(1);
@@ -21,15 +21,15 @@ struct Heading {
   /// a(R Exp(phi)) = a(R) + gradient . phi: (0, R21, R22) / (R00^2 + R10^2).
   Vector3<T> gradient = Vector3<T>::Zero();
 
-  /// Z v: from the heading frame into the world.
+  /// Z v: from the heading frame to the world.
   Vector3<T> ToWorld(const Vector3<T>& v) const {
     return {cosine * v.x() - sine * v.y(), sine * v.x() + cosine * v.y(), v.z()};
   }
-  /// Z^T v: from the world into the heading frame.
+  /// Z^T v: from the world to the heading frame.
   Vector3<T> FromWorld(const Vector3<T>& v) const {
     return {cosine * v.x() + sine * v.y(), cosine * v.y() - sine * v.x(), v.z()};
   }
-  /// h = -Z e_y, where the body faces, a horizontal unit vector.
+  /// h = -Z e_y, the facing direction of the body, a horizontal unit vector.
   Vector3<T> Forward() const { return {sine, -cosine, T(0)}; }
 };
 
@@ -44,8 +44,8 @@ Heading<T> HeadingOf(const Matrix3<T>& root) {
   return heading;
 }
 
-/// R_xy = Z^T R = Ry(b) Rx(g), the root without its heading; entry (1, 0) is 0, and exactly so (its
-/// standard deviation is 0, and dividing rounding by it would make noise of it).
+/// R_xy = Z^T R = Ry(b) Rx(g), the root rotation without heading. Entry (1, 0) is set to exactly 0,
+/// because its standard deviation is 0 and normalization would amplify rounding errors.
 template <typename T>
 Matrix3<T> WithoutHeading(const Heading<T>& heading, const Matrix3<T>& root) {
   Matrix3<T> R_xy;
@@ -56,8 +56,8 @@ Matrix3<T> WithoutHeading(const Heading<T>& heading, const Matrix3<T>& root) {
   return R_xy;
 }
 
-/// phi_bar of the root from six_bar of rows12(R_xy): R_xy's own perturbation is
-/// (I - r3 gradient^T) phi, r3 = R^T e_z. The gradient of the entry that is always 0 is left out.
+/// phi_bar of the root from six_bar of rows12(R_xy). The perturbation of R_xy is
+/// (I - r3 gradient^T) phi, r3 = R^T e_z. The gradient of the entry that is always 0 is ignored.
 template <typename T>
 Vector3<T> WithoutHeadingVjp(const Heading<T>& heading, const Matrix3<T>& R_xy,
                              const Vector6<T>& six_bar) {
@@ -67,18 +67,18 @@ Vector3<T> WithoutHeadingVjp(const Heading<T>& heading, const Matrix3<T>& R_xy,
   return psi_bar - heading.gradient * R_xy.row(2).dot(psi_bar.transpose());
 }
 
-/// a_bar from y_bar, where y = Z^T v for a v that stays: dy = -(e_z x y) da.
+/// a_bar from y_bar, where y = Z^T v for a constant v: dy = -(e_z x y) da.
 template <typename T>
 T TurnVjp(const Vector3<T>& y, const Vector3<T>& y_bar) {
   return y.y() * y_bar.x() - y.x() * y_bar.y();
 }
 
-/// How the goal is told to the network, at the end of the condition.
+/// Encoding of the goal at the end of the condition.
 enum class IntentionLayout {
-  kPaper,    ///< 9: I^w, I^p, I^r; all zero without a goal
-  kFlagged,  ///< 10: the paper's 9, then 1 with a goal and 0 without: with 0, a motion prior
-  /// 13, bounded however near the deadline: I^w limited by tanh to 2 m/s (3), the wrist's way to
-  /// the goal saturated as in I^p (3), I^p (x, y), I^r (x, y), exp(-eta/30), exp(-eta/8), flag
+  kPaper,    ///< 9 values: I^w, I^p, I^r; all zero without a goal
+  kFlagged,  ///< 10 values: as kPaper, then 1 with a goal, 0 without (motion prior)
+  /// 13 values, bounded for any deadline: I^w limited by tanh to 2 m/s (3), the wrist-to-goal
+  /// offset saturated as I^p (3), I^p (x, y), I^r (x, y), exp(-eta/30), exp(-eta/8), flag
   kBounded,
 };
 
@@ -87,28 +87,28 @@ inline constexpr int IntentionSize(IntentionLayout layout) {
 }
 
 inline constexpr double kFramesPerSecond = 30.0;
-inline constexpr double kMaxIntention = 2.0;  ///< D_max, meters (`max_distance`), and m/s for tanh
+inline constexpr double kMaxIntention = 2.0;  ///< D_max, meters (`max_distance`); m/s in tanh
 
-/// Which of I^w, I^p, I^r the network is told; one left out is zero. For ablations.
+/// Which of I^w, I^p, I^r are given to the network; the others are zero. For ablations.
 struct IntentionParts {
   bool wrist = true;
   bool pelvis = true;
   bool heading = true;
 };
 
-/// What is wanted of the wrist at one frame.
+/// Target of the wrist at one frame.
 template <typename T>
 struct FrameGoal {
   bool active = false;
   Vector3<T> position = Vector3<T>::Zero();  ///< G, world, meters
   T frames_left = T(0);                      ///< eta
-  /// g_hat, the heading wanted. Training: that of the body at the goal's frame. Empty: towards G
-  /// from the pelvis, as at run time.
+  /// g_hat, the target heading. In training: the heading of the body at the frame of the goal. If
+  /// empty: from the pelvis towards G, as at run time.
   std::optional<Vector3<T>> heading;
   IntentionParts parts = {};
 };
 
-/// What the intention sees of the body.
+/// Body quantities that the intention depends on.
 template <typename T>
 struct IntentionBody {
   Heading<T> heading;
@@ -116,17 +116,17 @@ struct IntentionBody {
   Vector3<T> wrist;   ///< W, joint 21 (or 20)
 };
 
-/// Gradients with respect to what the intention depends on.
+/// Gradients with respect to the inputs of the intention.
 template <typename T>
 struct IntentionBar {
   Vector3<T> pelvis = Vector3<T>::Zero();
   Vector3<T> wrist = Vector3<T>::Zero();
   Vector3<T> goal = Vector3<T>::Zero();
-  T turn = T(0);  ///< of the heading's azimuth a
+  T turn = T(0);  ///< of the heading azimuth a
 };
 
-/// A radial map v = r(n) e / n of e with norm n, with what its (symmetric) Jacobian
-/// (r/n) (I - ee^T/n^2) + r' ee^T/n^2 needs.
+/// Radial map v = r(n) e / n of e with norm n, in the form needed by its (symmetric) Jacobian
+/// (r/n) (I - ee^T/n^2) + r' ee^T/n^2.
 template <typename T>
 struct RadialMap {
   Vector3<T> direction;
@@ -150,8 +150,8 @@ struct RadialMap {
   }
 };
 
-/// g_hat towards the goal: the horizontal unit vector of e = G - P, and 1/|e_xy|. Above or below
-/// the pelvis there is none: zero (no turn is asked for).
+/// g_hat towards the goal: the horizontal unit vector of e = G - P, and 1/|e_xy|. Zero directly
+/// above or below the pelvis, where the heading is undefined (no turn is requested).
 template <typename T>
 struct GoalHeading {
   Vector3<T> direction = Vector3<T>::Zero();
@@ -165,13 +165,13 @@ struct GoalHeading {
   }
 };
 
-/// The wanted time to the goal, s: tau = eta/30 + 1e-5.
+/// Time left to the goal, s: tau = eta/30 + 1e-5.
 template <typename T>
 T TimeLeft(const FrameGoal<T>& goal) {
   return goal.frames_left / T(kFramesPerSecond) + T(1e-5);
 }
 
-/// Writes I (IntentionSize(layout) numbers), all in the heading frame:
+/// Writes I (IntentionSize(layout) values), all in the heading frame:
 ///   I^w = Z^T (G - W) / tau, m/s
 ///   I^p = S Z^T v,  v = D_max (1 - exp(-n)) e/n, e = G - P, n = |e| (in 3D), S = diag(1, 1, 0)
 ///   I^r = S Z^T (g_hat - h) = S (Z^T g_hat + e_y)
@@ -211,7 +211,7 @@ void WriteIntention(IntentionLayout layout, const IntentionBody<T>& body, const 
   if (layout == IntentionLayout::kFlagged) out[9] = T(1);
 }
 
-/// Adds to `bar` what `intention_bar` means for body and goal. The deadline is a constant.
+/// Adds to `bar` the gradients of body and goal for `intention_bar`. The deadline is constant.
 template <typename T>
 void WriteIntentionVjp(IntentionLayout layout, const IntentionBody<T>& body,
                        const FrameGoal<T>& goal, const T* intention_bar, IntentionBar<T>& bar) {

@@ -87,7 +87,7 @@ Pose<double> StandingPose(const BodyMeasures& body) {
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX(), y = Eigen::Vector3d::UnitY(),
                         z = Eigen::Vector3d::UnitZ();
   Pose<double> pose;
-  // Rest y is up and rest z is ahead; from there arms sink by 70 degrees and elbows give by 15.
+  // In the rest pose y is up and z is ahead. Arms are lowered by 70 degrees, elbows bent by 15.
   pose.rotation[0] = about(std::numbers::pi / 2.0, x);
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const double sign = side == Side::kRight ? 1.0 : -1.0;

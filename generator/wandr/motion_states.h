@@ -11,41 +11,40 @@
 
 namespace holdfast::wandr {
 
-/// States (135 x F) of a clip's 22 body joints, at 30 fps (a clip of another rate is resampled).
-/// `trans` is taken as it is: it belongs to the clip's own body. Throws Error for a clip without
-/// frames.
+/// Returns the states (135 x F) of a clip's 22 body joints at 30 fps; other frame rates are
+/// resampled. `trans` is used unchanged: it belongs to the clip's own body. Throws Error for a clip
+/// without frames.
 StateMatrix<double> StatesOfClip(const Clip& clip);
 
-/// Joint positions (66 x F) of states.
+/// Returns joint positions (66 x F) of states.
 Eigen::MatrixXf JointsOfStates(const Eigen::Ref<const StateMatrix<float>>& states,
                                const BoneOffsets<float>& bones);
 
-/// The clip of states: axis-angles without jumps between frames, fingers, jaw and eyes at rest,
-/// 30 fps. StatesOfClip gives the states back, and ClipOfStates(StatesOfClip(clip)) the joints of a
-/// 30 fps clip, to rounding. Body (betas, gender, body_model), subject and the like are those of
-/// `like`.
+/// Converts states to a clip at 30 fps: axis-angles unwrapped over time; fingers, jaw and eyes at
+/// rest. StatesOfClip inverts this; ClipOfStates(StatesOfClip(clip)) reproduces the joints of a 30
+/// fps clip up to rounding. Body (betas, gender, body_model), subject and similar fields are copied
+/// from `like`.
 Clip ClipOfStates(const Eigen::Ref<const StateMatrix<double>>& states, const Clip& like = {});
 
-/// Where a rollout that continues a motion at `frame` starts: the pose, and the delta that led to
-/// it (rest at frame 0). Throws Error when there is no such frame.
+/// Returns the start of a rollout that continues a motion at `frame`: the pose and the delta that
+/// led to it (rest at frame 0). Throws Error if there is no such frame.
 RolloutStart<double> StartAtFrame(const Eigen::Ref<const StateMatrix<double>>& states, int frame,
                                   const Normalizer<double>& normalizer);
 
-/// A pose at rest: the delta is no translation and identity rotations.
+/// Start at rest: the delta has zero translation and identity rotations.
 RolloutStart<double> StartAtRest(const Pose<double>& pose, const Normalizer<double>& normalizer);
 
 /// A person standing upright with hanging arms, pelvis above the origin, facing -y, soles on the
-/// ground z = 0: where motions start when nothing else is given.
+/// ground z = 0. The default start of motions.
 Pose<double> StandingPose(const BodyMeasures& body);
 
-/// The pose turned about the vertical through the origin, then moved: the same motion elsewhere.
-/// `rest_pelvis` is J_0, about which SMPL-X's root turns.
+/// Rotates a pose about the vertical through the origin, then translates it. `rest_pelvis` is J_0,
+/// the center of rotation of the SMPL-X root.
 Pose<double> Moved(const Pose<double>& pose, double turn_rad, const Eigen::Vector3d& by,
                    const Eigen::Vector3d& rest_pelvis);
 
-/// The pose seen in a mirror at x = 0, sides swapped: what the right wrist reaches here, the left
-/// one reaches there. A network trained on right wrists serves left ones so. Exact for symmetric
-/// bones; `rest_pelvis` as in Moved.
+/// Mirrors a pose at x = 0 and swaps the sides, so that a network trained on right wrists also
+/// serves left wrists. Exact for symmetric bones; `rest_pelvis` as in Moved.
 Pose<double> Mirrored(const Pose<double>& pose, const Eigen::Vector3d& rest_pelvis);
 
 }  // namespace holdfast::wandr

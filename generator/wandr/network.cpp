@@ -29,7 +29,7 @@ IntentionLayout LayoutOf(const std::string& name, const std::string& where) {
               kRemedy);
 }
 
-// Of the latents that a residual network's blocks see; `otherwise` for a chain of layers.
+// Latent size that the blocks of a residual network see; `otherwise` for a chain of layers.
 int LatentSeen(const nn::AnyWeights& weights, int otherwise) {
   const auto* const residual = std::get_if<nn::ResidualWeights>(&weights);
   return residual ? residual->LatentSize() : otherwise;
@@ -109,7 +109,7 @@ NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& whe
   NetworkWeights weights;
   weights.notes = file.Metadata();
   if (const auto format = weights.notes.extract("format"); !format.empty()) {
-    // "pt" is what PyTorch's own writer says.
+    // "pt" is written by PyTorch itself.
     if (format.mapped() != kFormat && format.mapped() != "pt") {
       throw Error(where, fmt::format("its format is '{}', not '{}'", format.mapped(), kFormat),
                   kRemedy);
@@ -141,7 +141,7 @@ void WriteNetwork(const NetworkWeights& weights, const std::filesystem::path& pa
   AddTensors(weights.statistics, tensors);
   SafetensorsWriter writer;
   for (const auto& [name, tensor] : tensors) {
-    // Statistics are few, and keep their precision.
+    // Statistics are small and keep their precision.
     if (half && !name.starts_with("statistics.")) {
       writer.AddFloat16(name, tensor.shape, tensor.values);
     } else {

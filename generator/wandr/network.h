@@ -20,47 +20,47 @@ namespace holdfast::wandr {
 
 inline constexpr int kLatentSize = 64;  ///< of the published networks
 
-/// WANDR's conditional variational auto-encoder as a file holds it (Diomataris et al. 2024, sec.
-/// 3). Decoder: [z, c] -> normalized delta. Encoder: [normalized target delta, c] -> [mu, logvar],
-/// for training and for encoding captured motion; files for use may leave it out. Either is the
-/// published chain of layers or a residual network: a residual decoder's blocks see all of z, a
-/// residual encoder's none.
+/// Weights of WANDR's conditional variational autoencoder as stored in a file (Diomataris et al.
+/// 2024, sec. 3). Decoder: [z, c] -> normalized delta. Encoder: [normalized target delta, c] ->
+/// [mu, logvar], for training and for encoding captured motion; optional otherwise. Each is the
+/// published chain of layers or a residual network. The blocks of a residual decoder receive all of
+/// z, those of a residual encoder none.
 struct NetworkWeights {
   IntentionLayout layout = IntentionLayout::kPaper;
   nn::AnyWeights decoder;
   std::optional<nn::AnyWeights> encoder;
   Statistics statistics;
-  /// Texts kept in the file: how it was trained, on what, under which license.
+  /// Texts stored in the file: training options, training data, license.
   std::map<std::string, std::string> notes;
 
   int LatentSize() const { return nn::InputSize(decoder) - ConditionSize(layout); }
 };
 
-/// The published architecture with PyTorch's random start; `hidden` empty takes the paper's widths.
-/// The same seed gives the same weights everywhere.
+/// Random weights of the published architecture, initialized as in PyTorch. If `hidden` is empty,
+/// the paper's widths are used. The same seed gives the same weights on every platform.
 NetworkWeights RandomNetwork(IntentionLayout layout, std::uint64_t seed,
                              const Statistics& statistics = {}, int latent_size = kLatentSize,
                              const std::vector<int>& hidden = {});
 
-/// The same of residual networks with `width` values between `blocks` blocks.
+/// Same, for residual networks with `blocks` blocks of `width` values.
 NetworkWeights RandomResidualNetwork(IntentionLayout layout, std::uint64_t seed,
                                      const Statistics& statistics, int latent_size, int width,
                                      int blocks);
 
-/// Reads a safetensors file: `decoder.layers.<i>.weight/bias` and `encoder....` by the names of the
-/// published checkpoint, or those of residual networks (nn/residual_weights.h),
-/// `statistics.<feature>.mean/std`, and in its metadata "intention" (paper, flagged, bounded; paper
-/// where it says nothing), every other text becoming a note. Throws Error for what is missing, of
-/// another shape or version, or not finite, and for sizes that do not fit.
+/// Reads a safetensors file: `decoder.layers.<i>.weight/bias` and `encoder....` named as in the
+/// published checkpoint, or the names of residual networks (nn/network_weights.h),
+/// `statistics.<feature>.mean/std`, and metadata "intention" (paper, flagged, bounded; default
+/// paper). All other metadata become notes. Throws Error for missing, non-finite or wrongly shaped
+/// tensors, another version, and inconsistent sizes.
 NetworkWeights ReadNetwork(const std::filesystem::path& path);
 NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& where);
 
-/// Writes it, atomically; `half` stores float16 (training's rounding of 5e-4 relative).
+/// Writes the file atomically. `half` stores float16 (relative rounding error 5e-4).
 void WriteNetwork(const NetworkWeights& weights, const std::filesystem::path& path,
                   bool half = false);
 
-/// A network ready to run: const, shared by threads. Real is float; double is for tests of
-/// derivatives and of float.
+/// A network prepared to run; immutable and safe to share between threads. Real is float; double is
+/// for tests of derivatives and of float.
 template <typename Real>
 class Network {
  public:
@@ -72,7 +72,7 @@ class Network {
   const Normalizer<Real>& Norms() const { return normalizer_; }
   const nn::ColumnNetwork<Real>& Decoder() const { return *decoder_; }
   bool HasEncoder() const { return encoder_ != nullptr; }
-  /// Throws Error when the file had none.
+  /// Throws Error if the file had no encoder.
   const nn::ColumnNetwork<Real>& Encoder() const;
 
  private:
@@ -80,14 +80,14 @@ class Network {
   int latent_size_;
   Normalizer<Real> normalizer_;
   std::unique_ptr<const nn::ColumnNetwork<Real>> decoder_;
-  std::unique_ptr<const nn::ColumnNetwork<Real>> encoder_;  // null where the file has none
+  std::unique_ptr<const nn::ColumnNetwork<Real>> encoder_;  // null if the file has none
 };
 
-/// How the encoder's logvar becomes a standard deviation. The published code samples with
-/// exp(logvar) while its KL term takes exp(logvar) as the variance.
+/// Conversion of the encoder's logvar to a standard deviation. The published code samples with
+/// exp(logvar), while its KL term uses exp(logvar) as the variance.
 enum class Spread { kAsPublished, kFromVariance };
 
-/// z = mu + eps * sigma, column by column; `code` (2 latent x N) is the encoder's output.
+/// z = mu + eps * sigma, column by column; `code` (2 latent x N) is the output of the encoder.
 Eigen::MatrixXf SampleLatents(const Eigen::Ref<const Eigen::MatrixXf>& code,
                               const Eigen::Ref<const Eigen::MatrixXf>& eps, Spread spread);
 

@@ -12,9 +12,9 @@
 
 namespace holdfast::wandr {
 
-/// Numbers of a state s = (body_transl 3 | body_orient 6 | body_pose 21 x 6), and of a delta.
+/// Size of a state s = (body_transl 3 | body_orient 6 | body_pose 21 x 6), and of a delta.
 inline constexpr int kStateSize = 3 + 6 * kNumBodyJoints;
-/// Numbers of a state's tangent: (dp 3 | phi_0 .. phi_21, 3 each), rotations R Exp(phi).
+/// Size of a state's tangent: (dp 3 | phi_0 .. phi_21, 3 each), rotations R Exp(phi).
 inline constexpr int kTangentSize = 3 + 3 * kNumBodyJoints;
 
 template <typename T>
@@ -25,8 +25,8 @@ using TangentVector = Eigen::Matrix<T, kTangentSize, 1>;
 template <typename T>
 using StateMatrix = Eigen::Matrix<T, kStateSize, Eigen::Dynamic>;
 
-/// The state of one body in matrices: the pose of joints 0..21, world z up, meters. Fingers, jaw
-/// and eyes are at rest.
+/// State of one body as matrices: the pose of joints 0..21, world z up, meters. Fingers, jaw and
+/// eyes are at rest.
 template <typename T>
 struct Pose {
   Vector3<T> translation = Vector3<T>::Zero();  ///< p, SMPL-X `transl`: the pelvis is at p + J_0
@@ -48,11 +48,11 @@ struct Pose {
   }
 };
 
-/// Where joint k's three angles are in a tangent, and its six numbers in a state or delta.
+/// Offset of joint k's three angles in a tangent, and of its six numbers in a state or delta.
 inline constexpr int TangentOf(int joint) { return 3 + 3 * joint; }
 inline constexpr int Rows12Of(int joint) { return 3 + 6 * joint; }
 
-/// s of a pose: (p, rows12(R^0), .., rows12(R^21)).
+/// State of a pose: (p, rows12(R^0), .., rows12(R^21)).
 template <typename T>
 void WriteState(const Pose<T>& pose, Eigen::Ref<StateVector<T>> state) {
   state.template head<3>() = pose.translation;
@@ -68,7 +68,7 @@ StateVector<T> StateOf(const Pose<T>& pose) {
   return state;
 }
 
-/// The pose of a state; rows that are not orthonormal are made so by GS.
+/// Pose of a state. Rows that are not orthonormal are orthonormalized by GS.
 template <typename T>
 Pose<T> PoseOf(const Eigen::Ref<const StateVector<T>>& state) {
   Pose<T> pose;
@@ -79,12 +79,12 @@ Pose<T> PoseOf(const Eigen::Ref<const StateVector<T>>& state) {
   return pose;
 }
 
-/// A delta d = (dp 3 | six_0 .. six_21) carries one pose to the next, 1/30 s later:
+/// A delta d = (dp 3 | six_0 .. six_21) maps a pose to the next one, 1/30 s later:
 ///   p' = p + Z dp,  R^k' = R^k GS(six_k),
-/// so dp is meters per frame in the heading frame of the first, rotations are body-frame changes.
-/// Kept here in its own units; networks see it normalized (statistics.h).
+/// so dp is in meters per frame in the heading frame of the first pose, and rotations are
+/// body-frame changes. Deltas here are not normalized; those of networks are (statistics.h).
 
-/// The delta between two poses: dp = Z^T (p' - p), six_k = rows12(R^k^T R^k').
+/// Delta between two poses: dp = Z^T (p' - p), six_k = rows12(R^k^T R^k').
 template <typename T>
 StateVector<T> DeltaBetween(const Pose<T>& from, const Pose<T>& to) {
   StateVector<T> delta;
@@ -97,14 +97,14 @@ StateVector<T> DeltaBetween(const Pose<T>& from, const Pose<T>& to) {
   return delta;
 }
 
-/// The delta that changes nothing: no translation, identity rotations.
+/// Delta of a body at rest: zero translation, identity rotations.
 template <typename T>
 StateVector<T> RestDelta() {
   return DeltaBetween(Pose<T>{}, Pose<T>{});
 }
 
-/// s' = step(s, d). Rotations are made orthonormal again at every step, so that rounding does not
-/// build up over a rollout. `next` may be `pose`.
+/// s' = step(s, d). Rotations are orthonormalized at every step, so that rounding errors do not
+/// accumulate over a rollout. `next` may be `pose`.
 template <typename T>
 void ApplyDelta(const Pose<T>& pose, const Heading<T>& heading,
                 const Eigen::Ref<const StateVector<T>>& delta, Pose<T>& next) {
@@ -116,10 +116,10 @@ void ApplyDelta(const Pose<T>& pose, const Heading<T>& heading,
   }
 }
 
-/// From the gradient `next_bar` of s' to those of s (added to `pose_bar`) and of d (written):
+/// Maps the gradient `next_bar` of s' to those of s (added to `pose_bar`) and of d (written):
 ///   p_bar += p'_bar,  phi_0_bar += g_a (Z (e_z x dp)) . p'_bar,  phi_k_bar += D_k phi_k'_bar,
 ///   dp_bar = Z^T p'_bar,  six_k_bar = J_GS(six_k)^T phi_k'_bar.
-/// With `detached_heading` Z counts as constant, as in the authors' code.
+/// With `detached_heading`, Z is treated as constant, as in the authors' code.
 template <typename T>
 void ApplyDeltaVjp(const Heading<T>& heading, const Eigen::Ref<const StateVector<T>>& delta,
                    const Eigen::Ref<const TangentVector<T>>& next_bar, bool detached_heading,
@@ -140,12 +140,12 @@ void ApplyDeltaVjp(const Heading<T>& heading, const Eigen::Ref<const StateVector
   }
 }
 
-/// Positions of joints 0..21, one per column, meters; as one column of a batch, 66 numbers.
+/// Positions of joints 0..21, one per column, meters; 66 numbers as one column of a batch.
 template <typename T>
 using BodyJoints = Eigen::Matrix<T, 3, kNumBodyJoints>;
 inline constexpr int kJointNumbers = 3 * kNumBodyJoints;
 
-/// The bones of one person: o_k = J_k - J_parent(k), o_0 = J_0, from rest joints J.
+/// Bones of one person: o_k = J_k - J_parent(k), o_0 = J_0, from rest joints J.
 template <typename T>
 struct BoneOffsets {
   BodyJoints<T> offset;
@@ -156,7 +156,7 @@ struct BoneOffsets {
   }
 };
 
-/// `rest_joints` (3 x 22 or more), as BodyModel::RestJoints() gives them.
+/// `rest_joints` (3 x 22 or more), as returned by BodyModel::RestJoints().
 inline BoneOffsets<double> BoneOffsetsOf(const Eigen::Ref<const Eigen::Matrix3Xd>& rest_joints) {
   BoneOffsets<double> bones;
   for (int k = 0; k < kNumBodyJoints; ++k) {
@@ -166,7 +166,7 @@ inline BoneOffsets<double> BoneOffsetsOf(const Eigen::Ref<const Eigen::Matrix3Xd
   return bones;
 }
 
-/// A_k, joint frames to world, and q_k, joints in the world:
+/// A_k, joint frame to world, and q_k, world joint positions:
 ///   A_0 = R^0, q_0 = p + J_0,  A_k = A_parent R^k, q_k = q_parent + A_parent o_k.
 template <typename T>
 struct BodyKinematics {
@@ -185,7 +185,7 @@ void ForwardKinematics(const BoneOffsets<T>& bones, const Pose<T>& pose, BodyKin
   }
 }
 
-/// Joints of a batch: column i of `joints` (66 x N) is pose i's.
+/// Joints of a batch: column i of `joints` (66 x N) belongs to pose i.
 template <typename T>
 void ForwardKinematics(const BoneOffsets<T>& bones, std::span<const Pose<T>> poses,
                        Eigen::Ref<Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>> joints) {
@@ -196,10 +196,10 @@ void ForwardKinematics(const BoneOffsets<T>& bones, std::span<const Pose<T>> pos
   }
 }
 
-/// q_wrist alone, by the joints that move it: the arm's, the spine's and the root.
+/// q_wrist only, from the joints that move it: arm, spine and root.
 template <typename T>
 Vector3<T> WristPosition(const BoneOffsets<T>& bones, const Pose<T>& pose, Side side) {
-  // From the wrist up: a point in joint k's frame is o_k + R^k x in that of its parent.
+  // From the wrist up: a point x in the frame of joint k is o_k + R^k x in the parent frame.
   int joint = WristJoint(side);
   Vector3<T> point = bones.offset.col(joint);
   for (joint = kJointParents[joint]; joint > 0; joint = kJointParents[joint]) {
@@ -208,13 +208,13 @@ Vector3<T> WristPosition(const BoneOffsets<T>& bones, const Pose<T>& pose, Side 
   return pose.translation + bones.offset.col(0) + pose.rotation[0] * point;
 }
 
-/// Adds to `tangent_bar` the gradient of what has `joints_bar` with respect to q:
+/// Adds to `tangent_bar` the gradient for `joints_bar`, the gradient with respect to q:
 ///   p_bar = sum_j q_bar_j,  phi_bar_k = A_k^T sum_{j below k} (q_j - q_k) x q_bar_j.
 template <typename T>
 void ForwardKinematicsVjp(const BodyKinematics<T>& at,
                           const Eigen::Ref<const BodyJoints<T>>& joints_bar,
                           Eigen::Ref<TangentVector<T>> tangent_bar) {
-  // Forces and their moments about the pelvis, gathered from the leaves inwards.
+  // Forces and their moments about the pelvis, accumulated from the leaves to the root.
   BodyJoints<T> force = joints_bar, moment;
   for (int k = 0; k < kNumBodyJoints; ++k) {
     const Vector3<T> arm = at.joints.col(k) - at.joints.col(0);

@@ -18,7 +18,7 @@
 namespace holdfast::wandr {
 namespace {
 
-// One body on its way: which goal it has in mind, and when it turns to the next.
+// State of one body: its current goal, and when to switch to the next.
 class GoalSequenceRollout {
  public:
   GoalSequenceRollout(const Network<float>& network, std::span<const Eigen::Vector3d> goals,
@@ -27,7 +27,7 @@ class GoalSequenceRollout {
     sample_.goals.resize(goals.size());
   }
 
-  /// Sees the body in a frame; false when that was the last.
+  /// Adds a frame of the body; returns false if it was the last.
   bool See(const RolloutStart<float>& body, const BodyJoints<float>& joints) {
     states_.push_back(StateOf(body.pose));
     joints_.push_back(joints);
@@ -68,7 +68,7 @@ class GoalSequenceRollout {
     return true;
   }
 
-  /// The goal in mind, its deadline counted from the frame seen last.
+  /// The current goal, with its deadline counted from the last frame added.
   Waypoint Next() const {
     const int frame = static_cast<int>(states_.size()) - 1;
     return {goals_[current_], std::max(sample_.goals[current_].due - frame, 1)};
@@ -123,7 +123,7 @@ class GoalSequenceRollout {
   int lingering_ = 0;
 };
 
-// What DrawLatents draws, step after step.
+// The sequence of DrawLatents, value by value.
 class LatentStream {
  public:
   LatentStream(std::uint64_t seed, std::uint64_t stream, double sigma)
@@ -141,8 +141,8 @@ class LatentStream {
   std::uint64_t drawn_ = 0;
 };
 
-// Samples [first, first + size) side by side. Every step is a rollout of its own from where the
-// bodies are, since what happened decides which goal is next.
+// Runs samples [first, first + size) together. Every step is a separate rollout from the current
+// states, because the next goal depends on what has happened.
 void RunBatch(const Network<float>& network, const BoneOffsets<float>& bones,
               const RolloutStart<float>& start, std::span<const Eigen::Vector3d> goals, int first,
               std::span<ReachSample> samples, const ReachGoalsOptions& options) {
@@ -259,7 +259,7 @@ BoneOffsets<double> MirroredBones(const BoneOffsets<double>& bones) {
 StateMatrix<double> MirroredStates(const Eigen::Ref<const StateMatrix<double>>& states) {
   StateMatrix<double> mirrored(kStateSize, states.cols());
   for (Eigen::Index f = 0; f < states.cols(); ++f) {
-    // The mirrored bones have the mirrored pelvis J_0: about it, p itself is mirrored.
+    // Mirrored bones have a mirrored pelvis J_0, so p itself is mirrored.
     const Pose<double> pose = PoseOf<double>(states.col(f));
     WriteState<double>(Mirrored(pose, Eigen::Vector3d::Zero()), mirrored.col(f));
   }

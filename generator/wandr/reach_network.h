@@ -7,14 +7,14 @@
 
 namespace holdfast {
 
-/// Weights of the reach generator, and where they are from.
+/// Weights of the reach generator and their origin.
 struct ReachNetwork {
   std::string source;  ///< the file, or "embedded"
   wandr::NetworkWeights weights;
-  std::string checksum;  ///< of weights and statistics: tells networks apart
+  std::string checksum;  ///< of weights and statistics; identifies the network
 };
 
-/// The weights in a file, or the embedded ones when `path` is empty. Throws Error when there are
+/// Reads the weights in a file, or the embedded ones if `path` is empty. Throws Error if there are
 /// none.
 ReachNetwork LoadReachNetwork(const std::string& path = {});
 
@@ -22,10 +22,10 @@ ReachNetwork LoadReachNetwork(const std::string& path = {});
 
 namespace holdfast::wandr {
 
-/// Whether this library was built with trained weights in it (meshes/networks/wandr.safetensors).
+/// Returns whether the library has embedded trained weights (meshes/networks/wandr.safetensors).
 bool HasDefaultNetwork();
 
-/// Those weights. Throws Error when there are none.
+/// Returns the embedded weights. Throws Error if there are none.
 NetworkWeights DefaultNetwork();
 
 }  // namespace holdfast::wandr

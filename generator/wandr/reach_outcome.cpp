@@ -23,7 +23,7 @@ class JointTrack {
   Eigen::Vector3d At(int joint, int frame) const {
     return joints_.block<3, 1>(3 * joint, frame).cast<double>();
   }
-  /// m/s between a frame and the next.
+  /// Speed between a frame and the next, m/s.
   double Speed(int joint, int frame) const {
     return (At(joint, frame + 1) - At(joint, frame)).norm() * kFramesPerSecond;
   }
@@ -149,7 +149,7 @@ namespace {
 
 constexpr std::size_t kClusterSize = 24;
 
-// The body joint that moves `joint`, whatever hangs on it being at rest.
+// Returns the body joint that moves `joint`; its descendants outside the body are at rest.
 int BodyJointOf(int joint) {
   while (joint >= kNumBodyJoints) joint = kJointParents[joint];
   return joint;
@@ -165,7 +165,7 @@ LowestPoint::LowestPoint(const BodySurface& surface)
       correctives_(surface.NumVertices()) {
   GatherWeights(surface);
   GatherCorrectives(surface);
-  // Vertices that one joint moves most are near each other in any pose.
+  // Vertices moved mostly by the same joint are near each other in any pose.
   std::map<int, std::vector<int>> of_joint;
   for (int i = 0; i < NumVertices(); ++i) {
     const auto most =
@@ -270,7 +270,7 @@ double LowestPoint::Bound(const Placed& placed, const Cluster& cluster) const {
 }
 
 int LowestPoint::Find(const Placed& placed, int guess) const {
-  constexpr double kRounding = 1e-9;  // of weights that do not sum to 1 exactly, meters
+  constexpr double kRounding = 1e-9;  // of weights that do not sum to exactly 1, meters
   int lowest = guess;
   double height = Vertex(placed, guess).z();
   for (const Cluster& cluster : clusters_) {

@@ -15,7 +15,7 @@
 namespace holdfast::wandr {
 namespace {
 
-// Value i of `count` equally spaced ones over [low, high]; a single one is in the middle.
+// Value i of `count` equally spaced values over [low, high]; a single value is the midpoint.
 double Spaced(int i, int count, double low, double high) {
   return count == 1 ? 0.5 * (low + high) : low + (high - low) * i / (count - 1);
 }
@@ -134,7 +134,7 @@ std::vector<ReachOutcome> RunReachProtocol(const Network<float>& network,
 
 namespace {
 
-// A reach that is under way at kReachStartFrame: from hanging arms to `wrist` in 1.6 s.
+// A reach in progress at kReachStartFrame: from hanging arms to `wrist` in 1.6 s.
 struct ComposedReach {
   const char* name;
   Side side;

@@ -18,28 +18,28 @@
 
 namespace holdfast::wandr {
 
-/// How WANDR is evaluated (Diomataris et al. 2024, sec. 4): goals on a cylinder about each start
-/// pose, several samples each; with 6 start poses, 5 x 5 x 5 x 5 x 6 = 3,750 motions of 8 s.
+/// Evaluation protocol of WANDR (Diomataris et al. 2024, sec. 4): goals on a cylinder about each
+/// start pose, several samples each. With 6 start poses, 5 x 5 x 5 x 5 x 6 = 3,750 motions of 8 s.
 struct ReachProtocol {
-  int num_angles = 5;     ///< equally spaced over the full turn; angle 0 is straight ahead
+  int num_angles = 5;     ///< equally spaced over the full circle; angle 0 is straight ahead
   int num_heights = 5;    ///< equally spaced over [0, max_height_m], meters above the floor z = 0
   int num_distances = 5;  ///< equally spaced over [min_distance_m, max_distance_m], horizontal
-  int num_samples = 5;    ///< latents drawn for each goal
+  int num_samples = 5;    ///< latent samples per goal
   double max_height_m = 1.8;
   double min_distance_m = 0.5;
   double max_distance_m = 5.0;
-  int num_frames = 240;  ///< of each motion, its start included: 8 s
+  int num_frames = 240;  ///< of each motion, including its start: 8 s
 
-  /// When the goal is due: Fixed(240) is the paper's.
+  /// Deadline of the goal; the paper uses Fixed(240).
   DeadlineRule deadline = DeadlineRule::Fixed(240);
   IntentionOptions intention;
-  bool with_intention = true;  ///< false: the network as a motion prior, blind to the goal
-  double sigma = 1.0;          ///< of the latents
+  bool with_intention = true;  ///< false: the network as a motion prior, without the goal
+  double sigma = 1.0;          ///< standard deviation of the latents
   std::uint64_t seed = 1;
 
-  /// Goal due after a time that fits its distance, and kept in mind after that.
+  /// Protocol with a deadline that depends on the distance; the goal is kept after the deadline.
   static ReachProtocol Adaptive();
-  /// Throws Error naming the field that makes no sense.
+  /// Throws Error that names the invalid field.
   void Check() const;
   int NumCases(int num_starts) const {
     return num_starts * num_angles * num_heights * num_distances * num_samples;
@@ -57,52 +57,52 @@ struct ReachCase {
   int deadline = 0;                                ///< frames
 };
 
-/// Goals lie about the start's pelvis, angles counted from its heading, counter-clockwise from
-/// above. By start, angle, height, distance, then sample. Throws Error as Check does, and for no
-/// starts.
+/// Returns the cases ordered by start, angle, height, distance, sample. Goals lie around the pelvis
+/// of the start; angles count from its heading, counter-clockwise seen from above. Throws Error as
+/// Check does, and if there are no starts.
 std::vector<ReachCase> ReachCases(const ReachProtocol& protocol, const BoneOffsets<float>& bones,
                                   std::span<const RolloutStart<float>> starts);
 
-/// What else may be asked of a run.
+/// Options of a run.
 struct ReachRun {
   int threads = 1;
-  int first = 0;   ///< of the cases to run: any part of the protocol gives what the whole gives
-  int count = -1;  ///< -1: all from `first`
-  /// Motions done so far; one call at a time. What it throws ends the run.
+  int first = 0;   ///< first case; any part of the protocol gives what the whole gives
+  int count = -1;  ///< -1: all from `first` on
+  /// Receives the number of completed motions, one call at a time. If it throws, the run ends.
   std::function<void(int done, int total)> progress = {};
-  /// Changes a motion before it is measured and seen; called as `see` is.
+  /// Modifies a motion before it is measured and passed to `see`; called in the same way as `see`.
   std::function<void(const ReachCase&, RolloutTrack&)> change = {};
-  /// Sees every motion; called from several threads at a time, `index` counts from 0 over all
-  /// cases.
+  /// Receives every motion; called from several threads concurrently. `index` counts from 0 over
+  /// all cases.
   std::function<void(int index, const RolloutTrack&)> see = {};
 };
 
-/// Runs the protocol: outcomes in the order of ReachCases. They do not depend on `threads`.
+/// Runs the protocol. Returns outcomes in the order of ReachCases, independent of `threads`.
 std::vector<ReachOutcome> RunReachProtocol(const Network<float>& network,
                                            const BoneOffsets<float>& bones,
                                            std::span<const RolloutStart<float>> starts,
                                            const ReachProtocol& protocol, const ReachRun& run = {});
 
-inline constexpr int kReachStartFrame = 25;  ///< of a clip at 30 fps, as the published evaluation
+inline constexpr int kReachStartFrame = 25;  ///< of a clip at 30 fps, as published
 
-/// A pose that motions of the protocol start from.
+/// A start pose of the protocol.
 struct ReachStart {
-  std::string name;  ///< of the clip, or what the pose is
+  std::string name;  ///< name of the clip, or description of the pose
   RolloutStart<double> start;
 };
 
-/// Frame `frame` of every clip where it stands, with the step that led to it.
+/// Returns frame `frame` of every clip, at its original place, with the delta that led to it.
 std::vector<ReachStart> StartsOfClips(std::span<const Clip> clips,
                                       std::span<const std::string> names,
                                       const Normalizer<double>& normalizer,
                                       int frame = kReachStartFrame);
 
-/// Six poses that come from no capture: one stands at ease, the others are moments of reaches
-/// composed by MakeReachMotion, with their velocity.
+/// Returns six starts without captured data: one stands at ease, the others are moments of reaches
+/// generated by MakeReachMotion, with their velocity.
 std::vector<ReachStart> ComposedStarts(const BodyMeasures& body,
                                        const Normalizer<double>& normalizer);
 
-/// What the protocol takes.
+/// Converts starts to the form used by the protocol.
 std::vector<RolloutStart<float>> AsFloat(std::span<const ReachStart> starts);
 
 }  // namespace holdfast::wandr

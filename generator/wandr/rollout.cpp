@@ -80,7 +80,7 @@ void Rollout<Real>::Step(const Eigen::Ref<const Matrix>& latents) {
 
 namespace {
 
-// Adds what the seed has at `frame` for column c: poses directly, joints into joints_bar.
+// Adds the seed at `frame` for column c: poses directly, joints into joints_bar.
 template <typename Real>
 bool AddSeed(const RolloutSeed<Real>& seed, int frame, int c, TangentVector<Real>& pose_bar,
              BodyJoints<Real>& joints_bar) {
@@ -202,7 +202,7 @@ template class Rollout<double>;
 
 namespace {
 
-// Enough for products to be bound by arithmetic; activations still fit a core's cache.
+// Large enough for products to be compute-bound, small enough for activations to fit the cache.
 constexpr int kBatch = 48;
 
 void Check(const RolloutRequest& request, const Network<float>& network) {
@@ -261,7 +261,7 @@ void RunRollouts(const Network<float>& network, const BoneOffsets<float>& bones,
   const int batch = std::clamp((count + threads - 1) / std::max(threads, 1), 1, kBatch);
   const int num_batches = (count + batch - 1) / batch;
   const int latent_size = network.LatentSize();
-  // Each worker takes every so many-th batch, so that its memory is allocated once.
+  // Each worker processes every n-th batch, so that it allocates its memory once.
   const int workers = std::clamp(threads, 1, num_batches);
   ParallelFor(workers, workers, [&](int worker) {
     Rollout<float> rollout(network, bones, batch, steps, options);

@@ -7,10 +7,9 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-/// Rotations as six numbers, the first two rows: rows12(R) = (R00, R01, R02, R10, R11, R12). (The
-/// rows, not the columns of Zhou et al. 2019.) Derivatives of a rotation are right perturbations,
-/// R Exp(phi), phi in radians in the frame that R maps from; x_bar is the gradient with respect to
-/// x.
+/// Rotations as six numbers, the first two rows: rows12(R) = (R00, R01, R02, R10, R11, R12). (Zhou
+/// et al. 2019 use columns instead.) Derivatives of a rotation are right perturbations, R Exp(phi),
+/// phi in radians in the frame that R maps from; x_bar is the gradient with respect to x.
 namespace holdfast::wandr {
 
 template <typename T>
@@ -29,7 +28,7 @@ Vector6<T> Rows12(const Matrix3<T>& R) {
 }
 
 /// GS(six): b1 = a1/|a1|, n = a2 - (b1.a2) b1, b2 = n/|n|, b3 = b1 x b2 are the rows of R. Norms
-/// are kept off zero by 1e-12.
+/// are bounded below by 1e-12.
 template <typename T>
 Matrix3<T> RotationFromRows12(const Vector6<T>& six) {
   const Vector3<T> a1 = six.template head<3>(), a2 = six.template tail<3>();
@@ -43,7 +42,7 @@ Matrix3<T> RotationFromRows12(const Vector6<T>& six) {
   return R;
 }
 
-/// The rotation nearest in the sense of GS: takes rounding off a product of rotations.
+/// Orthonormalizes a product of rotations by GS, which removes rounding errors.
 template <typename T>
 Matrix3<T> Orthonormalized(const Matrix3<T>& R) {
   return RotationFromRows12<T>(Rows12<T>(R));

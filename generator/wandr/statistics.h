@@ -12,7 +12,7 @@
 
 namespace holdfast::wandr {
 
-/// Mean and standard deviation of one feature, per component.
+/// Mean and standard deviation per component of one feature.
 template <int kSize>
 struct FeatureMoments {
   Eigen::Matrix<double, kSize, 1> mean = Eigen::Matrix<double, kSize, 1>::Zero();
@@ -24,8 +24,8 @@ struct FeatureMoments {
   }
 };
 
-/// The statistics that features are normalized with, by the names of the published file; those of
-/// the intention have none. Units: meters, meters per frame, entries of rotation matrices.
+/// Normalization statistics of features, named as in the published file. The intention is not
+/// normalized. Units: meters, meters per frame, entries of rotation matrices.
 struct Statistics {
   FeatureMoments<3> body_transl;
   FeatureMoments<6> body_orient;     ///< rows12(R^0): for stored states only
@@ -36,14 +36,14 @@ struct Statistics {
   FeatureMoments<126> body_pose_delta;
 };
 
-/// Gathers Statistics over states and the deltas between them, in one pass, whatever the order of
-/// magnitude (Welford 1962). The deviation is the unbiased estimator.
+/// Computes Statistics over states and the deltas between them in one numerically stable pass
+/// (Welford 1962). Deviations use the unbiased estimator.
 class StatisticsGatherer {
  public:
-  /// A sequence (135 x F) at 30 fps. Each frame counts once; the first one's delta is rest.
+  /// Adds a sequence (135 x F) at 30 fps. Each frame counts once; the first frame's delta is rest.
   void Add(const Eigen::Ref<const StateMatrix<double>>& states);
   std::int64_t NumFrames() const { return count_; }
-  /// Throws Error with fewer than two frames.
+  /// Throws Error for fewer than two frames.
   Statistics Finish() const;
 
  private:
@@ -54,8 +54,8 @@ class StatisticsGatherer {
   Eigen::Matrix<double, kSize, 1> squares_ = Eigen::Matrix<double, kSize, 1>::Zero();
 };
 
-/// Reads `statistics.<feature>.mean` and `.std`. Throws Error naming what is missing, misshapen,
-/// not finite or negative.
+/// Reads `statistics.<feature>.mean` and `.std`. Throws Error naming a missing, wrongly sized,
+/// non-finite or negative entry.
 Statistics StatisticsFromTensors(const nn::TensorMap& tensors, const std::string& where);
 void AddTensors(const Statistics& statistics, nn::TensorMap& tensors);
 
@@ -67,10 +67,10 @@ struct Affine {
   Eigen::Matrix<T, kSize, 1> deviation;  ///< std + 1e-5
 };
 
-/// Numbers of the condition that are about the pose: p_z, rows12(R_xy), rows12 of joints 1..21.
+/// Size of the pose part of the condition: p_z, rows12(R_xy), rows12 of joints 1..21.
 inline constexpr int kPoseFeatures = 1 + 6 + 126;
 
-/// Statistics as the loops use them, blocks in the order of the vectors they belong to.
+/// Statistics in the layout of the state and condition vectors, for fast normalization.
 template <typename T>
 struct Normalizer {
   explicit Normalizer(const Statistics& statistics);
@@ -83,7 +83,7 @@ struct Normalizer {
 extern template struct Normalizer<float>;
 extern template struct Normalizer<double>;
 
-/// Where the parts of a condition c begin:
+/// Offsets of the parts of a condition c:
 ///   p_z 1 | orient_xy 6 | pose 126 | previous delta 135 | intention 9 (kPaper), 277 in all.
 inline constexpr int kPreviousDeltaOf = kPoseFeatures;
 inline constexpr int kIntentionOf = kPoseFeatures + kStateSize;
@@ -92,8 +92,8 @@ inline constexpr int ConditionSize(IntentionLayout layout) {
   return kIntentionOf + IntentionSize(layout);
 }
 
-/// The pose's part of c, normalized: height, root without heading, joints 1..21. `out` has
-/// kPoseFeatures numbers.
+/// Writes the pose part of c, normalized: height, root without heading, joints 1..21. `out` has
+/// kPoseFeatures values.
 template <typename T>
 void WritePoseFeatures(const Pose<T>& pose, const Heading<T>& heading,
                        const Normalizer<T>& normalizer, T* out) {
@@ -106,7 +106,7 @@ void WritePoseFeatures(const Pose<T>& pose, const Heading<T>& heading,
   features = (features - normalizer.pose.mean).cwiseProduct(normalizer.pose.scale);
 }
 
-/// Adds to `pose_bar` the gradient that `features_bar` (kPoseFeatures numbers) stands for.
+/// Adds to `pose_bar` the gradient for `features_bar` (kPoseFeatures values).
 template <typename T>
 void WritePoseFeaturesVjp(const Pose<T>& pose, const Heading<T>& heading,
                           const Normalizer<T>& normalizer, const T* features_bar,
@@ -123,7 +123,7 @@ void WritePoseFeaturesVjp(const Pose<T>& pose, const Heading<T>& heading,
   }
 }
 
-/// d_norm of a delta, and back.
+/// Normalizes a delta, and the inverse.
 template <typename T>
 StateVector<T> NormalizedDelta(const Normalizer<T>& n, const Eigen::Ref<const StateVector<T>>& d) {
   return (d - n.delta.mean).cwiseProduct(n.delta.scale);
@@ -134,7 +134,7 @@ StateVector<T> DeltaOfNormalized(const Normalizer<T>& n,
   return d.cwiseProduct(n.delta.deviation) + n.delta.mean;
 }
 
-/// s_norm of a state, as sequences are stored for training, and back.
+/// Normalizes a state, as stored in training sequences, and the inverse.
 template <typename T>
 StateVector<T> NormalizedState(const Normalizer<T>& n, const Eigen::Ref<const StateVector<T>>& s) {
   return (s - n.state.mean).cwiseProduct(n.state.scale);

@@ -16,15 +16,15 @@ constexpr double kTick = 1.0 / kFramesPerSecond;
 constexpr int kMaxFrames = 3000;
 constexpr double kThere = 0.03;        // meters
 constexpr double kStance = 0.45;       // meters from the pelvis to a goal that is reached standing
-constexpr double kClose = 0.3;         // meters to there: no turn is needed any more to walk on
+constexpr double kClose = 0.3;         // meters to there: closer, no turn is needed to walk on
 constexpr double kCruise = 1.55;       // m/s
 constexpr double kGain = 3.0;          // m/s^2, setting off
 constexpr double kBrake = 2.7;         // m/s^2
-constexpr double kTurning = 0.9;       // radians a second
-constexpr double kTurnGain = 4.0;      // a second: of the angle that is left
-constexpr double kTurnChange = 8.0;    // radians a second, a second
+constexpr double kTurning = 0.9;       // rad/s
+constexpr double kTurnGain = 4.0;      // 1/s, gain on the remaining angle
+constexpr double kTurnChange = 8.0;    // rad/s^2
 constexpr double kFreeTurn = 0.5;      // radians that a goal may be to the side
-constexpr double kWhileTurning = 1.5;  // the larger, the faster is walked while turning
+constexpr double kWhileTurning = 1.5;  // larger: faster walking while turning
 constexpr double kReach = 0.6;         // seconds from the last step on
 constexpr double kLeast = 40.0;        // frames
 
@@ -45,7 +45,7 @@ WalkPace::WalkPace(const Vector2d& from, const Vector2d& facing, const Vector2d&
     const Vector2d way = goal - p, face = facing_of(yaw);
     const double left = way.norm() - kStance;
     const double angle = way.norm() > 1e-6 ? AngleFrom(face, way) : 0.0;
-    // Who is there need not face the goal.
+    // At arrival the body need not face the goal.
     const double off =
         left > kClose ? angle : std::copysign(std::max(0.0, std::abs(angle) - kFreeTurn), angle);
     if (left < kThere && std::abs(off) < 0.1) break;
@@ -55,7 +55,7 @@ WalkPace::WalkPace(const Vector2d& from, const Vector2d& facing, const Vector2d&
     double speed =
         kCruise * std::max(0.0, (std::cos(angle) + kWhileTurning) / (1.0 + kWhileTurning));
     const double brake = std::sqrt(2.0 * kBrake * std::max(0.0, left - 0.5 * kThere));
-    // On a short last bit the pelvis goes to the goal however it faces.
+    // On the last short stretch the pelvis moves to the goal regardless of facing.
     const double near = std::clamp(1.0 - (left - kClose) / 0.5, 0.0, 1.0);
     Vector2d ahead = facing_of(yaw);
     if (way.norm() > 1e-6) ahead = ((1.0 - near) * ahead + near * way.normalized()).normalized();

@@ -12,8 +12,7 @@ namespace {
 
 constexpr int kTile = kernels::kTileVertices;
 
-// Where the blend shapes are few, skinning is all there is to do: one frame after the other is
-// faster then.
+// With few blend shapes, skinning dominates, and posing frames one by one is faster.
 bool IsWorthwhile(const BodySurface& surface, std::size_t frames) {
   std::size_t moved = 0;
   for (const BodySurface::PoseDirBlock& block : surface.PoseDirs()) moved += block.vertices.size();
@@ -33,7 +32,7 @@ TileLoops LoopsOf([[maybe_unused]] Isa isa) {
   return {};
 }
 
-// States of several frames as the loops take them: a number of all frames side by side.
+// States of several frames in the layout of the loops: each scalar of all frames side by side.
 class FrameRows {
  public:
   FrameRows(const BodySurface& surface, std::span<const BodyState> states)
@@ -76,14 +75,14 @@ class FrameRows {
   const kernels::SkinningArguments& In() const { return in_; }
   long* Next() { return next_.data(); }
 
-  // tile(begin, end) for all vertices.
+  // Calls tile(begin, end) for all tiles.
   template <typename Tile>
   void ForTiles(const Tile& tile) const {
     for (int begin = 0; begin < num_vertices_; begin += kTile) {
       tile(begin, std::min(begin + kTile, num_vertices_));
     }
   }
-  // Rows of a tile, 3 a vertex, to columns [begin, end) of one frame, and back.
+  // Copies rows of a tile, 3 per vertex, to columns [begin, end) of one frame, and back.
   void ToFrame(const std::vector<double>& rows, int begin, int end, std::size_t t,
                double* columns) const {
     for (int r = 3 * begin; r < 3 * end; ++r) columns[r] = rows[(r - 3 * begin) * width_ + t];

@@ -26,14 +26,14 @@ Eigen::Matrix<double, 9, 3> RotationJacobian(const Eigen::Vector3d& w, const Eig
   return J;
 }
 
-// World axes about which joint j turns per unit of its axis-angle: G_parent Jl(theta_j).
+// World rotation axes of joint j per unit of its axis-angle: G_parent Jl(theta_j).
 Eigen::Matrix3d WorldAxes(const BodyState& state, int joint) {
   const Eigen::Matrix3d left_jacobian = LeftJacobianSO3(state.pose.col(joint));
   const int parent = kJointParents[static_cast<std::size_t>(joint)];
   return parent < 0 ? left_jacobian : Eigen::Matrix3d(state.world_rotation[parent] * left_jacobian);
 }
 
-// Column of each joint's first derivative in a Jacobian, -1 for joints that are not asked for.
+// Column of each joint's first derivative in a Jacobian; -1 for joints that are not requested.
 std::array<int, kNumJoints> ColumnOfJoint(std::span<const int> joints) {
   std::array<int, kNumJoints> column;
   column.fill(-1);
@@ -109,7 +109,7 @@ void VertexJacobian(const BodySurface& surface, const BodyState& state, std::spa
   std::array<Eigen::Matrix3d, kNumJoints> axes;
   for (const int j : joints) axes[j] = WorldAxes(state, j);
 
-  // Skinning: joint a carries, of vertex i, the part skinned to a and its descendants; turning a
+  // Skinning: joint a moves the part of vertex i skinned to a and its descendants. A rotation of a
   // by omega moves that part by omega x (sum w x - (sum w) G_a^t).
   Eigen::Matrix<double, 3, kNumJoints> carried;
   std::array<double, kNumJoints> carried_weight;
@@ -216,7 +216,7 @@ void BodySurface::Build(const Eigen::VectorXd& betas, const Eigen::VectorXd& exp
 }
 
 void BodySurface::BuildPoseDirs() {
-  // Which vertices each joint moves first: most it does not.
+  // First determine which vertices each joint moves: most do not move.
   const BodyModelParts& parts = *model_->parts_;
   const std::size_t num_joints = parts.pose_joints.size();
   if (num_joints == 0) return;
@@ -224,7 +224,7 @@ void BodySurface::BuildPoseDirs() {
     return 3 * static_cast<std::size_t>(vertex_ids_[vertex]) + coordinate;
   };
   std::vector<std::vector<int>> moved(num_joints);
-  // Joints [begin, end), halved where any of them moves it.
+  // Joints [begin, end), bisected while any of them moves the vertex.
   const auto find_joints = [&](const auto& again, int i, std::size_t begin, std::size_t end) {
     const bool none = std::ranges::all_of(std::array<std::size_t, 3>{0, 1, 2}, [&](std::size_t c) {
       return parts.pose_dirs.IsZero(row(i, c), 9 * begin, 9 * (end - begin));

@@ -54,8 +54,8 @@ BodyLayout MakeMano(Side side) {
   return layout;
 }
 
-// Whether a tree is the layout's: each joint hangs on the one that it hangs on among the 55.
-// Returns the first that does not, or -1.
+// Compares a tree with a layout: each joint must have the parent that it has among the 55. Returns
+// the first joint that differs, or -1.
 int FirstForeignJoint(const BodyLayout& layout, std::span<const std::int64_t> parents) {
   const std::vector<int>& joints = layout.joint_of_native;
   for (std::size_t k = 1; k < joints.size(); ++k) {

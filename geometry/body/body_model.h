@@ -24,7 +24,7 @@ namespace holdfast {
 /// (joint or vertex, weight) pairs.
 using SparseRow = std::vector<std::pair<int, double>>;
 
-/// What a body model is made of, in SMPL-X's 55 joints (see BodyLayout). Meters.
+/// Data of a body model, with SMPL-X's 55 joints (see BodyLayout). Meters.
 struct BodyModelParts {
   std::string name;  ///< file name, for reports
   ModelKind kind = ModelKind::kSmplx;
@@ -34,57 +34,57 @@ struct BodyModelParts {
   int num_shape = 0;
   int num_expression = 0;
   LinearBasis pose_dirs;                   ///< nine columns for each of `pose_joints`; may be empty
-  std::vector<int> pose_joints;            ///< whose R - I, row-major, each nine columns multiply
+  std::vector<int> pose_joints;            ///< joints; nine columns each multiply R - I, row-major
   std::vector<SparseRow> joint_regressor;  ///< per joint: vertices
   std::vector<SparseRow> weights;          ///< per vertex: joints
   Eigen::Matrix<double, kHandDofs, 1> right_hand_mean, left_hand_mean;
   Eigen::MatrixXd right_hand_components,
-      left_hand_components;                        ///< (n x 45), one a row; may be empty
-  std::vector<int> right_hand_ids, left_hand_ids;  ///< ascending; empty: the model lacks the hand
+      left_hand_components;                        ///< (n x 45), one per row; may be empty
+  std::vector<int> right_hand_ids, left_hand_ids;  ///< ascending; empty if the model lacks the hand
   bool shape_x_corrected = false;                  ///< see BodyModel::ShapeNote
-  std::string source;  ///< the file as it was given, for messages; may be empty
+  std::string source;  ///< the file path as given, for messages; may be empty
 };
 
-/// A body model of SMPL-X's form: const, shared by any number of threads.
+/// A body model in the form of SMPL-X. Const, shared by any number of threads.
 ///
 ///   v_s = v_template + sum_k beta_k S_k + sum_k psi_k E_k
 ///   J   = J_regressor v_s
 ///   v_p = v_s + posedirs vec(R_1 - I, ..., R_54 - I)
 ///   v_i = sum_j w_ij (A_j^R v_p,i + A_j^t) + trans,  A_j = [G_j^R | G_j^t - G_j^R J_j]
 ///
-/// (Loper et al. 2015, eq. 2-4, 9; Pavlakos et al. 2019.) The root turns about the pelvis J_0.
-/// SMPL-H and MANO become bodies of the same 55 joints when they are read: BodyLayout says how.
+/// (Loper et al. 2015, eq. 2-4, 9; Pavlakos et al. 2019.) The root rotates about the pelvis J_0.
+/// SMPL-H and MANO are converted to bodies of the same 55 joints when read; see BodyLayout.
 class BodyModel {
  public:
   /// Reads SMPL-X (v1.0, v1.1), SMPL-H and MANO as downloaded, `.npz` or `.pkl`, and any file with
-  /// the same fields; meshes/body/README.md lists them. With J joints: v_template (V,3), f (F,3),
+  /// the same fields, which meshes/body/README.md lists. With J joints: v_template (V,3), f (F,3),
   /// weights (V,J), J_regressor (J,V), kintree_table (2,J); optional shapedirs (V,3,S), posedirs
   /// (V,3,9(J-1)), hands_meanl/r, hands_componentsl/r, right_/left_hand_vertex_ids. Any float and
-  /// integer type, C or Fortran order. Throws Error naming the field for missing, misshapen or
-  /// non-finite data, faces out of range, a kinematic tree that is none of these models', and
-  /// weights that do not sum to 1.
+  /// integer type, C or Fortran order. Throws Error, naming the field, for missing, misshapen or
+  /// non-finite data, faces out of range, an unknown kinematic tree, and weights that do not sum to
+  /// 1.
   ///
-  /// Which hand a MANO file is of is told by its thumb (SideOfHand), and where that lies flat by
+  /// The side of a MANO file is determined from its thumb (SideOfHand); if the thumb is flat, from
   /// "left" or "right" in its name.
   static std::shared_ptr<const BodyModel> Load(const std::filesystem::path& path);
   static constexpr std::string_view kDefaultName = "holdfast_neutral";  ///< of Default()
-  /// The body that comes with Holdfast (meshes/body/holdfast_neutral.npz, inside the library):
-  /// read once, when first asked for.
+  /// Returns the body embedded in the library (meshes/body/holdfast_neutral.npz). It is read once,
+  /// on first use.
   static std::shared_ptr<const BodyModel> Default();
-  /// The same model with a subject's own rest surface (3 x V): betas have no effect on it. What is
-  /// large is shared. Throws Error unless it has the model's vertices and is finite.
+  /// Returns the same model with a subject's own rest surface (3 x V); betas have no effect on it.
+  /// Large data is shared. Throws Error unless it is finite and has the model's vertex count.
   static std::shared_ptr<const BodyModel> WithTemplate(std::shared_ptr<const BodyModel> model,
                                                        Eigen::Matrix3Xd v_template);
 
-  /// Parts that fit together; whoever reads a file checks it.
+  /// The parts must be consistent; the reader of a file checks them.
   explicit BodyModel(BodyModelParts parts);
 
   ModelKind Kind() const { return parts_->kind; }
-  /// Joints that the file has: 55, 52 or 16.
+  /// Number of joints in the file: 55, 52 or 16.
   int NativeJoints() const {
     return static_cast<int>(LayoutOf(parts_->kind).joint_of_native.size());
   }
-  /// The hand that the model is, nothing else; nothing for a body.
+  /// Returns the side of a hand-only model; nothing for a body.
   std::optional<Side> LoneHand() const { return holdfast::LoneHand(parts_->kind); }
   bool HasHand(Side side) const { return !HandVertexIds(side).empty(); }
   /// Whether the rest surface is a subject's own (WithTemplate).
@@ -95,32 +95,32 @@ class BodyModel {
   int NumExpression() const { return parts_->num_expression; }  ///< usable expression coefficients
   const Eigen::Matrix3Xi& Faces() const { return parts_->faces; }
   const Eigen::Matrix3Xd& Template() const { return v_template_; }
-  /// Zero where the file has none.
+  /// Zero if the file has no mean.
   const Eigen::Matrix<double, kHandDofs, 1>& HandMean(Side side) const {
     return side == Side::kRight ? parts_->right_hand_mean : parts_->left_hand_mean;
   }
-  /// Principal components of hand poses (n x 45), one a row; no rows where the file has none.
+  /// Principal components of hand poses (n x 45), one per row; no rows if the file has none.
   const Eigen::MatrixXd& HandComponents(Side side) const {
     return side == Side::kRight ? parts_->right_hand_components : parts_->left_hand_components;
   }
-  /// Vertices of a hand, ascending. From the file where it has them, the published MANO sets for a
-  /// 10,475-vertex SMPL-X, all of a MANO model, else all vertices with more than half their weight
-  /// on wrist and fingers.
+  /// Vertices of a hand, ascending: the ids in the file if present; for a 10,475-vertex SMPL-X the
+  /// published MANO sets; for a MANO model all vertices; otherwise all vertices with more than half
+  /// their weight on wrist and fingers.
   const std::vector<int>& HandVertexIds(Side side) const {
     return side == Side::kRight ? parts_->right_hand_ids : parts_->left_hand_ids;
   }
   const std::string& Name() const { return parts_->name; }  ///< file name, for reports
-  /// The file as it was given, for messages; the name where there is none.
+  /// The file path as given, for messages; the name if there is none.
   const std::string& Source() const {
     return parts_->source.empty() ? parts_->name : parts_->source;
   }
-  /// What is said where betas are used of a MANO_LEFT as published, whose shapedirs have the x of
-  /// the right hand's (smplx issue 48): Load sets the sign right. Empty for every other model.
+  /// Note to report when betas are used with a MANO_LEFT as published. Its shapedirs have the x
+  /// sign of the right hand (smplx issue 48); Load corrects it. Empty for every other model.
   std::string ShapeNote() const;
 
-  /// Shaped vertices v_s (3 x V). Coefficients beyond the model's throw Error unless they are zero;
-  /// fewer count as zero. A subject's surface takes no betas (any number is ignored), only
-  /// expression.
+  /// Shaped vertices v_s (3 x V). Missing coefficients count as zero; excess coefficients throw
+  /// Error unless they are zero. For a subject's surface, betas are ignored (any number) and only
+  /// expression is used.
   Eigen::Matrix3Xd ShapedVertices(const Eigen::VectorXd& betas,
                                   const Eigen::VectorXd& expression = {}) const;
   /// Rest joints J (3 x 55) of shaped vertices.
@@ -136,11 +136,11 @@ class BodyModel {
   bool is_subject_ = false;
 };
 
-/// Some vertices of one person: all that stays constant through a clip. Const and shareable.
-/// Costs what its vertices cost: a hand costs a hand.
+/// Some vertices of one person: all data that is constant through a clip. Const and shareable. The
+/// cost is proportional to the number of vertices.
 class BodySurface {
  public:
-  /// All vertices, or those in `vertex_ids` (any order, kept). Throws Error for ids out of range.
+  /// All vertices, or `vertex_ids` (in the given order). Throws Error for ids out of range.
   explicit BodySurface(std::shared_ptr<const BodyModel> model, const Eigen::VectorXd& betas = {},
                        const Eigen::VectorXd& expression = {});
   BodySurface(std::shared_ptr<const BodyModel> model, const Eigen::VectorXd& betas,
@@ -167,7 +167,7 @@ class BodySurface {
   std::span<const std::pair<int, double>> Weights(int vertex) const {
     return {weights_.data() + weight_begin_[vertex], weights_.data() + weight_begin_[vertex + 1]};
   }
-  /// The pairs of all vertices, one after another, and where each vertex's begin (n + 1).
+  /// The concatenated pairs of all vertices, and the start of each vertex's range (n + 1).
   const std::vector<std::pair<int, double>>& AllWeights() const { return weights_; }
   const std::vector<int>& WeightBegin() const { return weight_begin_; }
 
@@ -200,25 +200,25 @@ struct BodyState {
   }
 };
 
-/// Joint transforms only (22-joint features, retargeting): fills local/world_rotation, joints,
-/// skin_offset, pose. `rest_joints` (3 x 55) as in BodySurface::RestJoints().
+/// Computes joint transforms only (22-joint features, retargeting): fills local/world_rotation,
+/// joints, skin_offset, pose. `rest_joints` (3 x 55) as in BodySurface::RestJoints().
 void ForwardJoints(const Eigen::Matrix3Xd& rest_joints, const JointPose& pose,
                    const Eigen::Vector3d& trans, BodyState& state);
 
-/// The whole forward model. Poses are taken as they are (flat_hand_mean = true); AddHandMean gives
-/// the pose of files that were written with flat_hand_mean = false. Allocates on first use only.
+/// Evaluates the whole forward model. Poses are used as given (flat_hand_mean = true); AddHandMean
+/// converts the poses of files written with flat_hand_mean = false. Allocates on first use only.
 void Forward(const BodySurface& surface, const JointPose& pose, const Eigen::Vector3d& trans,
              BodyState& state);
 
-/// pose + hands_mean of both hands, and pose - hands_mean.
+/// Returns pose + hands_mean, or pose - hands_mean, for both hands.
 JointPose AddHandMean(const BodyModel& model, const JointPose& pose);
 JointPose RemoveHandMean(const BodyModel& model, const JointPose& pose);
 
 /// Row-major so that a vertex's three rows are contiguous.
 using JacobianMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-/// d vertices / d (axis-angle of `joints`, then trans): (3n x 3|joints| + 3), pose blend shapes
-/// included. `state` must hold Forward's result for the same surface.
+/// d vertices / d (axis-angle of `joints`, then trans): (3n x 3|joints| + 3), including pose blend
+/// shapes. `state` must hold Forward's result for the same surface.
 void VertexJacobian(const BodySurface& surface, const BodyState& state, std::span<const int> joints,
                     JacobianMatrix& J_vertices_params);
 

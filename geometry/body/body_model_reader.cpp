@@ -41,8 +41,8 @@ Eigen::Matrix3Xi ReadFaces(const BodyModelFields& fields, int num_vertices) {
   return faces;
 }
 
-// v1.1 of SMPL-X has 300 shape and 100 expression directions, v1.0 ten and ten; SMPL-H and MANO
-// have shape alone. A file may say how many of its directions are shape.
+// SMPL-X v1.1 has 300 shape and 100 expression directions, v1.0 ten and ten; SMPL-H and MANO only
+// have shape. A file may give the number of its shape directions.
 void ReadShape(const BodyModelFields& fields, BodyModelParts& parts) {
   if (!fields.Has("shapedirs")) return;
   parts.shape_dirs = LinearBasis(fields.Read("shapedirs"), parts.v_template.cols(), -1);
@@ -64,8 +64,8 @@ void ReadShape(const BodyModelFields& fields, BodyModelParts& parts) {
   }
 }
 
-// How far each direction stretches the rest surface along x, y and z (a column a direction), and
-// the share of its displacements that this explains over all directions.
+// Stretch of the rest surface by each direction along x, y and z (a column per direction), and the
+// fraction of all displacements that this stretch explains.
 struct ShapeStrain {
   Eigen::Matrix3Xd stretch;
   double explained = 0;
@@ -96,9 +96,9 @@ ShapeStrain MeasureStrain(const BodyModelParts& parts) {
   return strain;
 }
 
-// Hands of people are larger or smaller: over the directions, each as long as people differ along
-// it, a hand that is longer is wider and thicker too. In MANO_LEFT.pkl as published x goes against
-// y and z, because its shapedirs were mirrored without their sign.
+// Hand size is the main variation between people: over the directions, scaled by their variation, a
+// longer hand is also wider and thicker. In MANO_LEFT.pkl as published x is anticorrelated with y
+// and z, because its shapedirs were mirrored without a change of sign.
 bool XGoesAgainstYAndZ(const BodyModelParts& parts) {
   constexpr double kMinExplained = 0.25, kMinCorrelation = 0.2;
   const ShapeStrain strain = MeasureStrain(parts);
@@ -154,7 +154,7 @@ std::vector<SparseRow> ReadWeights(const BodyModelFields& fields, const BodyLayo
   return rows;
 }
 
-// SMPL-X and SMPL-H name their two hands' fields with l and r, MANO has one hand.
+// SMPL-X and SMPL-H suffix the fields of their two hands with l and r; MANO has a single hand.
 std::string HandField(const char* base, Side side, ModelKind kind) {
   if (LoneHand(kind)) return base;
   return fmt::format("{}{}", base, side == Side::kRight ? "r" : "l");
@@ -214,7 +214,7 @@ std::vector<int> HandIds(const BodyModelFields& fields, Side side, const BodyMod
   return ids;
 }
 
-// MANO files of both sides look alike but for their geometry; the name helps where that is flat.
+// MANO files of both sides differ only in geometry; if that is flat, the name decides.
 ModelKind SideOfMano(const BodyModelFields& fields, const Eigen::Matrix3Xd& v_template,
                      std::string name) {
   const std::vector<SparseRow> regressor =
@@ -258,7 +258,7 @@ BodyModelParts ReadBodyModel(const BodyModelFields& fields, std::string name) {
   if (LoneHand(parts.kind)) parts.kind = SideOfMano(fields, parts.v_template, name);
   const BodyLayout& layout = LayoutOf(parts.kind);
   parts.name = std::move(name);
-  // Half of the file, on another thread where there is one. Its faults are reported when the other
+  // Half of the file, on another thread if available. Errors in it are reported only if the other
   // fields have none.
   std::future<LinearBasis> pose_dirs;
   if (fields.Has("posedirs")) {
@@ -300,7 +300,7 @@ struct BodyModelFields::Source {
 };
 
 BodyModelFields::BodyModelFields(const std::filesystem::path& path) : file_(path.string()) {
-  // Torch archives are zips too; a .npz is one that has the arrays as members.
+  // Torch archives are also zip files; a .npz has the arrays as members.
   if (IsZip(path)) {
     NpzReader archive(path);
     if (!archive.Keys().empty()) {
@@ -346,7 +346,7 @@ std::string_view BodyModelFields::FirstOf(std::initializer_list<std::string_view
   return {};
 }
 
-// A range of ids without the vertices that MANO does not have.
+// A range of ids without the vertices that MANO lacks.
 std::vector<int> SmplxHandVertices(Side side) {
   static constexpr int kRightMissing[] = {7452, 7453, 7454, 7455, 7457, 7458, 7460,
                                           7461, 7462, 7497, 7498, 7557, 7559, 7580,

@@ -13,12 +13,12 @@
 
 namespace holdfast {
 
-/// The arrays of a body model's file by name, whatever holds them: `.npz` (read directly, member by
-/// member), or a pickle as SMPL-X, SMPL-H and MANO are downloaded (see DataFile: nothing in it is
-/// executed; sparse matrices and chumpy arrays come as plain arrays).
+/// The arrays of a body model file by name. Supports `.npz` (read member by member) and pickles as
+/// SMPL-X, SMPL-H and MANO are distributed (see DataFile: nothing in the pickle is executed; sparse
+/// matrices and chumpy arrays are converted to plain arrays).
 class BodyModelFields {
  public:
-  /// Throws Error for a file that is missing or of no format that holds named arrays.
+  /// Throws Error for a missing file or a format without named arrays.
   explicit BodyModelFields(const std::filesystem::path& path);
   explicit BodyModelFields(NpzReader archive);
   ~BodyModelFields();
@@ -26,12 +26,12 @@ class BodyModelFields {
 
   const std::string& File() const { return file_; }
   bool Has(std::string_view key) const;
-  /// Throws Error for a missing field (listing what is there) and one that holds no numbers.
+  /// Throws Error for a missing field (listing the available ones) and a non-numeric field.
   NpyMember Read(std::string_view key) const;
-  /// As doubles in C order. Throws Error unless of this shape (-1 matches any) and finite.
+  /// Returns doubles in C order. Throws Error unless of this shape (-1 matches any) and finite.
   std::vector<double> ReadFinite(std::string_view key,
                                  const std::vector<std::ptrdiff_t>& shape) const;
-  /// The first of the names that is there; empty when none is.
+  /// Returns the first of the names that is present; empty if none is.
   std::string_view FirstOf(std::initializer_list<std::string_view> keys) const;
 
  private:
@@ -40,8 +40,8 @@ class BodyModelFields {
   std::unique_ptr<const Source> source_;
 };
 
-/// Reads and checks a body model's fields and brings them into SMPL-X's 55 joints; BodyModel::Load
-/// says what they are and what is thrown. `name` goes into reports.
+/// Reads and checks the fields of a body model and converts them to SMPL-X's 55 joints. For the
+/// fields and errors see BodyModel::Load. `name` is used in reports.
 BodyModelParts ReadBodyModel(const BodyModelFields& fields, std::string name);
 
 inline constexpr int kSmplxVertices = 10475;

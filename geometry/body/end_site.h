@@ -7,8 +7,8 @@
 
 namespace holdfast {
 
-/// Where a limb ends: the vertex farthest from `joint` of those that follow it more than any other
-/// joint, relative to the joint in the T-pose, meters. Zero where no vertex does.
+/// Returns the end of a limb: of the vertices with more than half their weight on `joint`, the one
+/// farthest from the joint, relative to it in the T-pose, meters. Zero if there is no such vertex.
 Eigen::Vector3d EndSite(const BodySurface& surface, int joint);
 
 }  // namespace holdfast

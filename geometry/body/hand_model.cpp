@@ -19,15 +19,15 @@
 namespace holdfast {
 namespace {
 
-// Linear blend skinning of one pose: the vertices of a hand that its fingers have moved.
+// Linear blend skinning of one pose, for the vertices of a hand that its fingers have moved.
 struct SkinnedPose {
   const std::pair<int, double>* weights;  // (joint, weight), of all vertices
   const int* weight_begin;
-  const Eigen::Matrix3d* rotation;  // of the joints
-  const double* offset;             // 3 a joint
-  const double* posed_rest;         // 3 a vertex
-  Eigen::Matrix3d* blend;           // of each vertex
-  double* vertices;                 // 3 a vertex
+  const Eigen::Matrix3d* rotation;  // per joint
+  const double* offset;             // 3 per joint
+  const double* posed_rest;         // 3 per vertex
+  Eigen::Matrix3d* blend;           // per vertex
+  double* vertices;                 // 3 per vertex
 };
 
 void SkinVertices(const SkinnedPose& pose, std::span<const int> ids) {
@@ -56,7 +56,7 @@ HOLDFAST_AVX2 inline void Store3(double* p, const __m256d& v) {
   _mm_store_sd(p + 2, _mm256_extractf128_pd(v, 1));
 }
 
-// The same by registers of four, with the same sums in the same order: the same bits.
+// SkinVertices with four-wide registers: same sums in the same order, so bitwise identical.
 HOLDFAST_AVX2 void SkinVerticesAvx(const SkinnedPose& pose, std::span<const int> ids) {
   for (const int i : ids) {
     __m256d x = _mm256_setzero_pd(), y = x, z = x, offset = x;
@@ -70,14 +70,14 @@ HOLDFAST_AVX2 void SkinVerticesAvx(const SkinnedPose& pose, std::span<const int>
       offset += w * Load3(pose.offset + 3 * joint);
     }
     double* const blend = pose.blend[i].data();
-    _mm256_storeu_pd(blend, x);  // in this order: each has one number too many
+    _mm256_storeu_pd(blend, x);  // in this order: each store overlaps the next by one
     _mm256_storeu_pd(blend + 3, y);
     Store3(blend + 6, z);
     const double* const p = pose.posed_rest + 3 * i;
     x *= _mm256_set1_pd(p[0]);
     y *= _mm256_set1_pd(p[1]);
     z *= _mm256_set1_pd(p[2]);
-    // As Eigen adds, two rows at once and then one.
+    // In Eigen's order: two rows at once, then one.
     Store3(pose.vertices + 3 * i, _mm256_blend_pd((x + y) + z, x + (y + z), 0b100) + offset);
   }
 }
@@ -88,7 +88,7 @@ HOLDFAST_AVX2 void SkinVerticesAvx(const SkinnedPose& pose, std::span<const int>
 using JointSet = std::uint32_t;  // bit k: finger joint k
 
 JointSet WithAncestors(int finger_joint) {
-  // Fingers are chains of three: joint k of a finger hangs on those before it.
+  // Fingers are chains of three joints: the ancestors of a joint are those before it in its finger.
   JointSet set = 0;
   for (int k = finger_joint; k >= finger_joint - finger_joint % 3; --k) set |= JointSet{1} << k;
   return set;
@@ -125,8 +125,7 @@ HandModel::HandModel(std::shared_ptr<const BodyModel> model, const Eigen::Vector
     for (const int i : block.vertices) moved_by[i] |= JointSet{1} << k;
   }
 
-  // A handful of large groups serve matrix products better than many exact ones: none, one finger,
-  // or all.
+  // A few large groups suit matrix products better than many exact ones: none, one finger, or all.
   const auto round_up = [](JointSet set) {
     if (set == 0) return set;
     for (int finger = 0; finger < 5; ++finger) {
@@ -190,7 +189,7 @@ HandState::HandState(const HandModel& hand)
 
 void HandState::SetBody(const JointPose& pose, const Eigen::Vector3d& trans) {
   ForwardJoints(hand_->surface_.RestJoints(), pose, trans, body_);
-  // Unlike any: the next Evaluate has all fingers to move.
+  // NaN differs from any pose: the next Evaluate recomputes all fingers.
   body_.pose.middleCols<kJointsPerHand>(first_).setConstant(std::nan(""));
   base_ = hand_->surface_.RestVertices();
   for (const BodySurface::PoseDirBlock& block : hand_->surface_.PoseDirs()) {
@@ -205,11 +204,11 @@ void HandState::SetBody(const JointPose& pose, const Eigen::Vector3d& trans) {
   }
 }
 
-// What no finger that has moved since the last time can move stays where it is.
+// Only recomputes vertices affected by fingers that have moved since the last call.
 void HandState::Evaluate(const FingerPose& fingers, bool with_jacobian) {
   const BodySurface& surface = hand_->surface_;
   const Eigen::Matrix3Xd& rest_joints = surface.RestJoints();
-  std::array<bool, kJointsPerHand> moved;  // the whole finger of a joint
+  std::array<bool, kJointsPerHand> moved;  // whether any joint of the same finger moved
   for (int k = 0; k < kJointsPerHand; ++k) {
     const int finger = k - k % 3;
     moved[k] = k == finger
@@ -287,7 +286,7 @@ void HandState::EvaluateJacobians() {
     J.setZero();
     for (std::size_t m = 0; m < group.vertices.size(); ++m) {
       const int i = group.vertices[m];
-      // As in VertexJacobian: each joint carries what is skinned to it and its descendants.
+      // As in VertexJacobian: each joint moves what is skinned to it and its descendants.
       std::array<Eigen::Vector3d, kJointsPerHand> carried;
       std::array<double, kJointsPerHand> carried_weight{};
       for (const auto& [joint, w] : surface.Weights(i)) {

@@ -15,15 +15,15 @@ namespace holdfast {
 /// radians.
 using FingerPose = Eigen::Matrix<double, kHandDofs, 1>;
 
-/// The fingers' part of a body pose, and back.
+/// Reads the fingers from a body pose, or writes them to it.
 FingerPose FingersOf(const JointPose& pose, Side side);
 void SetFingers(JointPose& pose, Side side, const FingerPose& fingers);
 
-/// One hand of one person: N vertices as a function of 45 finger numbers, the rest of the body
-/// held. The same model as BodySurface over BodyModel::HandVertexIds, reorganized for a solver's
-/// loop: what the fingers cannot change is computed once per frame, and vertices are grouped by the
-/// finger joints that can move them, so that Jacobians hold no columns of zeros. Const and
-/// shareable.
+/// One hand of one person: N vertices as a function of 45 finger parameters, with the rest of the
+/// body fixed. The same model as BodySurface over BodyModel::HandVertexIds, organized for a
+/// solver's inner loop: data that the fingers do not affect is computed once per frame, and
+/// vertices are grouped by the finger joints that move them, so that Jacobians have no zero
+/// columns. Const and shareable.
 class HandModel {
  public:
   HandModel(std::shared_ptr<const BodyModel> model, const Eigen::VectorXd& betas, Side side);
@@ -39,7 +39,7 @@ class HandModel {
   int NumVertices() const { return surface_.NumVertices(); }
   const BodySurface& Surface() const { return surface_; }
   const std::vector<Group>& Groups() const { return groups_; }
-  /// Where a vertex is in Groups(): groups_[group].vertices[member].
+  /// Position of a vertex in Groups(): groups_[group].vertices[member].
   struct Place {
     int group, member;
   };
@@ -48,7 +48,7 @@ class HandModel {
  private:
   friend class HandState;
 
-  // Pose blend shapes of one finger joint on one group: 3 rows a vertex that it moves.
+  // Pose blend shapes of one finger joint on one group: 3 rows per vertex that it moves.
   struct FingerDirs {
     int finger_joint;
     int group;
@@ -63,7 +63,7 @@ class HandModel {
   std::vector<FingerDirs> finger_dirs_;
 };
 
-/// Scratch and result for one hand; one per thread, reused from frame to frame, no allocation after
+/// Scratch and result for one hand; one per thread, reused from frame to frame. No allocation after
 /// the first frame.
 class HandState {
  public:
@@ -72,10 +72,10 @@ class HandState {
   /// Fixes everything but the fingers (their columns in `pose` are ignored).
   void SetBody(const JointPose& pose, const Eigen::Vector3d& trans);
 
-  /// Vertices for these fingers; with `with_jacobian` the Jacobians too. Needs SetBody before.
+  /// Computes the vertices; with `with_jacobian` also the Jacobians. Requires a prior SetBody.
   void Evaluate(const FingerPose& fingers, bool with_jacobian);
 
-  /// The Jacobians at the fingers of the last Evaluate.
+  /// Computes the Jacobians at the fingers of the last Evaluate.
   void EvaluateJacobians();
 
   const HandModel& Hand() const { return *hand_; }
@@ -111,8 +111,8 @@ class HandState {
   std::vector<Eigen::Matrix3d> blend_;  // per vertex, sum_k w_k G_k^R
 };
 
-/// Which of a hand's joints (the wrist, fifteen of the fingers) moves each vertex most; -1 for
-/// vertices of other parts.
+/// Returns for each vertex the joint of a hand (the wrist, fifteen finger joints) that moves it
+/// most; -1 for vertices of other parts.
 std::vector<int> StrongestHandJoints(const BodySurface& surface, Side side);
 
 }  // namespace holdfast

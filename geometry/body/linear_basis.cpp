@@ -21,7 +21,7 @@ std::span<const T> As(const std::vector<std::byte>& data) {
   return {reinterpret_cast<const T*>(data.data()), data.size() / sizeof(T)};
 }
 
-// Halves end at 65,504: those beyond kMaxMeters are infinite or no numbers.
+// The largest finite half is 65,504, so values beyond kMaxMeters are infinite or NaN.
 std::optional<std::size_t> FirstNotFinite(std::span<const std::uint16_t> halves) {
   static_assert(kMaxMeters > 65504.0);
   const auto bits = [](std::uint16_t half) { return half & 0x7fff; };
@@ -97,7 +97,7 @@ bool LinearBasis::IsZero(std::size_t row, std::size_t begin, std::size_t count) 
   const std::size_t first = row * columns_ + begin;
   const std::byte* const bytes = data_->data() + first * item_size_;
   const std::size_t size = count * item_size_;
-  // Most are: told at once, each byte being the one before it and the first 0.
+  // The common case, tested at once: each byte equals its predecessor and the first is 0.
   if (size == 0 || (bytes[0] == std::byte{0} && std::memcmp(bytes, bytes + 1, size - 1) == 0)) {
     return true;
   }
@@ -107,7 +107,7 @@ bool LinearBasis::IsZero(std::size_t row, std::size_t begin, std::size_t count) 
   if (item_size_ == 8) return zeros(As<double>(*data_));
   if (item_size_ == 4) return zeros(As<float>(*data_));
   return std::ranges::all_of(As<std::uint16_t>(*data_).subspan(first, count),
-                             [](unsigned half) { return (half & 0x7fff) == 0; });  // either zero
+                             [](unsigned half) { return (half & 0x7fff) == 0; });  // 0 or -0
 }
 
 }  // namespace holdfast

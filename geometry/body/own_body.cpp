@@ -19,7 +19,7 @@ namespace {
 
 constexpr int kFacesPerLeaf = 8;
 
-// Share of a vertex that moves with an arm from `first` on: 0 shoulder, 1 elbow, 2 wrist.
+// Fraction of a vertex's weight on an arm from `first` on: 0 shoulder, 1 elbow, 2 wrist.
 double ShareOfArm(const BodySurface& body, int vertex, Side side, int first) {
   double share = 0.0;
   for (const auto& [joint, weight] : body.Weights(vertex)) {
@@ -33,20 +33,20 @@ double ShareOfArm(const BodySurface& body, int vertex, Side side, int first) {
 
 }  // namespace
 
-// Boxes around boxes around faces: which, from the rest pose; how large, from each pose.
+// Bounding volume hierarchy over faces: topology from the rest pose, boxes from each pose.
 struct OwnBody::Tree {
   struct Node {
-    int second = 0;                         // the first child stands behind its parent; 0: a leaf
+    int second = 0;                         // the first child follows its parent; 0: a leaf
     int begin = 0, end = 0;                 // of `faces`
     int first_corner = 0, last_corner = 0;  // of `corners`, for a leaf
   };
 
   std::vector<Eigen::Vector3i> faces;      // corners, leaf by leaf
-  std::vector<bool> vertex_rim;            // of the body's vertices
-  std::vector<std::array<int, 3>> across;  // the face behind each edge; -1 at the rim
+  std::vector<bool> vertex_rim;            // per body vertex
+  std::vector<std::array<int, 3>> across;  // the face across each edge; -1 at the rim
   std::vector<int> around_begin, around;   // faces at each vertex
   std::vector<Node> nodes;
-  std::vector<int> corners;  // of each leaf's faces, every vertex once
+  std::vector<int> corners;  // distinct vertices of each leaf's faces
 
   void Build(const Eigen::Matrix3Xd& rest, std::vector<Eigen::Vector3i>& unordered) {
     std::vector<Eigen::Vector3d> centers;
@@ -150,7 +150,7 @@ struct OwnBody::Posed::Impl {
   std::shared_ptr<const Tree> tree;
   const Eigen::Matrix3Xd& vertices;
   double farthest2 = 0.0;                  // squared, meters
-  std::vector<Eigen::AlignedBox3d> boxes;  // of the nodes; empty: too far to matter
+  std::vector<Eigen::AlignedBox3d> boxes;  // of the nodes; empty if too far
 
   struct Nearest {
     double distance2;
@@ -182,7 +182,7 @@ struct OwnBody::Posed::Impl {
     }
   }
 
-  // Squared, to the node's box; infinite where that is empty. Without branches.
+  // Squared distance to the node's box; infinite for an empty box. Branch-free.
   double Bound(int node, const Eigen::Vector3d& point) const {
     const Eigen::AlignedBox3d& box = boxes[node];
     double squared = 0.0;
@@ -199,7 +199,7 @@ struct OwnBody::Posed::Impl {
     return (vertices.col(f[1]) - a).cross(vertices.col(f[2]) - a);
   }
 
-  // The angle-weighted pseudonormal (Baerentzen & Aanaes 2005); nothing on the rim.
+  // Angle-weighted pseudonormal (Baerentzen & Aanaes 2005); nothing on the rim.
   std::optional<Eigen::Vector3d> Normal(const Nearest& nearest) const {
     using enum TriangleFeature;
     const Eigen::Vector3i& face = tree->faces[nearest.face];
@@ -250,7 +250,7 @@ OwnBody::Posed::Posed(const OwnBody& body, const Eigen::Matrix3Xd& vertices,
       box = impl->boxes[n + 1].merged(impl->boxes[node.second]);
       continue;
     }
-    // x and y side by side, and all in registers.
+    // x and y side by side, all in registers.
     using Two [[gnu::vector_size(16)]] = double;
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
     Two low_xy = {kInfinity, kInfinity}, high_xy = -low_xy;

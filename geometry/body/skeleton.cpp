@@ -35,8 +35,7 @@ std::optional<int> FindJoint(std::string_view name) {
 int MirrorJoint(int joint) {
   if (joint >= kRightHandBegin) return joint - kJointsPerHand;
   if (joint >= kLeftHandBegin) return joint + kJointsPerHand;
-  // Paired body joints are (left, right) neighbors in the list; the spine, head and jaw are
-  // single.
+  // Paired body joints are adjacent (left, right) in the list; the spine, head and jaw are single.
   switch (joint) {
     case 1:
     case 4:

@@ -10,8 +10,8 @@
 namespace holdfast {
 
 /// The SMPL-X skeleton: 55 joints, in the order of every SMPL-X file (Pavlakos et al., CVPR 2019).
-/// Axis-angle poses are 3 x 55, column j the rotation of joint j relative to its parent.
-/// Rest pose: T-pose, y up, facing +z, +x to the body's left; meters.
+/// Axis-angle poses are 3 x 55, column j the rotation of joint j relative to its parent. Rest pose:
+/// T-pose, y up, facing +z, +x to the body's left; meters.
 enum Joint : int {
   kPelvis,
   kLeftHip,
@@ -51,10 +51,10 @@ extern const std::array<std::string_view, kNumJoints> kJointNames;
 extern const std::array<int, kNumJoints>
     kJointParents;  ///< -1 for the pelvis; always parent < child
 
-/// Index of a joint by name, nothing when there is none of that name.
+/// Returns the index of a joint by name; nothing if there is no such joint.
 std::optional<int> FindJoint(std::string_view name);
 
-/// The same joint on the other side of the body (itself for the spine, head and jaw).
+/// Returns the same joint on the other side (itself for the spine, head and jaw).
 int MirrorJoint(int joint);
 
 enum class Side { kRight, kLeft };
@@ -73,18 +73,18 @@ std::string_view SideName(Side side);  ///< "right" or "left"
 /// Rotations of all joints relative to their parents, axis-angle, one column per joint, radians.
 using JointPose = Eigen::Matrix<double, 3, kNumJoints>;
 
-/// The pose seen in a mirror at x = 0: sides swapped, y and z of every axis-angle negated.
+/// Mirrors a pose at x = 0: sides swapped, y and z of every axis-angle negated.
 JointPose MirrorPose(const JointPose& pose);
 
-/// Rest pelvises J_0 of the neutral models' mean shapes, meters (J_regressor v_template), as they
-/// stand in public code: SMPL-X in the retargeting tables of kimodo (SMPLX_REST_WORLD), SMPL, whose
-/// body SMPL-H shares, in the smpl_humanoid.xml of its simulations. Those of men and women are
+/// Rest pelvis positions J_0 of the neutral models' mean shapes, meters (J_regressor v_template),
+/// from public code: SMPL-X from the retargeting tables of kimodo (SMPLX_REST_WORLD); SMPL, whose
+/// body SMPL-H shares, from its simulation model smpl_humanoid.xml. The male and female models' are
 /// within a few centimeters.
 inline const Eigen::Vector3d kSmplxRestPelvis(0.0031, -0.3514, 0.0120);
 inline const Eigen::Vector3d kSmplhRestPelvis(-0.0018, -0.2233, 0.0282);
 
-/// The embedded body's, at zero betas: SMPL-X's, so that its clips are in place in code that is
-/// written for SMPL-X.
+/// Of the embedded body at zero betas: equal to SMPL-X's, so that its clips are placed correctly by
+/// code written for SMPL-X.
 inline const Eigen::Vector3d kEmbeddedRestPelvis = kSmplxRestPelvis;
 
 }  // namespace holdfast

@@ -30,8 +30,8 @@ void AddSkin(const BodySurface& surface, const BodyState& state,
   }
 }
 
-// By the axis-angle w of R = exp([w]x): dR = [Jl dw]x R, and <D, [omega]x R> is omega's product
-// with the axial vector of D R'.
+// Derivative with respect to the axis-angle w of R = exp([w]x): dR = [Jl dw]x R, and <D, [omega]x
+// R> is the dot product of omega with the axial vector of D R'.
 Eigen::Vector3d ByAxisAngle(const Eigen::Matrix3d& d_rotation, const Eigen::Matrix3d& R,
                             const Eigen::Vector3d& w) {
   const Eigen::Matrix3d turned = d_rotation * R.transpose();
@@ -62,8 +62,8 @@ void JointAdjoint(const BodySurface& surface, const BodyState& state, SkinGradie
                   const Eigen::Ref<const Eigen::Matrix<double, 3, kNumJoints>>& d_joints,
                   BodyGradient& gradient) {
   gradient.rest_joints.setZero();
-  // A_j^t = G_j^t - G_j^R J_j; then, from the leaves to the root, G_j^R = G_parent^R R_j and
-  // G_j^t = G_parent^R (J_j - J_parent) + G_parent^t.
+  // A_j^t = G_j^t - G_j^R J_j; then, from the leaves to the root, G_j^R = G_parent^R R_j and G_j^t
+  // = G_parent^R (J_j - J_parent) + G_parent^t.
   const Eigen::Matrix3Xd& J = surface.RestJoints();
   Eigen::Matrix<double, 3, kNumJoints> origin = d_joints + skin.offset;
   for (int j = kNumJoints - 1; j >= 0; --j) {

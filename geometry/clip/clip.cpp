@@ -30,7 +30,7 @@ namespace {
 
 constexpr const char* kObjectChecksum = "object_checksum";
 
-// The arrays of a clip's file: those of AMASS's SMPL-X layout, and those that only Holdfast has.
+// Arrays of a clip's file: those of AMASS's SMPL-X layout, and Holdfast's own.
 constexpr std::array kAmassArrays = {
     "mocap_frame_rate",  "mocap_time_length", "trans", "root_orient", "pose_body", "pose_jaw",
     "pose_eye",          "pose_hand",         "poses", "betas",       "num_betas", "gender",
@@ -90,7 +90,7 @@ double ReadFrameRate(const NpzReader& archive) {
   return values[0];
 }
 
-// The track whose arrays begin with `prefix`; nothing when the archive has none.
+// Reads the track whose arrays begin with `prefix`; nothing if the archive has none.
 std::optional<ObjectTrack> ReadTrack(const NpzReader& archive, const std::string& prefix,
                                      Eigen::Index frames) {
   const std::string trans = prefix + "_trans";
@@ -106,7 +106,7 @@ std::optional<ObjectTrack> ReadTrack(const NpzReader& archive, const std::string
   return track;
 }
 
-// Labels (T, V) as V x T; empty when the archive has none.
+// Labels (T, V) as V x T; empty if the archive has none.
 ContactLabels::Matrix ReadLabels(const NpzReader& archive, std::string_view key,
                                  Eigen::Index frames) {
   if (!archive.Has(key)) return {};
@@ -302,8 +302,8 @@ void AddArrays(const Clip& clip, NpzWriter& writer) {
   add_joints("pose_jaw", 22, 1);
   add_joints("pose_eye", 23, 2);
   add_joints("pose_hand", kLeftHandBegin, 2 * kJointsPerHand);
-  // What AMASS's own loaders look for beside the parts: all joints in one array, and a shape of
-  // some length. Floats are enough for a copy.
+  // For AMASS's own loaders, which expect all joints in one array and a non-empty shape. Floats are
+  // sufficient for a copy.
   std::vector<float> poses;
   for (const JointPose& pose : clip.pose) {
     std::ranges::transform(pose.reshaped(), std::back_inserter(poses),
@@ -361,7 +361,7 @@ void WriteClip(const Clip& clip, const TriangleMesh& object, const std::filesyst
 }
 
 std::string MeshChecksum(const TriangleMesh& mesh) {
-  std::string bytes;  // the lowest byte first on every machine
+  std::string bytes;  // little-endian on every machine
   bytes.reserve(4 * static_cast<std::size_t>(mesh.vertices.size() + mesh.faces.size()) + 4);
   const auto add = [&](std::uint32_t word) {
     for (int k = 0; k < 4; ++k) bytes += static_cast<char>(word >> (8 * k) & 0xff);

@@ -15,68 +15,68 @@
 
 namespace holdfast {
 
-/// The arrays that WriteClip writes, added to a file that holds more than a clip.
+/// Adds the arrays that WriteClip writes to a file that holds more than a clip.
 void AddArrays(const Clip& clip, NpzWriter& writer);
 
-/// Writes a clip whose `object->mesh` names a file that holds this mesh, with a checksum of it
-/// (`object_checksum`): another mesh of the file's name is then told from it.
+/// Writes a clip whose `object->mesh` names the file of this mesh, with the mesh's checksum
+/// (`object_checksum`), so that a different mesh of the same file name is detected.
 void WriteClip(const Clip& clip, const TriangleMesh& object, const std::filesystem::path& path);
 
-/// Of a mesh as files store it: vertices in single precision, in their order, and faces.
+/// Checksum of a mesh as stored in files: vertices in single precision, in order, and faces.
 std::string MeshChecksum(const TriangleMesh& mesh);
 
-/// What to do where a clip's own mesh is missing or another.
+/// Remedy for a clip's missing or different mesh.
 inline constexpr const char* kMeshRemedy =
     "Put that mesh back, or say which one is meant with --object (transfer: --from-object)";
 
-/// holding_hand of a clip's file: bits a frame (1 right, 2 left). Throws Error for another shape
-/// than (frames) and for other values.
+/// Reads holding_hand of a clip's file: bits per frame (1 right, 2 left). Throws Error for a shape
+/// other than (frames) and for other values.
 std::vector<std::uint8_t> HoldingHandOf(const NpyMember& member, Eigen::Index frames);
 
-/// The checksum of its object's mesh that a clip (.npz) has; empty for clips without, and other
-/// files.
+/// Returns the checksum of the object's mesh stored in a clip (.npz); empty for clips without, and
+/// other files.
 std::string MeshChecksumIn(const std::filesystem::path& clip);
 
-/// Throws Error where a clip's file has a checksum of its object's mesh and `mesh`, as the file
-/// `source` holds it, has another.
+/// Throws Error if a clip's file has a checksum of its object's mesh that differs from that of
+/// `mesh`, read from the file `source`.
 void RequireMeshOf(const std::filesystem::path& clip, const TriangleMesh& mesh,
                    const std::string& source);
 
-/// The clip's betas, or as many zeros as AMASS's files have: loaders take a shape of some length.
+/// Returns the clip's betas, or zeros in AMASS's number: loaders expect a non-empty shape.
 Eigen::VectorXd WrittenBetas(const Clip& clip);
 
-/// What ReadClip adds to `trans` of an archive, meters. A clip of the embedded body says by its
-/// array `rest_pelvis` which J_0 its trans goes with. One without it is from before that body had
-/// SMPL-X's, when its J_0 was the origin. Zero for clips of other models, and for those with a rest
-/// surface of their own, whose J_0 is of that.
+/// Returns the offset that ReadClip adds to `trans` of an archive, meters. The array `rest_pelvis`
+/// of a clip of the embedded body is the J_0 that its trans refers to. Clips without it predate the
+/// SMPL-X pelvis of that body; their J_0 was the origin. Zero for clips of other models, and for
+/// those with a rest surface of their own, which defines J_0.
 Eigen::Vector3d PelvisOffset(const NpzReader& archive);
 
-/// For people: that trans was moved so, and by how much. Nothing where it was not.
+/// Note about that offset of trans. Nothing if there is none.
 std::optional<std::string> OldPelvisNote(const NpzReader& archive);
 
-/// Whether an archive with arrays of these names is a clip that Holdfast wrote: it has a motion,
-/// and an array that only Holdfast's clips have.
+/// Whether an archive with arrays of these names is a clip written by Holdfast: it has a motion and
+/// an array that only Holdfast's clips have.
 bool IsHoldfastClip(std::span<const std::string> names);
 
-/// Whether it has no array but those that WriteClip writes, and not the joints in one array alone,
-/// which may be another model's.
+/// Whether it has only arrays that WriteClip writes, and not just the concatenated joints, which
+/// may be another model's.
 bool HasOnlyClipArrays(std::span<const std::string> names);
 
-/// Turns of joints beyond half a turn become the equal ones within it, in all joints but the root,
-/// whose angle may grow through a clip: what follows sees rotations, not how they were written.
-/// Returns what was done, for people; empty when nothing was.
+/// Wraps axis-angles beyond half a turn to the equal rotation within it, in all joints but the
+/// root, whose angle may accumulate through a clip. Later code depends on rotations, not on their
+/// representation. Returns a note on the change; empty if nothing changed.
 std::string WrapJointAngles(Clip& clip);
 
-/// Rounds body and object to values that a float can hold: half the bytes once packed, a tenth of a
+/// Rounds body and object to single-precision values: half the bytes once compressed, a tenth of a
 /// micrometer.
 void RoundToFloat(Clip& clip);
 
-/// A clip in a mirror at x = 0, its object and table too, each mirrored at x = 0 of its own frame:
-/// of a body that is symmetric, with the object's mesh mirrored, the very same scene. `root` is the
-/// pelvis J_0 of the body at rest (meters), about which poses turn.
+/// Mirrors a clip at x = 0, and its object and table, each at x = 0 of its own frame. For a
+/// symmetric body and the object's mesh mirrored, the scene is exactly mirrored. `root` is the rest
+/// pelvis J_0 of the body (meters), about which poses rotate.
 Clip MirrorClip(const Clip& clip, const Eigen::Vector3d& root);
 
-/// A mesh mirrored at x = 0, its faces outwards still.
+/// Mirrors a mesh at x = 0; faces stay outward.
 TriangleMesh MirrorMesh(TriangleMesh mesh);
 
 }  // namespace holdfast

@@ -11,7 +11,7 @@
 namespace holdfast {
 namespace {
 
-// Whether any joint above the fingers but the root turns: on a hand alone they would turn the hand.
+// Whether a body joint other than the root rotates: in a hand-only clip it would rotate the hand.
 bool MovesABody(const Clip& clip) {
   return std::ranges::any_of(clip.pose, [](const JointPose& pose) {
     return !pose.middleCols<kNumBodyJoints - 1>(1).isZero(1e-9);
@@ -32,8 +32,8 @@ void RequireSameKind(const std::string& source, const Clip& clip, const BodyMode
   }
 }
 
-// Betas of a clip that belong to `body`. Betas of another body's shape space mean nothing here: the
-// mean shape is used then, with a note.
+// Betas of a clip that belong to `body`. Betas of another body's shape space are not meaningful:
+// the mean shape is used then, with a note.
 Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, std::vector<std::string>& notes) {
   if (clip.betas.size() == 0 || clip.betas.isZero(0.0)) return {};
   // Files of other programs do not name the model's file, only its family.
@@ -99,8 +99,8 @@ namespace {
 
 enum class Family { kEmbedded, kSmplx, kSmplh, kOther };
 
-constexpr double kNoShift_m = 1e-6;     // the rounding of a model's file
-constexpr double kNotedShift_m = 1e-3;  // a smaller one is no news
+constexpr double kNoShift_m = 1e-6;     // rounding of a model's file
+constexpr double kNotedShift_m = 1e-3;  // smaller shifts are not reported
 
 Family FamilyOf(const Clip& clip) {
   if (clip.body_model == BodyModel::kDefaultName) return Family::kEmbedded;
@@ -142,8 +142,8 @@ std::optional<BodyChange> BringOntoBody(Clip& clip, const ClipBody& body) {
   if (change.offset.norm() < kNoShift_m) change.offset.setZero();
   clip.trans.colwise() += change.offset;
   clip.betas = body.betas;
-  // BodyOfClip takes a surface of the model's vertices for the body: without it the clip would show
-  // another hand than the one that is measured.
+  // BodyOfClip uses a surface of the model's vertex count as the body: without it the clip would
+  // show a different hand from the measured one.
   if (clip.v_template.cols() != body.model->NumVertices()) clip.v_template.resize(3, 0);
   if (clip.contact) clip.contact->body.resize(0, 0);
   clip.body_model = body.model->Name();

@@ -16,57 +16,57 @@ namespace holdfast {
 
 /// The body of one person.
 struct ClipBody {
-  std::shared_ptr<const BodyModel> model;  ///< with the subject's own surface where it is known
+  std::shared_ptr<const BodyModel> model;  ///< with the subject's own surface if known
   Eigen::VectorXd betas;                   ///< of that model
 };
 
-/// The body of the person in a clip: `model` with the clip's v_template, the subject's own surface,
-/// where it has the model's vertices; else with the clip's betas where they are the model's. What
-/// is not used, and why, goes into `notes`. Throws Error, named `source`, for a clip of a hand
-/// alone and a whole body, or the other way round.
+/// Returns the body of the person in a clip: `model` with the clip's v_template, the subject's own
+/// surface, if it has the model's vertex count; otherwise with the clip's betas, if they are the
+/// model's. Unused data and the reason are appended to `notes`. Throws Error, with `source` as
+/// location, for a hand-only clip and a whole body, or vice versa.
 ClipBody BodyOfClip(const std::string& source, const Clip& clip,
                     std::shared_ptr<const BodyModel> model, std::vector<std::string>& notes);
 
-/// Whether a clip moves a hand that hangs on no body (MANO): root_orient and trans are the wrist's.
+/// Whether a clip is a hand-only motion (MANO): root_orient and trans are the wrist's.
 bool IsHandAlone(const Clip& clip);
-/// Makes it one: what the field calls such files.
+/// Marks a clip as hand-only by its surface_model_type ("mano").
 void MarkHandAlone(Clip& clip);
 
-/// Throws Error when the model lacks one of the hands that `bits` (kHoldsRight, kHoldsLeft) name.
+/// Throws Error if the model lacks one of the hands in `bits` (kHoldsRight, kHoldsLeft).
 void RequireHands(const BodyModel& model, std::uint8_t bits);
 
-/// A clip that went from one kind of body model to another.
+/// Conversion of a clip from one kind of body model to another.
 struct BodyChange {
-  std::string from;        ///< the model that the clip was made with: "SMPL-X"
+  std::string from;        ///< the original model: "SMPL-X"
   Eigen::Vector3d offset;  ///< added to trans, meters
 };
 
-/// Brings a clip onto `body` (as BodyOfClip gives it) where it was made with a model of another
-/// kind: SMPL-X, SMPL-H, or the embedded body. A root turns about the pelvis J_0 of its own model's
-/// rest pose, and joint 0 is at J_0 + trans, so the pelvis stays where it was with
+/// Converts a clip to `body` (from BodyOfClip) if it was made with a model of another kind: SMPL-X,
+/// SMPL-H, or the embedded body. The root rotates about the pelvis J_0 of its model's rest pose,
+/// and joint 0 is at J_0 + trans, so the pelvis stays in place with
 ///     trans' = trans + J_0 - J_0'.
-/// J_0 of a model whose file is not there is its mean shape's, a few centimeters off for other
-/// shapes. Betas and labels of the other model are dropped, and its surface, unless that has the
-/// vertices of `body` and is what BodyOfClip took: the clip is `body`'s from then on. Nothing
-/// happens to a clip of the same kind of model, or of a hand alone.
+/// For a model whose file is not available, J_0 is its mean shape's, a few centimeters off for
+/// other shapes. Betas and labels of the other model are dropped; its surface is dropped unless it
+/// has the vertex count of `body` and BodyOfClip used it. The clip then belongs to `body`. A clip
+/// of the same kind of model, or a hand-only clip, is unchanged.
 std::optional<BodyChange> BringOntoBody(Clip& clip, const ClipBody& body);
 
-/// For people: from what to what, by how much, and how to keep the clip's own model.
+/// Describes a change: the models, the offset, and how to keep the clip's own model.
 std::string Describe(const BodyChange& change, const BodyModel& to);
 
-/// A clip with all that it takes to see or measure it.
+/// A clip with everything needed to display or measure it.
 struct ClipScene {
-  std::string source;  ///< what messages call it
+  std::string source;  ///< name in messages
   Clip clip;
   std::shared_ptr<const BodyModel> body;
   Eigen::VectorXd betas;               ///< of that body
   bool foreign_body = false;           ///< the clip was made, and fitted, with another body model
-  std::string made_with;               ///< which one
+  std::string made_with;               ///< that model
   std::optional<TriangleMesh> object;  ///< full resolution, in the object's own frame
-  std::string object_source;           ///< where it came from, for LoadObject
-  std::string object_missing;          ///< why there is none, for a clip that has an object track
+  std::string object_source;           ///< its origin, for LoadObject
+  std::string object_missing;          ///< reason if a clip with an object track has no object
 
-  /// The vertices of the body in the clip: shaped, of the body model that was loaded.
+  /// Vertices of the person's body, of the loaded body model.
   BodySurface Surface() const { return BodySurface(body, betas); }
 };
 

@@ -15,10 +15,10 @@
 namespace holdfast {
 namespace {
 
-constexpr int kMaxSampledFrames = 400;  // the eigenproblem's size: beyond, frames repeat themselves
+constexpr int kMaxSampledFrames = 400;  // size of the eigenproblem: more frames are redundant
 constexpr int kFramesPerBlock = 256;
 constexpr int kVerticesPerChunk = 256;
-constexpr int kGroups = 8;  // partial sums, added in order: the same on any number of threads
+constexpr int kGroups = 8;  // partial sums, added in order: independent of the threads
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using RowMatrixF = Eigen::Matrix<float, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -37,8 +37,8 @@ RowMatrix PoseFeatures(const Clip& clip, std::span<const int> frames) {
   return features;
 }
 
-// The vertices that any pose moves, and their displacement v_p - v_s a chunk at a time: whole clips
-// of them would not fit into memory, and sums of products over chunks are all that is needed.
+// Vertices that any pose moves, and their displacement v_p - v_s in chunks: a whole clip would not
+// fit into memory, and only sums of products over chunks are needed.
 class Displacements {
  public:
   explicit Displacements(const BodySurface& surface) : surface_(surface) {
@@ -83,10 +83,10 @@ class Displacements {
  private:
   const BodySurface& surface_;
   std::vector<int> moved_;  // vertex ids, ascending
-  std::vector<int> row_;    // place in moved_ by vertex id
+  std::vector<int> row_;    // index in moved_ by vertex id
 };
 
-// sum over chunks of term(chunk), in an order that does not depend on `threads`.
+// Sum over chunks of term(chunk), in an order independent of `threads`.
 template <typename Term>
 Eigen::MatrixXd SumOverChunks(int num_chunks, Eigen::Index rows, Eigen::Index cols, int threads,
                               const Term& add_term) {
@@ -110,15 +110,15 @@ struct Spectrum {
 Spectrum Decompose(const Eigen::MatrixXd& gram) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
   const Eigen::VectorXd values = solver.eigenvalues().reverse();
-  // Beyond this the Gram matrix holds rounding only.
+  // Smaller values of the Gram matrix are rounding noise.
   const double smallest = 1e-13 * std::max(values(0), 0.0);
   const auto rank = (values.array() > smallest).count();
   return {values.head(rank).cwiseSqrt(), solver.eigenvectors().rowwise().reverse().leftCols(rank)};
 }
 
-// A frame's residual vector bounds its worst vertex from above, and over the root of the number of
-// vertices from below. The smallest K for which `bound` times the residual of every sampled frame
-// is within the tolerance.
+// The norm of a frame's residual is an upper bound of its worst vertex, and divided by the root of
+// the number of vertices a lower bound. Returns the smallest K for which `bound` times the residual
+// of every sampled frame is within the tolerance.
 Eigen::Index SizeByResidual(const Spectrum& spectrum, double bound, double tolerance_m) {
   Eigen::ArrayXd residual = Eigen::ArrayXd::Zero(spectrum.frames.rows());
   Eigen::Index size = spectrum.singular_values.size();
@@ -130,7 +130,7 @@ Eigen::Index SizeByResidual(const Spectrum& spectrum, double bound, double toler
   return size;
 }
 
-// Squared distance of the worst vertex of all frames for each number of directions from `least` up.
+// Squared error of the worst vertex over all frames, for each number of directions from `least` up.
 std::vector<float> WorstSquares(const Displacements& moved, const RowMatrix& features,
                                 const RowMatrixF& directions, const RowMatrixF& coefficients,
                                 Eigen::Index least, int threads) {
@@ -204,14 +204,14 @@ CorrectiveBasis ComputeCorrectiveBasis(const BodySurface& surface, const Clip& c
 
   Eigen::Index most =
       std::min<Eigen::Index>(std::max(max_directions, 0), spectrum.singular_values.size());
-  // Frames that were not sampled may need directions that the sampled ones do not.
+  // Frames that were not sampled may need further directions.
   if (sampled.size() == all.size()) {
     most = std::min(most, SizeByResidual(spectrum, 1.0, tolerance_m));
   }
   const Eigen::Index least = std::min(
       most, SizeByResidual(spectrum, 1.0 / std::sqrt(3.0 * moved.NumMoved()), tolerance_m));
 
-  // Orthonormal directions of the moved vertices, then their part in every frame.
+  // Orthonormal directions of the moved vertices, then their coefficients in every frame.
   const Eigen::MatrixXd combine = spectrum.frames.leftCols(most) *
                                   spectrum.singular_values.head(most).cwiseInverse().asDiagonal();
   RowMatrix unit(3 * moved.NumMoved(), most);

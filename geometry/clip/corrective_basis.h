@@ -8,10 +8,10 @@
 
 namespace holdfast {
 
-/// The pose correctives of one clip in a few directions: what a skinned mesh with morph targets
-/// needs to show the body model's surface instead of bare linear blend skinning.
+/// Low-rank basis of the pose correctives of one clip: what a skinned mesh with morph targets needs
+/// to show the body model's surface instead of plain linear blend skinning.
 ///
-///   v_p(t) = rest + sum_k coefficients(k, t) directions_k      (within max_error_m)
+///     v_p(t) = rest + sum_k coefficients(k, t) directions_k      (within max_error_m)
 ///
 /// v(t) follows from v_p(t) by the model's ordinary skinning.
 struct CorrectiveBasis {
@@ -23,17 +23,17 @@ struct CorrectiveBasis {
   Eigen::Index Size() const { return directions.cols(); }
 };
 
-/// The fewest principal directions of v_p - v_s, in order of what they explain, that keep every
-/// vertex of every frame within `tolerance_m` (meters, positive), or `max_directions` if more would
-/// be needed: `max_error_m` says how far off that is. Long clips are sampled evenly to find the
-/// directions; all frames are projected onto them and counted in the error. K = 0 for a clip
-/// without correctives. The result does not depend on `threads`.
+/// Computes the smallest number of principal directions of v_p - v_s, in order of explained
+/// variance, that keeps every vertex of every frame within `tolerance_m` (meters, positive), or
+/// `max_directions` if more would be needed; `max_error_m` is the resulting error. For long clips
+/// the directions are computed from evenly sampled frames; all frames are projected and included in
+/// the error. K = 0 for a clip without correctives. The result does not depend on `threads`.
 CorrectiveBasis ComputeCorrectiveBasis(const BodySurface& surface, const Clip& clip,
                                        double tolerance_m, int max_directions, int threads = 1);
 
-/// The same surface with every coefficient in [0, 1], the range of a morph target's weight in
-/// programs that clamp it: the least share of each direction goes into `rest`, directions are
-/// scaled, and one whose coefficient never changes is `rest`'s altogether.
+/// Returns the same surface with every coefficient in [0, 1], the morph weight range of programs
+/// that clamp. The minimum of each direction is added to `rest`, and directions are scaled; a
+/// direction with a constant coefficient becomes part of `rest`.
 CorrectiveBasis WithUnitWeights(const CorrectiveBasis& basis);
 
 }  // namespace holdfast

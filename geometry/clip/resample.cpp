@@ -20,15 +20,15 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kMaxFrames = 2e6;  // 2.6 GB of a clip; 18 hours at 30 Hz
+constexpr double kMaxFrames = 2e6;  // 2.6 GB for a clip; 18 hours at 30 Hz
 
-// Where a frame of the result lies among the given ones.
+// Position of an output frame among the input frames.
 struct Between {
   int before = 0, after = 0;
   double share = 0.0;
 };
 
-// At these times, in frames, with curves from `Curve`: translations and rotations.
+// Samples translations and rotations at these times, in frames, with curves from `Curve`.
 template <typename Curve>
 Clip AtTimes(const Clip& clip, const std::vector<double>& at, double frame_rate) {
   const int frames = clip.NumFrames(), count = static_cast<int>(at.size());
@@ -115,8 +115,8 @@ struct Chords {
   }
 };
 
-// Slopes at the frames from those of the stretches between them (3 x F-1): none at the ends and
-// where a component turns back, else their mean, at most three times the smaller.
+// Slopes at the frames from those of the intervals between them (3 x F-1): zero at the ends and
+// where a component reverses, otherwise their mean, limited to three times the smaller one.
 Matrix3Xd Slopes(const Matrix3Xd& stretches) {
   const Eigen::Index frames = stretches.cols() + 1;
   Matrix3Xd slopes = Matrix3Xd::Zero(3, frames);
@@ -148,7 +148,7 @@ struct Curves {
     const Eigen::Index frames = x.cols();
     std::vector<Matrix3d> R(frames);
     for (Eigen::Index t = 0; t < frames; ++t) R[t] = ExpSO3(x.col(t));
-    // Seen from the frame itself, so that the slopes of both sides can be compared there.
+    // In the coordinates of the frame itself, so that the slopes of both sides are comparable.
     Matrix3Xd stretches(3, frames - 1);
     for (Eigen::Index t = 0; t + 1 < frames; ++t) {
       stretches.col(t) = LogSO3(R[t].transpose() * R[t + 1]);

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kMaxEvidence = 3000;
 
-// The wrists of some frames and the object against them.
+// Wrist poses of some frames, and the object relative to them.
 struct WristTrack {
   std::vector<Eigen::Matrix3d> rotation;
   std::vector<Eigen::Vector3d> object;  // in the wrist's frame, meters
@@ -61,7 +61,7 @@ HandMeanEvidence JudgeHandMean(const LooseMotion& motion, const BodyModel& body)
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const FingerPose mean = body.HandMean(side);
     const double size = mean.norm();
-    if (size < 1e-6) return evidence;  // a model that tells nothing
+    if (size < 1e-6) return evidence;  // the model has no mean hand
     FingerPose first = FingersOf(motion.pose[0], side);
     double largest = 0.0, from_zero = 1e300, from_mean = 1e300;
     for (const JointPose& pose : motion.pose) {
@@ -82,8 +82,8 @@ HandMeanEvidence JudgeHandMean(const LooseMotion& motion, const BodyModel& body)
     evidence.from_mean = 1.0;
     return evidence;
   }
-  // A hand comes to rest near one of the two, which are 1 apart; nearer than half to both is no
-  // contradiction, twice as near to one is a decision.
+  // A hand at rest is near one of the two, whose distance is 1. Being within half of both is not a
+  // contradiction; being twice as near to one is a decision.
   const double near = std::min(evidence.from_zero, evidence.from_mean);
   const double far = std::max(evidence.from_zero, evidence.from_mean);
   evidence.reading = Reading::kUndecided;
@@ -101,9 +101,9 @@ ObjectEvidence JudgeObject(const LooseMotion& motion, const BodyModel& body,
   if (!motion.has_object || motion.frames < 2) return evidence;
   const Tracks tracks = Follow(motion, body, meters_per_unit);
   const auto lag = static_cast<std::size_t>(tracks.lag);
-  constexpr double kMoved_m = 0.02, kTurned_rad = 0.1;  // in a step: it moves
-  constexpr double kStays_m = 0.02;                     // in the wrist's frame: it is carried
-  constexpr double kReach_m = 0.35;  // wrist to the origin of an object in the hand
+  constexpr double kMoved_m = 0.02, kTurned_rad = 0.1;  // per step: the object moves
+  constexpr double kStays_m = 0.02;                     // in the wrist's frame: the object is held
+  constexpr double kReach_m = 0.35;                     // wrist to the origin of a held object
 
   int moving = 0;
   std::array<int, 2> carried = {0, 0};

@@ -10,15 +10,15 @@
 
 namespace holdfast {
 
-/// Whether finger poses are full rotations or differences from a model's mean hand (the smplx
-/// package's flat_hand_mean = True and False), judged by what relaxed fingers look like: near the
-/// mean in full rotations, near zero in differences.
+/// Evidence whether finger poses are full rotations or relative to a model's mean hand (the smplx
+/// package's flat_hand_mean = True and False). Relaxed fingers are near the mean in full rotations,
+/// and near zero in relative ones.
 struct HandMeanEvidence {
   enum class Reading { kFull, kRelative, kUndecided, kZero, kAbsent };
   Reading reading = Reading::kAbsent;
   bool certain = false;
-  /// How near the fingers come to zero and to the model's mean hand, in units of that hand's own
-  /// size: of the hand and frame nearest to either.
+  /// Smallest distance of the fingers from zero and from the model's mean hand, relative to the
+  /// norm of the mean: over hands and frames.
   double from_zero = 0;
   double from_mean = 0;
   bool moves = false;  ///< whether any finger moves in the clip
@@ -26,19 +26,19 @@ struct HandMeanEvidence {
 
 HandMeanEvidence JudgeHandMean(const LooseMotion& motion, const BodyModel& body);
 
-/// How the object's rotation is meant, and which hand carries it, judged by what stays put in the
-/// frame of a wrist.
+/// Evidence for the convention of the object's rotation, and for the hand that holds it, from what
+/// is constant in the frame of a wrist.
 struct ObjectEvidence {
   enum class Convention { kColumn, kRow, kUndecided };
   Convention convention = Convention::kUndecided;
-  /// Mean turn of the object against the carrying wrist in a fifth of a second under either
-  /// reading, radians, and in how many steps it was measured.
+  /// Mean rotation of the object relative to the holding wrist in a fifth of a second for either
+  /// convention, radians, and the number of steps measured.
   double column_drift_rad = 0;
   double row_drift_rad = 0;
   int steps = 0;
 
-  std::optional<Side> holder;   ///< the hand that the object moves along with
-  double holder_share = 0;      ///< of the steps in which the object moves
+  std::optional<Side> holder;   ///< the hand that the object moves with
+  double holder_share = 0;      ///< fraction of the steps in which the object moves
   double wrist_distance_m = 0;  ///< median from the holder's (or the nearer) wrist to the object
   bool moves = false;           ///< whether the object moves at all
 };

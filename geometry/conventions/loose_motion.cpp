@@ -57,7 +57,7 @@ Eigen::Matrix3d Rotation(const double* p, RotationForm form) {
 constexpr int kSmplhJoints = 52;
 constexpr int kSmplJoints = 24;
 
-// Numbers per rotation of each form, in the order in which a width is tried against them.
+// Tries a width against the numbers per rotation of each form, in this order.
 std::optional<RotationForm> FormOf(std::size_t width, std::size_t joints) {
   if (width == 3 * joints) return RotationForm::kAxisAngle;
   if (width == 9 * joints) return RotationForm::kMatrix;
@@ -83,8 +83,8 @@ class Reader {
  public:
   Reader(const NpzReader& archive, LooseMotion& motion) : archive_(archive), motion_(motion) {}
 
-  // The first of these keys that is there, with its numbers; those that are none, or beyond all
-  // ranges, become 0.
+  // The first of these keys that is present, with its numbers; NaN, infinite and out-of-range
+  // numbers become 0.
   struct Rows {
     LooseArray array;
     std::size_t width = 0;
@@ -241,7 +241,7 @@ class Reader {
     }
   }
 
-  // Numbers per frame of the first of these arrays; 0 without one.
+  // Numbers per frame of the first present array; 0 if there is none.
   std::size_t Width(std::initializer_list<const char*> keys) {
     for (const char* key : keys) {
       if (!archive_.Has(key)) continue;
@@ -256,7 +256,7 @@ class Reader {
     return 0;
   }
 
-  // All to the shortest length.
+  // Truncates all arrays to the shortest length.
   void Cut() {
     if (lengths_.empty()) return;
     const auto [low, high] = std::ranges::minmax_element(lengths_);
@@ -324,15 +324,15 @@ LooseMotion ReadLooseMotion(const NpzReader& archive) {
   Reader read(archive, motion);
   motion.frame_rate = read.Number({"mocap_frame_rate", "mocap_framerate", "framerate", "fps"});
   if (!(motion.frame_rate >= kLowestFrameRate && motion.frame_rate <= kHighestFrameRate)) {
-    motion.frame_rate = 0.0;  // ReadClip says why
+    motion.frame_rate = 0.0;  // ReadClip reports the reason
   }
   motion.has_trans = read.Points({"trans", "transl"}, "root position", motion.trans);
   try {
     if (motion.has_trans) motion.trans.colwise() += PelvisOffset(archive);
-  } catch (const Error&) {  // ReadClip says why
+  } catch (const Error&) {  // ReadClip reports the reason
   }
 
-  // One array for all joints, or one for each part. SMPL-H has no jaw and eyes, SMPL no fingers.
+  // One array for all joints, or one per part. SMPL-H has no jaw and eyes, SMPL no fingers.
   const std::size_t width = read.Width({"poses", "fullpose"});
   if (FormOf(width, kNumJoints)) {
     motion.num_joints = kNumJoints;

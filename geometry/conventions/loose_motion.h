@@ -13,14 +13,14 @@
 
 namespace holdfast {
 
-/// More frames than this are not looked at: they would fill the memory.
+/// Frames beyond this number are ignored to limit memory.
 inline constexpr std::size_t kMaxLooseFrames = 500'000;
 
-/// How the rotations of an array are written.
+/// Representation of the rotations of an array.
 enum class RotationForm { kAxisAngle, kMatrix, kQuaternion, kSixD, kCoefficients };
 std::string_view Describe(RotationForm form);
 
-/// One array of a motion file as it was found.
+/// One array of a motion file as found.
 struct LooseArray {
   std::string key;
   std::string role;   ///< "trans", "body", "left hand", "object rotation", ...
@@ -28,40 +28,40 @@ struct LooseArray {
   std::string type;   ///< "float32"
   RotationForm form = RotationForm::kAxisAngle;
   int frames = 0;
-  std::size_t out_of_range = 0;     ///< numbers that are NaN, infinite or beyond all ranges
+  std::size_t out_of_range = 0;     ///< numbers that are NaN, infinite or out of range
   int first_out_of_range = -1;      ///< frame of the first
   double orthonormality_off = 0.0;  ///< matrices: largest entry of R^T R - I
 };
 
-/// Motion in whatever names and forms were found, for looking at: what ReadClip refuses too.
+/// A motion with any names and representations, for inspection; includes what ReadClip rejects.
 struct LooseMotion {
   std::vector<LooseArray> arrays;
-  std::vector<std::string> problems;  ///< arrays that could not be read, in words
-  double frame_rate = 0.0;            ///< 0: the file does not tell
-  int frames = 0;                     ///< shortest of the arrays that have frames
+  std::vector<std::string> problems;  ///< unreadable arrays, as text
+  double frame_rate = 0.0;            ///< 0: not in the file
+  int frames = 0;                     ///< the minimum over arrays that have frames
   bool lengths_differ = false;
   bool has_trans = false, has_root = false, has_body = false, has_hands = false;
-  int num_joints = 0;           ///< of the body model that wrote it; 0: not to be told
+  int num_joints = 0;           ///< of the body model that wrote it; 0: unknown
   Eigen::Matrix3Xd trans;       ///< (3 x T), as stored
-  std::vector<JointPose> pose;  ///< T, joints that are missing zero; NaN as zero
+  std::vector<JointPose> pose;  ///< T; missing joints are zero; NaN as zero
   bool has_object = false;
   Eigen::Matrix3Xd object_trans;                 ///< (3 x T), as stored
-  std::vector<Eigen::Matrix3d> object_rotation;  ///< as if for column vectors
-  std::vector<int> holding_hand;                 ///< bits, empty if not there
+  std::vector<Eigen::Matrix3d> object_rotation;  ///< assuming column vectors
+  std::vector<int> holding_hand;                 ///< bits; empty if missing
   std::map<std::string, std::string> texts;      ///< gender, surface_model_type, ...
   int num_betas = -1;                            ///< -1: none
 
-  /// MANO's: the root is the wrist, and there is no body to be upright.
+  /// Whether it is MANO's: the root is the wrist, and there is no upright body.
   bool IsHandAlone() const {
     const auto type = texts.find("surface_model_type");
     return type != texts.end() && type->second == "mano";
   }
 };
 
-/// Reads what can be read. Throws nothing but std::bad_alloc; problems are in the result.
+/// Reads everything readable. Only throws std::bad_alloc; problems are in the result.
 LooseMotion ReadLooseMotion(const NpzReader& archive);
 
-/// A clip as such a motion, without what was found of a file's arrays.
+/// Converts a clip to a loose motion, without information on a file's arrays.
 LooseMotion LooseMotionOf(const Clip& clip);
 
 }  // namespace holdfast

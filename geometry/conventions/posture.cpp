@@ -18,9 +18,9 @@
 namespace holdfast {
 namespace {
 
-constexpr int kMaxSampled = 2000;  // frames that posture is measured in
+constexpr int kMaxSampled = 2000;  // frames in which posture is measured
 
-// Carries `axis` times `sign` to +z.
+// Rotates `axis` times `sign` to +z.
 Eigen::Matrix3d ToZUp(int axis, int sign) {
   return RotationBetween(sign * Eigen::Vector3d::Unit(axis), Eigen::Vector3d::UnitZ())
       .toRotationMatrix();
@@ -29,7 +29,7 @@ Eigen::Matrix3d ToZUp(int axis, int sign) {
 struct Sampled {
   std::vector<int> frames;
   std::vector<BodyState> states;  // root at the origin, file's axes
-  double rate = 0;                // samples a second
+  double rate = 0;                // samples per second
 };
 
 Sampled Sample(const LooseMotion& motion, const Eigen::Matrix3Xd& rest) {
@@ -64,12 +64,12 @@ void FindUp(const Sampled& sampled, Posture& posture) {
   posture.head_over_feet = std::fabs(*largest);
   posture.share =
       sampled.states.empty() ? 0.0 : double(nearest[posture.axis]) / double(sampled.states.size());
-  // A person who lies or crawls through the clip tells nothing. Sitting, the head is 1.15 m over
-  // the feet; on all fours it is 1 m before them.
+  // A person who lies or crawls throughout the clip gives no evidence. When sitting, the head is
+  // 1.15 m above the feet; on all fours it is 1 m in front of them.
   posture.up_is_certain = posture.head_over_feet > 1.1 && posture.share > 0.6;
 }
 
-// Heights in the unit: the ground under a motion whose trans is multiplied by `scale`.
+// Ground height under a motion whose trans is multiplied by `scale`.
 double GroundHeight(const LooseMotion& motion, const Sampled& sampled, const GroundProbe& probe,
                     const Eigen::Matrix3d& turn, double scale, double* grounded_share) {
   std::vector<Eigen::Matrix3Xd> points;
@@ -96,7 +96,7 @@ Eigen::Vector3d HeadOverFeet(const Eigen::Matrix3Xd& positions, const SkeletonMa
   return positions.col(head) - 0.5 * (positions.col(map.source[7]) + positions.col(map.source[8]));
 }
 
-// Height of the lowest joint along an axis, per frame: near zero along what is up in most files.
+// Height of the lowest joint along an axis, per frame: near zero along the up axis in most files.
 std::vector<double> LowestAlong(const SourceMotion& motion, int axis, int sign) {
   std::vector<double> lowest;
   for (const Eigen::Matrix3Xd& positions : motion.positions) {
@@ -105,10 +105,10 @@ std::vector<double> LowestAlong(const SourceMotion& motion, int axis, int sign) 
   return lowest;
 }
 
-// Limits of the angle between a joint's rest and its pose, degrees, generous: loose clothing, shape
-// and marker noise are no faults.
+// Limits of the angle between a joint's rest and its pose, degrees; generous to allow for loose
+// clothing, shape and marker noise.
 double LimitDegrees(int joint) {
-  if (joint == 0) return 1e9;                             // the root turns freely
+  if (joint == 0) return 1e9;                             // the root rotates freely
   if (joint >= kLeftHandBegin) return 140;                // finger joints, thumb saddle
   if (joint == 23 || joint == 24) return 90;              // eyes
   if (joint == 22) return 60;                             // jaw
@@ -120,7 +120,7 @@ double LimitDegrees(int joint) {
   if (joint == 12 || joint == 15) return 90;              // neck, head
   if (joint == 13 || joint == 14) return 80;              // collars
   if (joint == 16 || joint == 17) return 179;             // shoulders
-  if (joint == 18 || joint == 19) return 175;             // elbows, with the forearm's turn
+  if (joint == 18 || joint == 19) return 175;             // elbows, with the forearm's roll
   return 130;                                             // wrists
 }
 
@@ -144,7 +144,7 @@ Posture MeasurePosture(const LooseMotion& motion, const BodyModel& body) {
 
   const GroundProbe probe(rest, body.Template().row(1).minCoeff());
   Eigen::Matrix3d turn = ToZUp(posture.axis, posture.sign);
-  // Someone who lies looks like someone who stands along another axis, where there is no floor.
+  // Lying looks like standing along another axis, but without a floor there.
   if (posture.up_is_certain && posture.axis != 2 && motion.has_trans) {
     const auto floor = [&](const Eigen::Matrix3d& to_z) {
       return std::fabs(GroundHeight(motion, sampled, probe, to_z, 1.0, nullptr));
@@ -157,8 +157,8 @@ Posture MeasurePosture(const LooseMotion& motion, const BodyModel& body) {
       turn.setIdentity();
     }
   }
-  // A body on the ground tells the unit: only the right one puts it there. Half a meter is left for
-  // floors that are not at zero.
+  // The unit is determined by a body on the ground: only the correct one puts it there. Half a
+  // meter is allowed for floors that are not at zero.
   constexpr double kUnits[] = {1.0, 0.01, 0.001};
   constexpr double kNear_m = 0.5;
   double best = 1e300;
@@ -172,7 +172,7 @@ Posture MeasurePosture(const LooseMotion& motion, const BodyModel& body) {
     }
   }
   posture.unit_is_certain = posture.up_is_certain && motion.has_trans && matching == 1;
-  // A floor far from zero is likelier than a strange unit, unless the strange unit explains it.
+  // A floor far from zero is likelier than an unusual unit, unless the unit explains it.
   if (!posture.unit_is_certain) posture.meters_per_unit = 1.0;
   const double unit = posture.meters_per_unit;
   posture.ground_m = GroundHeight(motion, sampled, probe, turn, unit, &posture.grounded_share);
@@ -231,8 +231,8 @@ MotionUp FindMotionUp(const SourceMotion& motion, const SkeletonMap& map) {
   const double share = double(nearest[axis]) / motion.NumFrames();
   if (share < 0.6) return up;
 
-  // Someone who lies looks like someone who stands along another axis: believed where the rest pose
-  // stands along it too, or where the floor is at zero along it and not along the rest pose's.
+  // Lying looks like standing along another axis. Standing is accepted if the rest pose stands
+  // along it too, or if the floor is at zero along it and not along the rest pose's axis.
   Eigen::Matrix3Xd rest = motion.rest_offsets;
   for (int j = 0; j < motion.NumJoints(); ++j) {
     if (motion.parents[j] >= 0) rest.col(j) += rest.col(motion.parents[j]);
@@ -248,7 +248,7 @@ MotionUp FindMotionUp(const SourceMotion& motion, const SkeletonMap& map) {
   const auto on_floor = std::ranges::count_if(
       lowest, [&](double height) { return height > -0.03 * leg && height < 0.12 * leg; });
   const bool stays_on_floor = static_cast<double>(on_floor) > 0.8 * motion.NumFrames();
-  // No joint of a body that lies is below the floor; of one that stands at the origin some are
+  // No joint of a lying body is below the floor; of a body standing at the origin, some joints are
   // behind it.
   const double under = Median(LowestAlong(motion, rest_axis, 1));
   const bool floor_at_rest_axis = under > -0.05 * leg && under < 0.25 * leg;
@@ -277,7 +277,7 @@ std::vector<Discontinuity> FindDiscontinuities(const LooseMotion& motion, double
   for (int joint = 0; joint < kNumJoints; ++joint) {
     for (std::size_t k = 0; k < count; ++k) {
       const Eigen::Vector3d a = motion.pose[k].col(joint), b = motion.pose[k + 1].col(joint);
-      // The angle between is at most the distance of the vectors.
+      // The angle is at most the distance of the vectors.
       steps[k] =
           (a - b).norm() < kMinTurn_rad / 6.0 ? (a - b).norm() : AngleBetween(ExpSO3(a), ExpSO3(b));
     }

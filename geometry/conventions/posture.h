@@ -14,40 +14,40 @@
 
 namespace holdfast {
 
-/// Which way a motion's world is up, how high its ground is, and in which unit its root moves, as
-/// measured with a body of average shape.
+/// Up axis of a motion's world, ground height, and unit of the root position, measured with a body
+/// of average shape.
 struct Posture {
   // Up.
   int axis = 2;               ///< 0 x, 1 y, 2 z
   int sign = 1;               ///< -1: downwards
   double head_over_feet = 0;  ///< median along that axis, meters
-  double share = 0;           ///< of the frames in which that axis is the nearest to head - feet
+  double share = 0;           ///< fraction of frames in which that axis is nearest to head - feet
   bool up_is_certain = false;
 
   // Unit of `trans`.
   double meters_per_unit = 1.0;  ///< the one of m, cm, mm that puts the body onto the ground
-  bool unit_is_certain = false;  ///< that one does, and no other
+  bool unit_is_certain = false;  ///< exactly one unit does
 
-  // With that axis up and that unit.
+  // With that up axis and unit.
   double ground_m = 0;        ///< height of the ground
-  double grounded_share = 0;  ///< of the frames with a foot within 3 cm of the ground
-  double root_height_m = 0;   ///< median of the pelvis over the ground
+  double grounded_share = 0;  ///< fraction of frames with a foot within 3 cm of the ground
+  double root_height_m = 0;   ///< median of the pelvis above the ground
   double fastest_root_m_per_s = 0;
 };
 
 Posture MeasurePosture(const LooseMotion& motion, const BodyModel& body);
 
-/// Throws Error, named `source`, for a clip whose positions are surely not meters.
+/// Throws Error, with `source` as location, for a clip whose positions are certainly not in meters.
 void RequireMeters(const std::string& source, const Clip& clip, const BodyModel& body);
 
 /// "z" or "-y".
 std::string AxisName(const Posture& posture);
 
-/// Which axis is up in a motion on a skeleton of its own.
+/// Up axis of a motion on its own skeleton.
 struct MotionUp {
   UpAxis axis = UpAxis::kY;
-  double share = 0;      ///< of the frames in which head - feet is nearest to that axis
-  bool certain = false;  ///< false: the body lies, crawls or bends too often; y is the custom
+  double share = 0;      ///< fraction of frames in which head - feet is nearest to it
+  bool certain = false;  ///< false: lies, crawls or bends too often; y by convention
 };
 
 MotionUp FindMotionUp(const SourceMotion& motion, const SkeletonMap& map);
@@ -55,7 +55,7 @@ MotionUp FindMotionUp(const SourceMotion& motion, const SkeletonMap& map);
 /// Hip to knee to ankle, mean of both legs, meters.
 double LegLength(const SourceMotion& motion, const SkeletonMap& map);
 
-/// A frame in which something leaps: it turns or moves far more than in the steps around.
+/// A frame with a discontinuity: it rotates or moves far more than in the surrounding steps.
 struct Discontinuity {
   int frame = 0;  ///< between frame - 1 and this one
   std::string what;
@@ -63,23 +63,23 @@ struct Discontinuity {
   bool turns = false;
 };
 
-/// Leaps of the root, the joints and the object, the first of each frame, in order of frames.
+/// Finds discontinuities of the root, the joints and the object; the first of each frame, by frame.
 std::vector<Discontinuity> FindDiscontinuities(const LooseMotion& motion, double meters_per_unit);
 
-/// A joint bent as no healthy joint bends.
+/// A joint bent beyond its anatomical limit.
 struct JointLimitViolation {
   int joint = 0;
-  int frames = 0;  ///< how many
+  int frames = 0;  ///< number of frames
   int first_frame = 0;
   double worst_rad = 0;
   double limit_rad = 0;
 };
 
-/// Joints beyond a generous limit of their angle, the worst first.
+/// Finds joints beyond a generous limit of their angle, the worst first.
 std::vector<JointLimitViolation> FindOverbends(const LooseMotion& motion);
 
-/// Knees and elbows are hinges: in SMPL's order they turn about x and y. Their share of the turning
-/// about those, 0 ... 1, over frames in which they are bent; negative when they never are.
+/// Fraction of the rotation of knees and elbows about their hinge axes (x and y in SMPL's order), 0
+/// ... 1, over frames in which they are bent; negative if they never are.
 double HingeAgreement(const LooseMotion& motion);
 
 }  // namespace holdfast

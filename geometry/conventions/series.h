@@ -8,7 +8,7 @@
 
 namespace holdfast {
 
-/// The median (the upper one of two); 0 of nothing.
+/// Returns the median (the upper of two); 0 for an empty series.
 inline double Median(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -16,9 +16,9 @@ inline double Median(std::vector<double> values) {
   return *middle;
 }
 
-/// Whether step k of a series is more than `least` and stands out from the two steps before and
-/// after it: six times the mean of the lesser half of those. A leap there and back is two such
-/// steps; fast motion that speeds up and slows down is none.
+/// Whether step k of a series exceeds `least` and is an outlier: more than six times the mean of
+/// the smaller half of the two steps before and after it. A leap there and back is two such steps;
+/// fast motion that accelerates and decelerates is not a leap.
 inline bool IsLeap(std::span<const double> steps, std::size_t k, double least) {
   constexpr double kTimesAround = 6.0;
   if (steps[k] <= least) return false;

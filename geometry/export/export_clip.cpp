@@ -27,7 +27,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Files in one format, from one scene.
+// Writes one scene to files in one format.
 class Exporter {
  public:
   Exporter(const ClipScene& scene, const ExportOptions& options, const fs::path& output,
@@ -84,7 +84,7 @@ class Exporter {
     }
   }
 
-  // Its object's mesh stays where it is.
+  // The object's mesh file is referenced, not copied.
   void WriteClipFile() {
     Clip clip = scene_.clip;
     std::error_code ignored;
@@ -108,7 +108,7 @@ class Exporter {
     report_.glb = WriteGlb(scene_.clip, scene_.Surface(), object_, glb, output_);
   }
 
-  // The motion on the skeleton of a character, which keeps its skin.
+  // Puts the motion on the skeleton of a character, which keeps its skin.
   void WriteOnto() {
     if (scene_.body->LoneHand()) {
       throw Error(scene_.source, "is a hand alone, which no character can take over",
@@ -179,7 +179,7 @@ class Exporter {
     report_.contact_hands = static_cast<int>(contacts.hands.size());
   }
 
-  // The body in each frame, and the object beside it under a name with "object_" in it.
+  // Writes the body in each frame, and the object under a name with "object_" in it.
   void WriteMeshes() {
     const Clip& clip = scene_.clip;
     const std::vector<int> frames = EveryFrame(clip.NumFrames(), options_.every);
@@ -229,7 +229,7 @@ ExportFormat ExportFormatOf(const fs::path& output) {
     try {
       if (ParseNumberedName(name)) return ExportFormat::kMeshes;
     } catch (const Error&) {
-      // Told below, in words that fit meshes.
+      // Reported below, with a message specific to meshes.
     }
     throw Error(name, "does not number one mesh per frame",
                 fmt::format("Write it like name_%04d{}", extension));

@@ -31,7 +31,7 @@ struct AmassPart {
   bool needed;
 };
 constexpr std::array<AmassPart, 5> kParts = {
-    {{"pose_body", 1, 21, true},  // first: it tells how 6D is written
+    {{"pose_body", 1, 21, true},  // first: it determines the order of 6D numbers
      {"root_orient", 0, 1, true},
      {"pose_jaw", 22, 1, false},
      {"pose_eye", 23, 2, false},
@@ -39,7 +39,7 @@ constexpr std::array<AmassPart, 5> kParts = {
 
 bool HasParts(const Fields& fields) { return fields.Has("root_orient") && fields.Has("pose_body"); }
 
-// All joints in one array.
+// Name of the array that holds all joints.
 std::string_view JoinedName(const Fields& fields) {
   return fields.Has("poses") ? "poses" : "fullpose";
 }
@@ -83,7 +83,7 @@ void ReadParts(const Fields& fields, Index frames, ImportedClip& imported) {
   }
 }
 
-// An object's or a table's arrays as a clip has them; nothing where there are none.
+// Reads an object's or a table's arrays as a clip stores them; nullopt if there are none.
 std::optional<ObjectTrack> ReadClipTrack(const Fields& fields, const std::string& thing,
                                          Index frames, ImportedClip& imported) {
   if (!fields.Has(thing + "_trans") || !fields.Has(thing + "_orient")) return std::nullopt;
@@ -97,7 +97,7 @@ std::optional<ObjectTrack> ReadClipTrack(const Fields& fields, const std::string
   return track;
 }
 
-// What only Holdfast's clips have besides.
+// Reads the fields that only Holdfast's clips have.
 void ReadClipExtras(const Fields& fields, ImportedClip& imported) {
   Clip& clip = imported.clip;
   const Index frames = clip.trans.cols();
@@ -112,7 +112,7 @@ void ReadClipExtras(const Fields& fields, ImportedClip& imported) {
   }
 }
 
-// What a clip has no place for, and what is not known.
+// Lists the fields that a clip cannot store and the unknown fields.
 void ListUnused(const Fields& fields, bool parts, ImportedClip& imported) {
   const auto used = [&](const std::string& name) {
     static constexpr std::array kUsed = {"trans",
@@ -160,7 +160,7 @@ void ListUnused(const Fields& fields, bool parts, ImportedClip& imported) {
   if (!others.empty()) imported.dropped.push_back(fmt::format("{}", fmt::join(others, ", ")));
 }
 
-// AMASS is z-up; a file with its names alone is as the body stands.
+// AMASS is z-up. For a file with only AMASS's field names, up is the axis the body stands along.
 WorldUp UpOfNames(const Fields& fields, const ParameterOptions& options, ImportedClip& imported) {
   if (options.up || imported.clip.surface_model_type == "mano") return WorldUp::kPlusZ;
   const std::optional<WorldUp> upright = UprightAxis(imported.clip, *options.body);
@@ -176,7 +176,7 @@ WorldUp UpOfNames(const Fields& fields, const ParameterOptions& options, Importe
   return own ? WorldUp::kPlusZ : *upright;
 }
 
-// Fingers that stay as they are through a long clip were not captured.
+// Whether the fingers keep one pose. In a long clip this means that they were not captured.
 bool FingersStand(const Clip& clip) {
   const auto fingers = [&](std::size_t t) { return clip.pose[t].rightCols(2 * kJointsPerHand); };
   for (std::size_t t = 1; t < clip.pose.size(); ++t) {
@@ -195,7 +195,7 @@ bool LooksLikeAmass(const Fields& fields) {
 
 bool NeedsImport(const NpzReader& archive) {
   if (!archive.Has("mocap_frame_rate") && !archive.Has("mocap_framerate")) return true;
-  // Whether ReadClip refuses what ReadRotations takes.
+  // Whether ReadClip rejects a form that ReadRotations accepts.
   const auto other_form = [&](const char* name, int joints) {
     if (!archive.Has(name)) return false;
     const NpyMember member = archive.Read(name);

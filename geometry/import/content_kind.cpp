@@ -41,7 +41,7 @@ FileKind NpzKind(const std::filesystem::path& path, const std::vector<std::strin
       return std::ranges::find(members, fmt::format("{}.npy", key)) != members.end();
     });
   };
-  // The last length of an array's shape; 0 when it cannot be read.
+  // Last dimension of an array; 0 if the array cannot be read.
   const auto columns = [&](const char* key) -> std::size_t {
     try {
       const NpyMember member = NpzReader(path).Read(key);
@@ -67,7 +67,7 @@ FileKind NpzKind(const std::filesystem::path& path, const std::vector<std::strin
   if (has({"body_pose"}) || has({"fullpose"}) || has({"global_orient", "transl"})) {
     return FileKind::kParameters;
   }
-  // A clip with members missing is still meant as one.
+  // A clip with missing members is still meant as a clip.
   if (has({"trans", "pose_body"}) || has({"trans", "root_orient"}) ||
       has({"mocap_frame_rate", "trans"})) {
     return FileKind::kClip;
@@ -106,7 +106,7 @@ constexpr std::size_t kMaxJsonBytes = std::size_t{64} << 20;
 constexpr int kMaxDepth = 200;
 constexpr std::size_t kShownKeys = 8;
 
-// Brackets within brackets; a parser that recurses must not be sent too deep.
+// Nesting depth of brackets. A recursive parser must not get input that nests too deep.
 int Depth(const std::string& text) {
   int depth = 0, deepest = 0;
   bool quoted = false;

@@ -53,8 +53,8 @@ bool IsFileToRead(const fs::path& path) {
   return fs::is_regular_file(path, ignored) && fs::file_size(path, ignored) <= kMaxObjectFile;
 }
 
-// Names of an object's file by the name of its body's, lower case: "smpl_fit_all" to
-// "object_fit_all".
+// Possible stems of an object's file, in lower case, from the stem of the body's file:
+// "object_fit_all" for "smpl_fit_all".
 std::vector<std::string> ObjectStems(const std::string& stem) {
   std::vector<std::string> stems;
   for (const std::string_view word :
@@ -69,8 +69,8 @@ std::vector<std::string> ObjectStems(const std::string& stem) {
   return stems;
 }
 
-// The files that may hold the object: those of the right name, else the only other data file or
-// those that are called objects.
+// Returns the files that may hold the object: those with a matching name, else the only other data
+// file, else files that are named as objects.
 std::vector<fs::path> ObjectCandidates(const fs::path& body) {
   std::vector<fs::path> others;
   std::error_code error;
@@ -96,7 +96,7 @@ std::vector<fs::path> ObjectCandidates(const fs::path& body) {
   return candidates;
 }
 
-// Reads the track; throws Error for what is not as many frames.
+// Reads the object's track. Throws Error if it has another number of frames than the body.
 void ReadObjectBeside(const fs::path& file, const Fields& fields, const ParameterOptions& options,
                       ImportedClip& imported) {
   const Eigen::Index frames = imported.clip.trans.cols();
@@ -147,7 +147,7 @@ fs::path FindInDataSet(const fs::path& from, const std::string& name,
     return fs::is_regular_file(folder / relative, ignored) ? folder / relative : fs::path();
   };
   if (!options.data_root.empty()) {
-    // The root itself, or the folder of sequences in it.
+    // `data_root` may be the root itself or the folder of sequences in it.
     for (const fs::path& folder : {options.data_root, options.data_root.parent_path()}) {
       if (const fs::path found = in(folder); !found.empty()) return found;
     }
@@ -196,7 +196,7 @@ void AddObjectBeside(const fs::path& body, const ParameterOptions& options,
       const DataFile file(candidate);
       if (LooksLikeObjectPoses(Fields(file))) found.push_back(candidate);
     } catch (const Error&) {
-      continue;  // a file of something else
+      continue;  // not an object
     }
   }
   if (found.empty()) return;
@@ -253,7 +253,7 @@ std::vector<fs::path> Sorted(const fs::path& folder) {
   return entries;
 }
 
-// The extension that most of the files have.
+// The most common extension of the files.
 std::string CommonExtension(const std::vector<fs::path>& files) {
   std::map<std::string, int> count;
   for (const fs::path& file : files) {
@@ -267,7 +267,7 @@ std::string CommonExtension(const std::vector<fs::path>& files) {
   return common;
 }
 
-// "00012_1" is frame "00012" of person 1; nothing for other names.
+// Splits "00012_1" into frame "00012" and person 1; nullopt for other names.
 std::optional<std::pair<std::string, int>> FrameAndPerson(const std::string& stem) {
   const std::size_t bar = stem.rfind('_');
   if (bar == std::string::npos || bar == 0 || bar + 1 == stem.size()) return std::nullopt;
@@ -278,7 +278,7 @@ std::optional<std::pair<std::string, int>> FrameAndPerson(const std::string& ste
   return std::pair(stem.substr(0, bar), std::stoi(person));
 }
 
-// The last number in a name; nothing when there is none (or no sensible one).
+// The last number in a name; nullopt if there is none or it has more than 9 digits.
 std::optional<long> NumberIn(const std::string& stem) {
   const auto last = std::find_if(stem.rbegin(), stem.rend(), IsDigit);
   if (last == stem.rend()) return std::nullopt;
@@ -288,7 +288,7 @@ std::optional<long> NumberIn(const std::string& stem) {
   return std::stol(digits);
 }
 
-// Numbers missing between the first and the last.
+// Number of missing numbers between the first and the last frame.
 int CountMissing(const std::vector<std::string>& frames) {
   if (frames.size() < 2) return 0;
   const std::optional<long> first = NumberIn(frames.front()), last = NumberIn(frames.back());
@@ -317,7 +317,7 @@ bool NaturalLess(const std::string& a, const std::string& b) {
     if (m.size() != n.size()) return m.size() < n.size();
     if (m != n) return m < n;
   }
-  if (i == a.size() && j == b.size()) return a < b;  // "01" and "1": some order
+  if (i == a.size() && j == b.size()) return a < b;  // "01" and "1": any fixed order
   return i == a.size();
 }
 
@@ -336,7 +336,7 @@ FrameFiles FindFrameFiles(const fs::path& folder, int person) {
   };
   std::string extension = CommonExtension(files);
   if (extension.empty()) {
-    // A folder a frame, with a file a person.
+    // One folder per frame, with one file per person.
     for (const fs::path& frame : folders) {
       std::vector<fs::path> people;
       for (const fs::path& file : Sorted(frame)) {
@@ -352,7 +352,7 @@ FrameFiles FindFrameFiles(const fs::path& folder, int person) {
     }
   } else {
     std::erase_if(files, [&](const fs::path& file) { return file.extension() != extension; });
-    // People only where some frame has more than one.
+    // Names include a person only if some frame has more than one.
     std::map<std::string, int> people;
     bool numbered = true;
     for (const fs::path& file : files) {

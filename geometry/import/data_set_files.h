@@ -9,46 +9,46 @@
 
 namespace holdfast {
 
-/// Looks for a file that another names relative to the root of its data set: in `options.data_root`
-/// and, going up, in the folders that `from` lies in. Empty when it is nowhere. Names that are
-/// absolute or climb out with ".." are not followed.
+/// Finds a file whose name is given relative to the root of its data set: in `options.data_root`
+/// and in the folders above `from`, going up. Empty if not found. Names that are absolute or leave
+/// the root with ".." are not followed.
 std::filesystem::path FindInDataSet(const std::filesystem::path& from, const std::string& name,
                                     const ParameterOptions& options);
 
-/// The surface of a subject, as a GRAB .ply names it, into `imported.clip`: v_template, and betas
-/// from `<stem>_betas.npy` beside it. Nothing found is a note.
+/// Reads the surface of a subject from the .ply that a GRAB file names into `imported.clip`:
+/// v_template, and betas from `<stem>_betas.npy` next to the .ply. Adds a note if there is none.
 void ReadSubject(const std::filesystem::path& from, const std::string& name,
                  const ParameterOptions& options, ImportedClip& imported);
 
-/// Whether these are the poses of an object and of nobody: a rotation (`angles`, ...) and a
+/// Whether these are poses of an object without a body: a rotation (`angles`, ...) and a
 /// translation (`trans`, ...), as in InterAct's object.npz and BEHAVE's object_fit_all.npz.
 bool LooksLikeObjectPoses(const Fields& fields);
 
-/// Looks beside the file of a body, whose frames are there, for the object of the same sequence in
-/// a file of its own, and makes it the clip's: x_world = R x_object + T, in the file's world. It
-/// goes by the name (human.npz: object.npz; smpl_fit_all.npz: object_fit_all.npz; ...), else by
-/// content where one other file may be it. The mesh is looked for as InterAct has it, in
-/// objects/<name>/<name>.obj of the folders above. What is found and not taken is a warning.
+/// Adds the object of the same sequence from a file next to the body's, whose frames are already in
+/// `imported`: x_world = R x_object + T, in the file's world. The file is found by name (human.npz:
+/// object.npz; smpl_fit_all.npz: object_fit_all.npz; ...), else by content if only one file
+/// qualifies. The mesh is searched in objects/<name>/<name>.obj of the folders above, as in
+/// InterAct. Warns if an object is found but not taken.
 void AddObjectBeside(const std::filesystem::path& body, const ParameterOptions& options,
                      ImportedClip& imported);
 
-/// Notes what a template of another body model than the one in use means.
+/// Adds a note if the template belongs to another body model than the one in use.
 void NoteTemplate(const BodyModel& body, ImportedClip& imported);
 
-/// Whether `a` comes before `b` the way people number things: "frame_9" before "frame_10".
+/// Whether `a` comes before `b` in natural order: "frame_9" before "frame_10".
 bool NaturalLess(const std::string& a, const std::string& b);
 
-/// The files of a folder that hold one clip frame by frame.
+/// The files of a folder that hold one clip, one file per frame.
 struct FrameFiles {
   std::vector<std::filesystem::path> files;  ///< in natural order
-  int people = 1;                            ///< most that any frame has files of
-  int missing = 0;                           ///< numbers left out between the first and the last
+  int people = 1;                            ///< largest number of people in a frame
+  int missing = 0;                           ///< numbers missing between the first and the last
 };
 
-/// Finds them: `000001.pkl ...`; with several people `00001_0.npz, 00001_1.npz` (frame, person); or
-/// `<frame>/000.pkl` (SMPLify-X). All of the extension that most files have, of .pkl .npz .npy
-/// .json .pt .pth. Of several people the `person`-th is taken. Throws Error for a folder without
-/// any and a person that is not there.
+/// Finds the frame files of a folder: `000001.pkl ...`; with several people `00001_0.npz,
+/// 00001_1.npz` (frame, person); or `<frame>/000.pkl` (SMPLify-X). All have the most common
+/// extension among .pkl .npz .npy .json .pt .pth. `person` selects one of several people. Throws
+/// Error for a folder without such files and for a person that is not there.
 FrameFiles FindFrameFiles(const std::filesystem::path& folder, int person);
 
 }  // namespace holdfast

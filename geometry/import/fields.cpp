@@ -12,7 +12,7 @@
 namespace holdfast {
 namespace {
 
-constexpr int kMaxPacked = 8;  // what is packed deeper was made to annoy
+constexpr int kMaxPacked = 8;  // deeper packing is hostile
 
 bool IsNamed(const DataValue& value) {
   return value.Kind() == DataKind::kDict || value.Kind() == DataKind::kObject;
@@ -81,7 +81,7 @@ std::string TextOf(const Fields& fields, std::string_view name) {
   try {
     return value->Text();
   } catch (const Error&) {
-    return {};  // these texts describe; none is worth refusing a motion for
+    return {};  // descriptive texts only: never a reason to reject a motion
   }
 }
 
@@ -95,14 +95,14 @@ std::optional<std::string> GenderOf(const DataValue& value) {
       if (number == 2) return "female";
     }
   } catch (const Error&) {
-    // A numpy text scalar is an array too.
+    // A numpy text scalar is an array, too.
   }
   try {
     text = value.Text();
   } catch (const Error&) {
     return std::nullopt;
   }
-  // Old archives hold the printed form of bytes: b'male'.
+  // Old archives hold bytes in printed form: b'male'.
   if (text.size() > 3 && text.starts_with("b'")) text = text.substr(2, text.size() - 3);
   std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
   for (const std::string_view gender : {"male", "female", "neutral"}) {

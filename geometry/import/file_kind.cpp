@@ -29,13 +29,13 @@ std::uint32_t Little32(std::string_view bytes, std::size_t at) {
   return value;
 }
 
-// `count` characters from `at`, fewer where the head ends.
+// Returns `count` characters from `at`, fewer at the end of the head.
 std::string_view Part(std::string_view head, std::size_t at, std::size_t count) {
   return at < head.size() ? head.substr(at, count) : std::string_view();
 }
 
 bool IsText(std::string_view head) {
-  // Latin-1 or UTF-8: no control characters but white space.
+  // Latin-1 or UTF-8: no control characters except white space.
   return std::ranges::all_of(head, [](char c) {
     const auto u = static_cast<unsigned char>(c);
     return u >= 32 || c == '\n' || c == '\r' || c == '\t' || c == '\f';
@@ -54,8 +54,8 @@ bool StartsWithIgnoringCase(std::string_view text, std::string_view start) {
   return text.size() >= start.size() && EqualIgnoringCase(text.substr(0, start.size()), start);
 }
 
-// Protocol 2 and later state it; earlier ones are text that begins with one of a few opcodes and
-// names what it needs as "c<module>\n<name>\n".
+// Protocol 2 and later state it in the first bytes. Earlier ones are text that starts with one of a
+// few opcodes and names what it needs as "c<module>\n<name>\n".
 bool IsPickle(std::string_view head) {
   if (head.size() >= 2 && head[0] == '\x80' && head[1] >= 2 && head[1] <= 5) return true;
   if (head.size() < 3 || std::string_view("(]}c").find(head[0]) == std::string_view::npos) {
@@ -65,7 +65,7 @@ bool IsPickle(std::string_view head) {
          head.starts_with("cnumpy") || head.starts_with("}q") || head.starts_with("]q");
 }
 
-// Older torch files are several pickles, the first of them this number.
+// Older torch files are several pickles; the first one holds this number.
 bool IsOldTorch(std::string_view head) {
   return head.substr(0, 14) ==
          std::string_view("\x80\x02\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19", 14);
@@ -103,7 +103,7 @@ FileKind BinaryKind(std::string_view head, std::size_t bytes) {
   }
   if (IsPickle(head)) return FileKind::kPickle;
   if (LooksLikeC3d(head)) return FileKind::kMarkers;
-  // A little may follow the triangles.
+  // Some bytes may follow the triangles.
   constexpr std::size_t kTrailing = 4096;
   if (head.size() > 84 && Little32(head, 80) > 0) {
     const std::size_t end = 84 + 50 * std::size_t{Little32(head, 80)};
@@ -112,7 +112,7 @@ FileKind BinaryKind(std::string_view head, std::size_t bytes) {
   return FileKind::kUnknown;
 }
 
-// Lines of an .obj: vertices and faces among a few other words.
+// Whether the lines are those of an .obj: vertices and keywords, and few other words.
 bool IsObj(std::string_view start) {
   const std::string plain = PlainLines(start, true);
   std::string_view head = plain;
@@ -129,7 +129,7 @@ bool IsObj(std::string_view start) {
           "mtllib", "l",    "p",    "usemap", "maplib", "mg",    "cstype",   "deg",
           "bmat",   "step", "curv", "curv2",  "surf",   "parm",  "trim",     "hole",
           "scrv",   "sp",   "end",  "con",    "lod",    "bevel", "c_interp", "d_interp"};
-      // The last line may be cut in the middle.
+      // The last line may be truncated.
       if (end != std::string_view::npos && std::ranges::find(kWords, word) == std::end(kWords)) {
         ++others;
       }
@@ -192,7 +192,7 @@ FileKind KindOf(std::string_view head, std::size_t bytes) {
   return IsText(head) ? TextKind(head) : FileKind::kUnknown;
 }
 
-// Missing, a folder, a device; nothing for a regular file.
+// Kind of a missing path, folder or device; nullopt for a regular file.
 std::optional<FileKind> KindByStatus(const fs::path& path) {
   std::error_code error;
   const fs::file_status status = fs::status(path, error);

@@ -8,7 +8,7 @@
 
 namespace holdfast {
 
-/// What a file is. Files of this field first, then what lies beside them.
+/// What a file is: first the formats of this field, then other files found next to them.
 enum class FileKind {
   // Not a file that can be read.
   kMissing,
@@ -26,7 +26,7 @@ enum class FileKind {
   kParameters,   ///< global_orient, body_pose, ...: SMPL-X parameters in the smplx package's names
   kGrab,         ///< GRAB sequence (Python objects)
   kBodyModel,    ///< v_template, weights, kintree_table: SMPL-X, SMPL-H, MANO, ...
-  kNpz,          ///< none of these
+  kNpz,          ///< any other .npz
 
   // Other containers.
   kNpy,
@@ -57,7 +57,7 @@ enum class FileKind {
   kSkeletonMap,  ///< for import --map
   kJson,
 
-  // What lies beside, or came in place of a file.
+  // Files found next to these, or received in their place.
   kHtml,
   kGitLfsPointer,
   kHdf5,
@@ -68,24 +68,24 @@ enum class FileKind {
   kUnknown,
 };
 
-/// One line for people: "SMPL-X motion (.npz)".
+/// One-line description: "SMPL-X motion (.npz)".
 std::string_view Describe(FileKind kind);
 
-/// Whether it is one of the meshes that ReadMeshFile reads.
+/// Whether the kind is a mesh that ReadMeshFile reads.
 bool IsMesh(FileKind kind);
 
 struct Identity {
   FileKind kind = FileKind::kUnknown;
-  bool gzipped = false;              ///< the content was looked at through gzip
+  bool gzipped = false;              ///< the content was inspected through gzip
   std::size_t bytes = 0;             ///< size of the file
-  std::vector<std::string> members;  ///< of an archive
-  std::string detail;                ///< what tells the kind: a schema, keys
-  std::string fault;                 ///< why it could not be opened; empty when it could
+  std::vector<std::string> members;  ///< member names of an archive
+  std::string detail;                ///< what identifies the kind: a schema, keys
+  std::string fault;                 ///< why it could not be opened; empty if it could
 };
 
-/// Tells what a file is by its content; its name is not looked at. Reads the first 64 KB, the
-/// directory of archives, and JSON as a whole. Nothing in the file is executed. Does not throw for
-/// any file.
+/// Detects what a file is from its content; its name is ignored. Reads the first 64 KB, the
+/// directory of an archive, and all of a JSON file. Executes nothing in the file. Does not throw
+/// for any file.
 Identity Identify(const std::filesystem::path& path);
 
 }  // namespace holdfast

@@ -21,7 +21,7 @@ namespace {
 
 using Eigen::Index;
 
-constexpr double kGrabFrameRate = 120;  // of the capture
+constexpr double kGrabFrameRate = 120;  // Hz, of the capture
 constexpr int kLabels = 256;
 
 // Row vectors: v R(w) + t = R(w)^T v + t = R(-w) v + t.
@@ -37,7 +37,7 @@ ObjectTrack ReadTrack(const Fields& thing, std::string_view name, Index frames,
   return track;
 }
 
-// Labels (T, V) as (V x T), from any integer type.
+// Reads labels (T, V) of any integer type into a (V x T) matrix.
 ContactLabels::Matrix ReadLabels(const DataValue& value, Index frames) {
   const NpyMember member = value.Array();
   member.RequireShape({static_cast<std::ptrdiff_t>(frames), -1});
@@ -79,8 +79,8 @@ double ReadGrabFrameRate(const Fields& fields, const ParameterOptions& options,
   return kGrabFrameRate;
 }
 
-// What is done in a sequence: its intent, and the word in the file's name where there is one
-// ("mug_drink_1": the intent is only "use").
+// Action of a sequence: the word in the file's name if there is one, else the intent ("mug_drink_1"
+// has only the intent "use").
 std::string ActionOf(const Fields& fields, const std::filesystem::path& path) {
   const std::string intent = TextOf(fields, "motion_intent");
   const std::string object = TextOf(fields, "obj_name");
@@ -123,7 +123,7 @@ void ReadBody(const Fields& fields, const ParameterOptions& options, ImportedCli
         SetJoints(clip.pose, HandBegin(side),
                   fingers.Read(value, side, imported, clip.trans.cols()), value.Where());
       }
-      // The body's coefficients are on top of the mean hand (the smplx package's default).
+      // The body's coefficients are relative to the mean hand (the smplx package's default).
       if (!options.flat_hand_mean.value_or(false)) fingers.AddMean(clip.pose);
       Append(imported.conventions, fingers.Conventions());
       Append(imported.notes, fingers.Notes());
@@ -132,7 +132,7 @@ void ReadBody(const Fields& fields, const ParameterOptions& options, ImportedCli
   clip.surface_model_type = "smplx";
 }
 
-// A hand in the world, of MANO.
+// Reads a MANO hand in the world frame.
 void ReadHand(const Fields& fields, Side side, ImportedClip& imported) {
   Clip& clip = imported.clip;
   const Fields params = fields.In(side == Side::kRight ? "rhand" : "lhand").In("params");
@@ -159,7 +159,7 @@ bool LooksLikeGrab(const Fields& fields) {
 std::uint8_t HandsTouching(std::span<const std::uint8_t> labels) {
   std::uint8_t hands = 0;
   for (const std::uint8_t label : labels) {
-    // The SMPL-X joint of the touching part + 1.
+    // A label is the SMPL-X joint of the touching part + 1.
     const int joint = label - 1;
     const auto of = [&](Side side) {
       return joint == WristJoint(side) ||
@@ -269,7 +269,7 @@ bool HasHands(const Fields& fields) {
   return right.Has("rot") && right.Has("pose") && right.Has("trans");
 }
 
-// "box_grab_01" of "box_grab_01.smplx.npy".
+// Returns "box_grab_01" for "box_grab_01.smplx.npy".
 std::string SequenceOf(const fs::path& path) {
   const std::string name = path.filename().string();
   return name.substr(0, name.find('.'));
@@ -391,7 +391,7 @@ ImportedClip ImportArctic(const Fields& fields, const fs::path& path,
     }
     NoteTemplate(*options.body, imported);
   }
-  // A wrist's turn tells nothing of what is up.
+  // The rotation of a wrist does not show which axis is up.
   SettleWorld(imported, options, body ? std::nullopt : std::optional(WorldUp::kPlusZ), body);
   return imported;
 }

@@ -31,8 +31,8 @@ std::vector<std::string> Words(const std::string& text) {
   return words;
 }
 
-// "s10_mug_drink_1", "grab/s10/mug_drink_1.npz", "mug_drink_1": subject and action by the object's
-// name in it.
+// Reads subject and action from a name that contains the object's: "s10_mug_drink_1",
+// "grab/s10/mug_drink_1.npz", "mug_drink_1".
 void ReadNames(const std::string& sequence, const std::filesystem::path& path,
                const std::string& object, Clip& clip) {
   const auto is_subject = [](const std::string& word) {
@@ -92,7 +92,7 @@ void ReadObject(const Fields& object, ImportedClip& imported) {
   Clip& clip = imported.clip;
   ObjectTrack track;
   track.trans = ReadFrameRows(object["transl"], 3);
-  // v R + t: the transpose is the axis-angle negated, of the nearest rotation too.
+  // v R + t: transposing negates the axis-angle, also that of the nearest rotation.
   const Index frames = clip.trans.cols();
   track.orient = -ReadObjectRotations(object["global_orient"], imported, frames);
   RequireFrames(object.Where(), "transl", track.trans.cols(), frames);

@@ -28,7 +28,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A data file that is open, and its fields.
+// An open data file and its fields.
 struct OpenFile {
   const fs::path& path;
   const DataFile& file;
@@ -54,7 +54,7 @@ ImportedClip ImportClip(const OpenFile& open, const ParameterOptions& options) {
   return imported;
 }
 
-// Values without names: an array, or a list with the parameters of one frame an item.
+// Values without names: an array, or a list with the parameters of one frame per item.
 bool IsArray(const OpenFile& open) {
   return open.file.Format() != DataFormat::kNpz && open.file.Root().Kind() == DataKind::kArray;
 }
@@ -76,7 +76,7 @@ ImportedClip ImportList(const OpenFile& open, const ParameterOptions& options) {
   return imported;
 }
 
-// {0: {...}, 1: {...}}: a track a person.
+// {0: {...}, 1: {...}}: one track per person.
 bool IsPeople(const OpenFile& open) {
   const std::vector<std::string> names = open.fields.Names();
   const auto is_number = [](const std::string& name) {
@@ -100,8 +100,8 @@ ImportedClip ImportPerson(const OpenFile& open, const ParameterOptions& options)
   return imported;
 }
 
-// How data files are told apart: the first that knows one reads it. A new format is one line here
-// and one file beside this.
+// Data file formats: the first importer that recognizes a file reads it. A new format needs one
+// line here and one file in this folder.
 struct Importer {
   std::string_view reads;
   bool (*recognizes)(const OpenFile&);
@@ -146,7 +146,7 @@ constexpr std::array kImporters = {
              }},
 };
 
-// The names in the first of a list of dicts, which speaks for all.
+// Names in the first of a list of dicts, which stands for all.
 std::vector<std::string> NamesOfItems(const DataValue& root) {
   if (root.Kind() != DataKind::kList || root.Size() == 0) return {};
   const DataValue first = root[std::size_t{0}];
@@ -245,7 +245,7 @@ ImportedFile ImportRetargeted(const fs::path& path, const ImportFileOptions& opt
   return imported;
 }
 
-// What people give for a motion by mistake is named for what it is.
+// Rejects files that users give for a motion by mistake, naming their kind.
 void RefuseOtherKinds(const fs::path& path) {
   const FileKind kind = Identify(path).kind;
   constexpr std::array kOthers = {FileKind::kPicture,   FileKind::kVideo, FileKind::kHtml,

@@ -13,35 +13,33 @@ namespace holdfast {
 
 struct ImportFileOptions {
   ParameterOptions parameters;
-  /// Of motions that are brought onto the body (BVH, ASF/AMC, glTF). Its frame rate is not used;
-  /// without betas the shape is the file's, where it tells one of `parameters.body`.
+  /// For motions that are retargeted to the body (BVH, ASF/AMC, glTF). Its frame rate is not used.
+  /// Without betas, the shape is the file's if the file has one for `parameters.body`.
   ImportOptions motion;
-  /// Of the clip, Hz; 0 keeps the file's; empty: 30 for motions that are brought onto the body,
-  /// the file's for parameters.
+  /// Frame rate of the clip, Hz. 0 keeps the file's; empty: 30 for retargeted motions, the file's
+  /// for parameters.
   std::optional<double> frame_rate;
 };
 
-/// What a file became.
+/// Result of importing a file.
 struct ImportedFile : ImportedClip {
   int source_frames = 0;
   double source_frame_rate = 0;        ///< Hz
-  std::optional<ImportReport> motion;  ///< of a motion that was brought onto the body
+  std::optional<ImportReport> motion;  ///< of a retargeted motion
 };
 
-/// Reads any file of human motion that is known, format detected from the content, not from the
-/// name. Throws Error for one that is malformed, and for one that is something else, naming what it
-/// is where that can be told.
+/// Reads any known file of human motion; the format is detected from the content, not from the
+/// name. Throws Error for a malformed file, and for any other file, naming its kind if known.
 ImportedFile ImportFile(const std::filesystem::path& path, const ImportFileOptions& options);
 
-/// The mesh that a clip's track names, relative to the clip; empty when there is none.
+/// Path of the mesh that a clip's track names, relative to the clip; empty if there is none.
 std::filesystem::path MeshBeside(const std::filesystem::path& clip,
                                  const std::optional<ObjectTrack>& track);
 
-/// The mesh of an imported clip's object, meters; nothing where none was found or it cannot be
-/// read.
+/// Mesh of an imported clip's object, meters; nullopt if none was found or it cannot be read.
 std::optional<TriangleMesh> ObjectMeshOf(const ImportedClip& imported);
 
-/// The formats, for help: "GRAB sequence (.npz)".
+/// Importable formats for help texts: "GRAB sequence (.npz)".
 std::vector<std::string> ImportableFormats();
 
 }  // namespace holdfast

@@ -49,13 +49,13 @@ MotionFormat Recognize(std::string_view text) {
   return MotionFormat::kUnknown;
 }
 
-// A tensor is told by its shape, which stands inside the archive.
+// A SkillMimic tensor is recognized by its shape, which is stored inside the archive.
 bool HoldsSkillMimic(const std::filesystem::path& path, std::string_view head) {
   if (!MayBeSkillMimic(head)) return false;
   try {
     return LooksLikeSkillMimic(DataFile(path).Root());
   } catch (const Error&) {
-    return false;  // whoever reads it as something else says what is wrong
+    return false;  // another reader reports the fault
   }
 }
 
@@ -131,7 +131,7 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
               "a .gltf");
 }
 
-// Doubts about how the body follows the source.
+// Adds warnings where the body follows the source poorly.
 void AddDoubts(const RetargetReport& retarget, std::vector<std::string>& notes) {
   constexpr double kFarPlace_mm = 30;
   constexpr double kFarDirection = 15 * kDegree;
@@ -156,7 +156,7 @@ void AddDoubts(const RetargetReport& retarget, std::vector<std::string>& notes) 
 }  // namespace
 
 bool LooksLikeMotionFile(const std::filesystem::path& path) {
-  // Markers are known for what they are, so that it can be told why they cannot be imported.
+  // Markers are recognized so that ReadMotion can report why they are not imported.
   std::vector<std::string> ignored;
   const std::string head = PlainText(ReadGzipHead(path, kMotionHeadBytes), ignored);
   if (HoldsSkillMimic(path, head)) return true;
@@ -183,7 +183,7 @@ Clip ImportMotion(const SourceMotion& motion, const std::string& where, const Re
   RetargetOptions retarget;
   retarget.frame_rate = options.frame_rate;
   retarget.up = options.up.value_or(UpAxis::kY);
-  const bool own = !motion.body_model.empty();  // a file of ours: y is up
+  const bool own = !motion.body_model.empty();  // written by Holdfast: y is up
   if (!options.up && !own) {
     const MotionUp up = FindMotionUp(motion, map);
     retarget.up = up.axis;

@@ -75,7 +75,7 @@ namespace {
 
 using Eigen::Index;
 
-// Places in a row of Motion-X.
+// Offsets in a row of Motion-X.
 constexpr Index kMotionX = 322, kHandsAt = 66, kJawAt = 156, kExpressionAt = 159, kTransAt = 309,
                 kBetasAt = 312, kNumBetas = 10;
 constexpr double kMotionXFrameRate = 30;
@@ -117,7 +117,7 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
   const std::vector<std::size_t>& shape = member.array.shape;
   const Index width = shape.empty() ? 0 : static_cast<Index>(shape.back());
   const bool smplx = NumbersPerRotation(member, kNumJoints).has_value();
-  // (T, 52, 3) may as well be positions.
+  // (T, 52, 3) may also be positions.
   const bool smplh = !smplx && !(shape.size() == 3 && width == 3) &&
                      NumbersPerRotation(member, kArraySmplhJoints).has_value();
   if (width != kMotionX && !smplh && !smplx) Refuse(value, member, width);

@@ -27,8 +27,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Whether a file is a clip already: no arrays but those that WriteClip writes, or some that only
-// Holdfast's have.
+// Whether a file is a clip already: it has only arrays that WriteClip writes, or some that only
+// Holdfast's clips have.
 bool IsClipFile(const fs::path& path) {
   try {
     const NpzReader archive(path);
@@ -36,7 +36,7 @@ bool IsClipFile(const fs::path& path) {
     if (!IsHoldfastClip(names) && !HasOnlyClipArrays(names)) return false;
     return !NeedsImport(archive);
   } catch (const Error&) {
-    return false;  // ImportFile says what is wrong with it
+    return false;  // ImportFile reports the fault
   }
 }
 
@@ -79,7 +79,7 @@ LoadedClip ReadFile(const fs::path& path, const ImportFileOptions& options) {
   }
   static_cast<ImportedFile&>(loaded) = ImportFile(path, options);
   loaded.imported = true;
-  // As a clip's own file would name it.
+  // The name that a clip file would store.
   if (loaded.clip.object && !loaded.object_mesh.empty() && loaded.object_mesh_scale == 1) {
     loaded.clip.object->mesh = fs::absolute(loaded.object_mesh, error).string();
   }
@@ -93,7 +93,7 @@ const std::string& MadeWith(const LoadedClip& loaded) {
   return loaded.change ? loaded.change->from : loaded.clip.body_model;
 }
 
-// The mesh of a file that a clip names. Nothing is taken in its place: it would be another object.
+// Reads the mesh file that a clip names. A substitute would be another object.
 TriangleMesh ReadNamedMesh(const fs::path& clip, const std::string& path, double scale) {
   std::error_code ignored;
   if (!fs::exists(path, ignored)) {
@@ -145,14 +145,14 @@ ClipObject FindClipObject(const LoadedClip& loaded, double scale) {
     found.in_clip = true;
     return found;
   }
-  // A clip that is of no file names none beside it.
+  // A clip without a file cannot name a mesh relative to it.
   const bool names_file =
       HasMeshFormat(track.mesh) && (!loaded.file.empty() || fs::path(track.mesh).is_absolute());
   if (names_file || !loaded.object_mesh.empty()) {
     found.source = loaded.object_mesh.empty() ? (loaded.file.parent_path() / track.mesh).string()
                                               : loaded.object_mesh.string();
     found.scale = scale * loaded.object_mesh_scale;
-    // A result was written with its mesh beside it; of other files it may not have come along.
+    // A result is written with its mesh; other clips may have been copied without theirs.
     std::error_code ignored;
     if (!fs::exists(found.source, ignored) && !loaded.file.empty() &&
         !fs::exists(loaded.file.parent_path() / "metrics.json", ignored) &&

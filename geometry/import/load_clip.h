@@ -14,57 +14,57 @@
 
 namespace holdfast {
 
-/// A clip and the body that it moves.
+/// A clip and the body that it animates.
 struct LoadedClip : ImportedFile {
-  std::filesystem::path file;  ///< the clip's own; empty for an embedded clip and an imported file
-  bool imported = false;       ///< read by ImportFile, not a clip yet
+  std::filesystem::path file;  ///< path of the clip; empty for embedded clips and imported files
+  bool imported = false;       ///< read by ImportFile, not from a clip file
   ClipBody body;
-  std::optional<BodyChange> change;  ///< where the clip was made with another kind of model
+  std::optional<BodyChange> change;  ///< if the clip was made with another kind of model
 };
 
-/// A clip of any kind: an embedded clip by name ("demo_drink"), a result folder (its clip.npz), a
-/// clip's file, or whatever else ImportFile reads. The body is `options.parameters.body` (the
-/// embedded one when null) in the clip's shape; a clip that was made with a model of another kind
-/// is brought onto it. `notes` says what was decided on the way. Throws Error for what is none of
-/// these.
+/// Loads a clip of any kind: an embedded clip by name ("demo_drink"), a result folder (its
+/// clip.npz), a clip file, or any other file that ImportFile reads. The body is
+/// `options.parameters.body` (the embedded one if null) in the clip's shape; a clip made with
+/// another kind of model is converted to it. `notes` reports the decisions made. Throws Error for
+/// anything else.
 LoadedClip LoadClip(const std::string& path_or_name, ImportFileOptions options = {});
 
-/// The mesh of a clip's object: the one that the clip carries or its file holds, else the file that
-/// it names and no other, else the embedded object that it names, else that of the object's name.
+/// Mesh of a clip's object: the one in the clip or its file, else the file that the clip names
+/// (without substitute), else the embedded object that it names, else that of the object's name.
 struct ClipObject {
   std::optional<TriangleMesh> mesh;  ///< full resolution, meters, times `scale`
-  std::string source;                ///< where it is from, for LoadObject with `scale`
-  double scale = 1.0;                ///< the caller's, and of a file that is not in meters
-  bool in_clip = false;              ///< the clip's own, at no other place
-  bool by_name = false;              ///< known by the object's name alone
-  std::string warning;               ///< where that stands in for a mesh of another program's
-  std::string missing;               ///< why there is none
+  std::string source;                ///< where it comes from, for LoadObject with `scale`
+  double scale = 1.0;                ///< the caller's, times that of a file not in meters
+  bool in_clip = false;              ///< stored in the clip and nowhere else
+  bool by_name = false;              ///< found only by the object's name
+  std::string warning;               ///< if it replaces a mesh of another program
+  std::string missing;               ///< why there is no mesh
 };
 
-/// An object without a mesh is no fault (`missing`). Looks at the track, the file, what an importer
-/// found. Throws Error for a file that is unreadable, of another checksum, missing from a result.
+/// Finds the mesh by track, file and import result; to have none is not an error (`missing`).
+/// Throws Error for a file that is unreadable, has another checksum, or is missing from a result.
 ClipObject FindClipObject(const LoadedClip& loaded, double scale = 1.0);
 
-/// How far a hand is from the object in the frames in which the clip says that it holds it.
+/// Distance from hand to object in the frames in which the clip marks the hand as holding.
 struct HeldDistance {
-  int frames = 0;          ///< with a hand that holds
-  double median_mm = 0.0;  ///< over (at most 40 of) them, of the nearest vertex; 0 inside
+  int frames = 0;          ///< frames with a holding hand
+  double median_mm = 0.0;  ///< over at most 40 of them, of the nearest hand vertex; 0 inside
 };
 
-/// Nothing for a clip without labels or object. `object` is in its own frame.
+/// Returns nullopt for a clip without labels or object. `object` is in its own frame.
 std::optional<HeldDistance> MeasureHeldDistance(const Clip& clip, const ClipBody& body,
                                                 const TriangleMesh& object);
 
-/// Of hands that are said to hold and are more than a centimeter away: another body than the clip's
-/// has other limbs.
+/// Warning that holding hands are more than a centimeter from the object, since another body than
+/// the clip's has other limbs.
 struct HeldWarning {
   std::string seen, advice;
 };
 std::optional<HeldWarning> WarnOfHeldDistance(const Clip& clip, const ClipBody& body,
                                               const TriangleMesh& object);
 
-/// What becomes of a clip as it was imported on `model`, without changing it: a note where it was
-/// made with another kind of model (else empty), and the warning above where its object is there.
+/// Reports how an imported clip changes on `model`, without changing it: a note if it was made with
+/// another kind of model (else empty), and the warning above if its object is present.
 struct BodyNotes {
   std::string change;
   std::optional<HeldWarning> held;

@@ -40,13 +40,13 @@ std::optional<Fields> FindHand(const Fields& fields) {
       const Fields inside = fields.In(name);
       if (HasHand(inside)) return inside;
     } catch (const Error&) {
-      continue;  // no dict
+      continue;  // not a dict
     }
   }
   return std::nullopt;
 }
 
-// The hand that the file tells, where it does.
+// Side that the file states, if any.
 std::optional<Side> ToldSide(const Fields& fields, ImportedClip& imported) {
   const auto name = fields.FirstOf(kIsRight);
   if (!name) return std::nullopt;
@@ -179,7 +179,7 @@ constexpr int kFingers = kJointsPerHand;
 
 int RowOf(Side side) { return side == Side::kRight ? 0 : 1; }
 
-// K components, one a row, as (K x 45).
+// Reads K components, one per row, as (K x 45).
 Eigen::MatrixXd ReadComponents(const DataValue& value) {
   const NpyMember member = value.Array();
   member.RequireShape({-1, kHandDofs});

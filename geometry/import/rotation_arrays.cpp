@@ -19,7 +19,7 @@ using Eigen::Index;
 
 Index SizeOf(const NpyMember& member) { return static_cast<Index>(member.array.NumElements()); }
 
-// Lengths without those of one, and never none.
+// Shape without dimensions of size one, but at least one dimension.
 std::vector<Index> TrueShape(const NpyMember& member) {
   std::vector<Index> shape;
   for (const std::size_t n : member.array.shape) {
@@ -29,7 +29,7 @@ std::vector<Index> TrueShape(const NpyMember& member) {
   return shape;
 }
 
-// Values as (per_frame x frames), finite.
+// Values as (per_frame x frames). Throws Error if one is not finite.
 Eigen::MatrixXd FiniteColumns(const NpyMember& member, Index per_frame) {
   const Index frames = SizeOf(member) / per_frame;
   if (frames == 0) throw Error(member.where, "has no frames", "Give at least one frame");
@@ -47,7 +47,7 @@ Eigen::MatrixXd FiniteColumns(const NpyMember& member, Index per_frame) {
   return Eigen::Map<const Eigen::MatrixXd>(values.data(), per_frame, frames);
 }
 
-// Whether the last lengths are these.
+// Whether these are the last dimensions.
 bool EndsWith(const std::vector<Index>& shape, std::initializer_list<Index> end) {
   return shape.size() >= end.size() &&
          std::equal(end.begin(), end.end(), shape.end() - static_cast<std::ptrdiff_t>(end.size()));
@@ -62,7 +62,7 @@ bool IsRotation(const Eigen::Matrix3d& M) {
   return (M.transpose() * M - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff() < 1e-3;
 }
 
-// How an array holds its rotations.
+// How an array stores its rotations.
 struct RotationLayout {
   enum class Form { kAxisAngle, kMatrix, kSixD, kSixDColumns, kSixDRows };
   Form form;
@@ -71,7 +71,7 @@ struct RotationLayout {
   int Numbers() const { return form == Form::kAxisAngle ? 3 : form == Form::kMatrix ? 9 : 6; }
 };
 
-// Every way in which the shape can be read, axis-angle first.
+// All possible readings of the shape, axis-angle first.
 std::vector<RotationLayout> LayoutsOf(const NpyMember& member, int joints) {
   using Form = RotationLayout::Form;
   const std::vector<Index> shape = TrueShape(member);
@@ -106,7 +106,7 @@ std::optional<RotationLayout> LayoutOf(const NpyMember& member, int joints, Inde
   if (SizeOf(member) == 0) return std::nullopt;
   const std::vector<RotationLayout> layouts = LayoutsOf(member, joints);
   if (layouts.size() < 2) return layouts.empty() ? std::nullopt : std::optional(layouts.front());
-  // What does not move may be there once.
+  // Constant values may be stored once.
   for (const Index count : {frames, Index{1}}) {
     for (const RotationLayout& layout : layouts) {
       if (frames > 0 && layout.frames == count) return layout;
@@ -127,13 +127,13 @@ std::optional<RotationLayout> LayoutOf(const NpyMember& member, int joints, Inde
 constexpr double kSixDTolerance = 0.02;
 constexpr double kMinSixDLength = 1e-3;
 
-// The two vectors of 6D numbers, `interleaved` in rows of two or one after the other.
+// The two vectors of 6D numbers, in rows of two (`interleaved`) or one after the other.
 std::pair<Eigen::Vector3d, Eigen::Vector3d> SixDVectors(const double* p, bool interleaved) {
   if (interleaved) return {{p[0], p[2], p[4]}, {p[1], p[3], p[5]}};
   return {{p[0], p[1], p[2]}, {p[3], p[4], p[5]}};
 }
 
-// How far the two vectors are from being orthonormal, at most of all rotations.
+// Largest deviation of the two vectors from orthonormality, over all rotations.
 double SixDDefect(const Eigen::MatrixXd& numbers, bool interleaved) {
   double largest = 0;
   for (Index i = 0; i + 6 <= numbers.size(); i += 6) {
@@ -144,9 +144,9 @@ double SixDDefect(const Eigen::MatrixXd& numbers, bool interleaved) {
   return largest;
 }
 
-// Whether flat 6D numbers stand in rows of two: by which reading is orthonormal, to rounding where
-// rotations near a quarter turn are nearly so in both; else as `known` of the file's other fields.
-// Throws Error where nothing tells.
+// Whether flat 6D numbers are in rows of two: the orthonormal reading decides (down to rounding, as
+// rotations near a quarter turn are nearly orthonormal in both), else `known` of the file's other
+// fields. Throws Error if neither decides.
 bool IsInterleaved(const Eigen::MatrixXd& numbers, const NpyMember& member,
                    std::optional<bool> known) {
   constexpr double kClearly = 0.1, kRounding = 1e-9;
@@ -166,7 +166,7 @@ bool IsInterleaved(const Eigen::MatrixXd& numbers, const NpyMember& member,
       "columns");
 }
 
-// Gram-Schmidt, as every code that writes 6D reads it.
+// Gram-Schmidt, as in every code that writes 6D.
 Eigen::Matrix3d SixDMatrix(const double* p, bool interleaved, const NpyMember& member,
                            Index frame) {
   const auto [a, b] = SixDVectors(p, interleaved);
@@ -206,10 +206,10 @@ Eigen::Vector3d AxisAngleOf(const Eigen::Matrix3d& M, Index frame, RotationDefec
 struct RotationsRead {
   Eigen::MatrixXd axis_angle;
   RotationLayout::Form form = RotationLayout::Form::kAxisAngle;
-  bool interleaved = false;  // of 6D
+  bool interleaved = false;  // for 6D
 };
 
-// `strict`: a matrix that is far from a rotation is a fault.
+// `strict`: throw Error for a matrix that is far from a rotation.
 RotationsRead ReadAnyRotations(const DataValue& value, int joints, RotationDefects& defects,
                                Index frames, bool strict,
                                std::optional<bool> known_interleaved = {}) {
@@ -280,7 +280,7 @@ bool Says(const std::vector<std::string>& texts, std::string_view text) {
   return std::ranges::find(texts, text) != texts.end();
 }
 
-// How the 6D rotations of other fields were read; nothing where there were none.
+// How the 6D rotations of other fields were read; nullopt if there were none.
 std::optional<bool> KnownInterleaved(const ImportedClip& imported) {
   if (Says(imported.conventions, kSixDColumnsNote)) return true;
   if (Says(imported.notes, kSixDRowsNote)) return false;
@@ -302,7 +302,7 @@ Eigen::MatrixXd ReadFrameRows(const DataValue& value, Index columns) {
   const std::vector<Index> shape = TrueShape(member);
   const bool one_row = shape.size() == 1 && shape[0] == columns;
   const bool rows = shape.size() == 2 && shape[1] == columns;
-  // One number a frame may come as (T).
+  // One number per frame may have shape (T).
   const bool numbers = columns == 1 && shape.size() == 1;
   if (!one_row && !rows && !numbers) {
     throw Error(member.where, fmt::format("has shape {}", member.ShapeText()),

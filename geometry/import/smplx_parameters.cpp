@@ -22,7 +22,7 @@ namespace {
 using Eigen::Index;
 using Names = std::span<const std::string_view>;
 
-// One thing under all the names that it goes by.
+// Each parameter with all names in use for it.
 constexpr std::array<std::string_view, 7> kRoot = {
     "global_orient", "root_orient", "smplx_root_pose", "smplx_global_orient",
     "global_pose",   "root_pose",   "poses_root"};
@@ -52,7 +52,7 @@ constexpr std::array<std::string_view, 7> kInside = {
 constexpr int kVposerLatent = 32;
 constexpr int kSmplBodyJoints = 23;
 
-// Columns put one after the other; nothing is copied twice for one part.
+// Concatenates columns; each part is copied only once.
 Eigen::MatrixXd Joined(const std::vector<Eigen::MatrixXd>& parts) {
   Index columns = 0;
   for (const Eigen::MatrixXd& part : parts) columns += part.cols();
@@ -100,7 +100,7 @@ std::optional<DataValue> FindBelow(const Fields& fields, Names names, int depth)
       if (value.Kind() != DataKind::kDict) continue;
       if (const auto found = FindBelow(Fields(value), names, depth - 1)) return found;
     } catch (const Error&) {
-      continue;  // a field that nothing else asks for may hold what is not read
+      continue;  // no other code asks for this field, so it may hold unreadable data
     }
   }
   return std::nullopt;
@@ -190,7 +190,7 @@ void ParameterCollector::AddHands(const Fields& fields, std::vector<JointPose>& 
   if (options_.hands == ImportedHands::kNone) return;
   const auto frames = static_cast<Index>(pose.size());
   if (const auto both = fields.Find(kBothHands)) {
-    // 30 joints: left and right behind each other, angles (the layout of AMASS).
+    // 30 joints: left hand, then right hand, as angles (the layout of AMASS).
     SetJoints(pose, kLeftHandBegin, ReadRotations(*both, 2 * kJointsPerHand, imported_, frames),
               both->Where());
     has_fingers_ = true;
@@ -236,7 +236,7 @@ void ParameterCollector::Add(const Fields& packed) {
   const auto full = fields.Find(kFull);
   const auto root = fields.Find(kRoot);
   const auto body = fields.Find(kBody);
-  // What decides shapes that can be read in two ways.
+  // Number of frames that decides between two readings of a shape.
   Index told = 0;
   if (const auto trans = fields.Find(kTrans)) told = ReadFrameRows(*trans, 3).cols();
   if (body && root) {
@@ -280,7 +280,7 @@ void ParameterCollector::Add(const Fields& packed) {
 }
 
 void ParameterCollector::ListDropped(const Fields& packed, const Fields& fields) {
-  if (!imported_.dropped.empty()) return;  // the first part speaks for all
+  if (!imported_.dropped.empty()) return;  // the first part stands for all
   std::vector<std::string> cameras, others;
   const auto known = [&](const std::string& name) {
     for (const Names names :

@@ -49,11 +49,11 @@ std::optional<WorldUp> ParseWorldUp(std::string_view text) {
 Eigen::Matrix3d ZUpFrom(WorldUp up) {
   const int axis = static_cast<int>(up) / 2;
   const double sign = static_cast<int>(up) % 2 == 0 ? 1 : -1;
-  // Upside down has no shortest way: about x, so that what was left stays left.
+  // A half turn has no unique axis: turn about x, so that left stays left.
   if (up == WorldUp::kMinusZ) return Eigen::Vector3d(1, -1, -1).asDiagonal();
   return RotationBetween(sign * Eigen::Vector3d::Unit(axis), Eigen::Vector3d::UnitZ())
       .toRotationMatrix()
-      .unaryExpr([](double x) { return std::round(x); });  // exactly, they are all 0 and 1
+      .unaryExpr([](double x) { return std::round(x); });  // exact: entries are 0 and +-1
 }
 
 void TurnWorld(Clip& clip, const Eigen::Matrix3d& Q, const Eigen::Vector3d& pelvis) {
@@ -76,7 +76,7 @@ Eigen::Vector3d PelvisOf(const Clip& clip, const BodyModel& body) {
   if (clip.v_template.cols() == body.NumVertices()) {
     return body.RestJoints(clip.v_template).col(0);
   }
-  // The mean shape of a model that is not there.
+  // Mean shape of a model that is not loaded.
   const std::string& type = clip.surface_model_type;
   if (clip.body_model.empty() && body.Kind() == ModelKind::kSmplx) {
     if (type == "smplh" || type == "smpl") return kSmplhRestPelvis;

@@ -289,7 +289,7 @@ std::string Python(const std::string& code, const std::filesystem::path& path,
                      ShellWord(Stem(path) + suffix + ".npz"));
 }
 
-// Loads a clip as a dictionary, changes it, saves it.
+// Command that loads a clip as a dictionary, changes it and saves it.
 std::string Change(const std::string& code, const std::filesystem::path& path,
                    const std::string& suffix) {
   return Python("d = dict(np.load(sys.argv[1])); " + code + "; np.savez(sys.argv[2], **d)", path,

@@ -15,44 +15,44 @@
 
 namespace holdfast {
 
-// What the measurements of a motion mean, as facts, findings and commands of its inspection.
+// Turns measurements of a motion into facts, findings and commands of its inspection.
 
-/// Up axis, unit of the root's position, height of the ground.
+/// Reports the up axis, the unit of the root position and the ground height.
 void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspection& inspection);
 
-/// Full finger rotations or differences from the mean hand.
+/// Reports whether finger poses are full rotations or differences from the mean hand.
 void DescribeHands(const LooseMotion& motion, const BodyModel& body, Inspection& inspection);
 
-/// Row or column rotation of the object, and the hand that carries it.
+/// Reports whether the object rotation is for rows or columns, and which hand carries the object.
 void DescribeObject(const LooseMotion& motion, const BodyModel& body, double meters_per_unit,
                     Inspection& inspection);
 
-/// Leaps, joints bent too far, order of the joints.
+/// Reports discontinuities, joints bent beyond their limits, and the order of the joints.
 void DescribeMotion(const LooseMotion& motion, double meters_per_unit, Inspection& inspection);
 
-/// DescribePosture and DescribeMotion, neither of which says anything of a hand alone. Returns the
+/// Calls DescribePosture and DescribeMotion unless the motion is of a hand alone. Returns the
 /// meters per unit of `trans`.
 double DescribeBodyMotion(const LooseMotion& motion, const BodyModel& body, Inspection& inspection);
 
-/// A hand alone goes onto no body: says that its own model is needed, and proposes commands with it
-/// where it lies beside the file. `word` is the clip in commands, `stem` the name of results.
+/// Reports that a clip of a hand alone needs its own model, since it fits no body. If the model is
+/// next to the file, proposes commands with it. `word`: clip in commands; `stem`: name of results.
 void ProposeForHandAlone(const Clip& clip, const std::string& word, const std::string& stem,
                          Inspection& inspection);
 
-/// What a clip of another model becomes on `body`: where its trans goes, and how far the hands that
-/// it says hold the object (`mesh`) are from it then.
+/// Reports how a clip of another model changes on `body`: the shift of trans, and the distance from
+/// the object (`mesh`) to the hands that hold it according to the clip.
 void DescribeOnBody(const Clip& clip, const std::optional<TriangleMesh>& mesh,
                     const std::shared_ptr<const BodyModel>& body, Inspection& inspection);
 
-// Commands that set a clip right, ready to paste into a shell.
+// Commands that repair a clip, ready to paste into a shell.
 
-/// A clip whose world has `sign` times `axis` up, turned z-up.
+/// Command that turns a clip z-up whose world has `sign` times `axis` up.
 std::string TurnUpCommand(const std::filesystem::path& path, int axis, int sign);
 
-/// A clip with `trans` (and the object's) multiplied.
+/// Command that multiplies `trans` of a clip and of its object by `factor`.
 std::string ScaleCommand(const std::filesystem::path& path, double factor);
 
-/// A clip with the object's rotation transposed; takes Python with numpy.
+/// Command that transposes the object rotation of a clip; needs Python with numpy.
 std::string TransposeObjectCommand(const std::filesystem::path& path);
 
 }  // namespace holdfast

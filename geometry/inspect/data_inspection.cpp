@@ -17,9 +17,9 @@ namespace holdfast {
 namespace {
 
 constexpr std::size_t kShownEntries = 24;
-constexpr int kShownDepth = 3;  // a pickle may loop
+constexpr int kShownDepth = 3;  // a pickle may contain cycles
 
-// "array (120, 63) of float32", and the number itself where there is but one.
+// Describes a value: "array (120, 63) of float32", or the number itself for a scalar.
 std::string DescribeValue(const DataValue& value) {
   if (value.Kind() != DataKind::kArray) return value.Describe();
   const NpyMember member = value.Array();
@@ -59,7 +59,7 @@ void ListContent(const DataFile& file, Inspection& inspection) {
   if (names.empty() && file.Format() != DataFormat::kNpz) {
     const DataValue root = file.Root();
     lines.push_back(root.Describe());
-    // A list of frames: what the first one has speaks for all.
+    // For a list of frames, show the content of the first frame only.
     if (root.Kind() == DataKind::kList && root.Size() > 0 &&
         root[std::size_t{0}].Kind() == DataKind::kDict) {
       ListNames(root[std::size_t{0}], 1, lines);
@@ -78,7 +78,7 @@ bool IsHandVertexIds(const DataFile& file) {
          file["left_hand"].HoldsNumbers() && file["right_hand"].HoldsNumbers();
 }
 
-// Names as layers have them, of arrays.
+// Whether the arrays are named like network layers.
 bool IsWeights(const DataFile& file) {
   const std::vector<std::string> names = file.Names();
   const auto is_layer = [](const std::string& name) {
@@ -108,7 +108,7 @@ void InspectWeights(const DataFile& file, Inspection& inspection) {
   inspection.Ok("every array is whole");
 }
 
-// A motion that import takes: said of the clip that comes of it.
+// Inspects a motion that import accepts, by the clip it is imported to.
 void InspectMotionData(Inspection& inspection) {
   const auto body = BodyModel::Default();
   ImportFileOptions options;

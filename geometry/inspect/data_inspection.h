@@ -5,12 +5,12 @@
 
 namespace holdfast {
 
-/// A file of named values (numpy, pickle, torch, JSON, safetensors), or of a scene with a motion:
-/// what is in it, whether it is a motion that import takes (and then all that is told of a clip), a
-/// body model, or network weights.
+/// Inspects a file of named values (numpy, pickle, torch, JSON, safetensors) or a scene with a
+/// motion. Lists its content and reports whether it is a motion that import accepts (then with
+/// everything reported for a clip), a body model, or network weights.
 void InspectData(Inspection& inspection);
 
-/// A body model, of SMPL-X, SMPL-H, MANO or in one of their layouts.
+/// Inspects a body model: SMPL-X, SMPL-H, MANO, or a model in one of their layouts.
 void InspectModel(Inspection& inspection);
 
 }  // namespace holdfast

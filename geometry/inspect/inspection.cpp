@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Puts what was found of a file in a result folder under the folder's own.
+// Adds the inspection of a file in a result folder to that of the folder.
 void Include(const fs::path& file, Inspection& folder) {
   const Inspection part = Inspect(file);
   const std::string name = file.filename().string();
@@ -34,7 +34,7 @@ void Include(const fs::path& file, Inspection& folder) {
   }
 }
 
-// A clip's arrays in forms that only importers read.
+// Whether the arrays of a clip have forms that only the importers read.
 bool IsForImport(const fs::path& path) {
   try {
     return NeedsImport(NpzReader(path));
@@ -43,7 +43,7 @@ bool IsForImport(const fs::path& path) {
   }
 }
 
-// Whether a glTF file shows meshes and moves none.
+// Whether a glTF file has meshes but neither animations nor skins.
 bool IsMeshOnly(const fs::path& path) {
   try {
     const GltfAsset asset = GltfAsset::Read(path);
@@ -166,7 +166,7 @@ Inspection Inspect(const fs::path& path) {
         break;
       case FileKind::kText:
       case FileKind::kUnknown:
-        // Meshes are read by their name: said is what the reader says.
+        // Mesh formats are chosen by file extension: report what the mesh reader reports.
         HasMeshFormat(path) ? InspectMesh(inspection) : InspectOtherFile(inspection);
         break;
       default:

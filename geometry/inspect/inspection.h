@@ -11,7 +11,7 @@
 
 namespace holdfast {
 
-/// One thing that is known of a file: for programs under `name` (units in the name), for people as
+/// One known fact about a file: for programs under `name` (which includes the unit), for people as
 /// `text`.
 struct Fact {
   std::string name;
@@ -20,25 +20,25 @@ struct Fact {
 };
 
 enum class Verdict {
-  kOk,       ///< looked at, and right
-  kWarning,  ///< usable; know this first
+  kOk,       ///< checked and correct
+  kWarning,  ///< usable, with a caveat
   kFault,    ///< not usable as it is
 };
 
 struct Finding {
   Verdict verdict = Verdict::kOk;
-  std::string text;  ///< what was seen
-  std::string fix;   ///< what to do; empty when there is nothing to
+  std::string text;  ///< what was observed
+  std::string fix;   ///< what to do; empty if there is nothing to do
 };
 
-/// What one file is, whether it is sound, and what to do with it.
+/// What a file is, whether it is valid, and what to do with it.
 struct Inspection {
   std::filesystem::path path;
   Identity identity;
   std::string title;  ///< one line: "SMPL-X motion with an object (.npz)"
   std::vector<Fact> facts;
   std::vector<Finding> findings;
-  std::vector<std::string> next;  ///< commands to type, literally
+  std::vector<std::string> next;  ///< suggested commands, ready to type
 
   void AddFact(std::string name, double value, std::string text);
   void AddFact(std::string name, std::string value, std::string text);
@@ -47,17 +47,17 @@ struct Inspection {
   void Warn(std::string text, std::string fix);
   void Fault(std::string text, std::string fix);
 
-  Verdict Worst() const;  ///< of the findings
+  Verdict Worst() const;  ///< worst verdict of all findings
 };
 
-/// Looks at a file and, in a result folder, at what belongs to it. Every fault of the file is a
-/// finding: throws nothing for any content, only std::bad_alloc where memory ends.
+/// Inspects a file or a result folder with its files. Every fault of a file becomes a finding:
+/// throws nothing for any content, except std::bad_alloc if memory runs out.
 Inspection Inspect(const std::filesystem::path& path);
 
-/// A path as a word of a shell command: in quotes where it has to be.
+/// Returns a path as a word of a shell command, quoted if necessary.
 std::string ShellWord(const std::filesystem::path& path);
 
-/// "walk.bvh.gz" to "walk": for the names of results in suggested commands.
+/// Returns "walk" for "walk.bvh.gz": the stem for names of results in suggested commands.
 std::string Stem(const std::filesystem::path& path);
 
 }  // namespace holdfast

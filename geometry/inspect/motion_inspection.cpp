@@ -27,8 +27,8 @@
 namespace holdfast {
 namespace {
 
-constexpr double kBvhUnit_m = 0.01;  // what ReadBvh multiplies by
-constexpr double kLeg_m = 0.84;      // hip to knee to ankle of an adult
+constexpr double kBvhUnit_m = 0.01;  // scale given to ReadBvh
+constexpr double kLeg_m = 0.84;      // adult leg: hip to knee to ankle
 constexpr std::size_t kShownJoints = 6;
 
 void JudgeUnit(const SourceMotion& motion, const SkeletonMap& map, Inspection& inspection) {
@@ -111,7 +111,7 @@ void JudgeLeaps(const SourceMotion& motion, const SkeletonMap& map, Inspection& 
   if (frames.empty()) return;
   const std::size_t count = frames.size();
   frames.resize(std::min(count, kShownJoints));
-  // A first frame in the T-pose is a custom, not a fault.
+  // A T-pose as first frame is customary, not a fault.
   const bool only_start = count == 1 && frames[0] == 1;
   if (only_start) {
     inspection.Warn(
@@ -159,7 +159,7 @@ void Describe(const SourceMotion& motion, Inspection& inspection) {
                                         ShellWord(Stem(inspection.path) + ".npz"), options));
 }
 
-// One frame of an .amc in which every bone that the skeleton lets turn does not.
+// Returns one .amc frame in which every degree of freedom of the skeleton is zero.
 std::string RestFrame(const std::string& asf) {
   std::string frame = ":FULLY-SPECIFIED\n:DEGREES\n1\n";
   TextScanner words("", asf, '#');
@@ -202,7 +202,7 @@ void InspectMotion(Inspection& inspection) {
 
 void InspectAsf(Inspection& inspection) {
   try {
-    // A frame at rest is all that it takes to have the skeleton read and checked.
+    // One frame at rest is enough to read and check the skeleton.
     const std::string text = ReadGzipText(inspection.path);
     const SourceMotion motion =
         ParseAmc(text, inspection.path.string(), RestFrame(text), "its rest pose");
@@ -339,7 +339,7 @@ void InspectClip(Inspection& inspection) {
     inspection.Fault(fmt::format("more than {} frames", kMaxLooseFrames), "cut it into parts");
   }
 
-  // What fit, render and the others would say.
+  // Report what fit, render and other commands would report.
   if (inspection.Worst() != Verdict::kFault) {
     try {
       const NpzReader archive(inspection.path);

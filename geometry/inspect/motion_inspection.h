@@ -5,13 +5,13 @@
 
 namespace holdfast {
 
-/// A BVH or ASF/AMC motion: skeleton, unit, up axis, leaps. Adds to `inspection`.
+/// Inspects a BVH or ASF/AMC motion: skeleton, unit, up axis, discontinuities.
 void InspectMotion(Inspection& inspection);
 
-/// An Acclaim skeleton without motion.
+/// Inspects an Acclaim skeleton without motion.
 void InspectAsf(Inspection& inspection);
 
-/// A clip, or what is meant as one: its arrays as they are, and what ReadClip would refuse.
+/// Inspects a clip or a file meant as one: its arrays as stored, and what ReadClip would reject.
 void InspectClip(Inspection& inspection);
 
 }  // namespace holdfast

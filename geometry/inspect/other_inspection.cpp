@@ -35,7 +35,7 @@ void InspectZip(Inspection& inspection) {
   inspection.next.push_back(fmt::format("unzip -l {}", ShellWord(inspection.path)));
 }
 
-// What to say of kinds that need no look inside.
+// Advice for kinds of files whose content need not be inspected.
 struct Advice {
   FileKind kind;
   Verdict verdict;
@@ -107,7 +107,7 @@ namespace {
 
 constexpr Eigen::Index kFitVertices = 300;
 
-// Of the content; of the name where the content is not known.
+// Extension that fits the content; the file's own extension if the content is unknown.
 std::string ExtensionOf(const Inspection& inspection) {
   switch (inspection.identity.kind) {
     case FileKind::kObj:
@@ -171,7 +171,7 @@ void InspectMesh(Inspection& inspection) {
     const RepairedMesh repaired = RepairMesh(file.mesh);
     actions = repaired.actions;
     repaired_report = CheckMesh(repaired.mesh);
-    // As fit and decimate do.
+    // Same steps as in fit and decimate.
     const LoadedObject object = ObjectOfMesh(file.mesh, Stem(inspection.path), named.string());
     try {
       ForFitting(object, kFitVertices, &decimated);
@@ -197,7 +197,7 @@ void InspectMesh(Inspection& inspection) {
       return line.find("edge") == std::string::npos && line.find("touch") == std::string::npos &&
              line.find("component") == std::string::npos;
     });
-    // The first line is the counts.
+    // The first line holds the counts.
     if (!faults.empty()) faults.erase(faults.begin());
     inspection.Warn(
         fmt::format("not watertight{}: {}", actions.empty() ? "" : ", also after repairs",
@@ -237,8 +237,8 @@ void InspectMesh(Inspection& inspection) {
 
 namespace {
 
-constexpr double kJump_m_s2 = 200.0;  // people stay below; labels swapped and ghosts do not
-constexpr double kSmallest_m = 0.05;  // what is captured of people lies between these
+constexpr double kJump_m_s2 = 200.0;  // people stay below; swapped labels and ghosts do not
+constexpr double kSmallest_m = 0.05;  // captures of people lie between these extents
 constexpr double kLargest_m = 30.0;
 
 struct Gaps {
@@ -256,14 +256,14 @@ Gaps GapsOf(const MarkerRecording& recording, int marker) {
   return gaps;
 }
 
-// Frames in which the marker's acceleration is more than a body's.
+// Counts the frames in which the marker's acceleration is higher than a human body's.
 int Jumps(const MarkerRecording& recording, int marker) {
   const double most = kJump_m_s2 / (recording.rate_hz * recording.rate_hz);
   int jumps = 0;
   for (int t = 1; t + 1 < recording.NumFrames(); ++t) {
     const Eigen::Vector3d change =
         recording.At(marker, t + 1) - 2.0 * recording.At(marker, t) + recording.At(marker, t - 1);
-    jumps += change.norm() > most ? 1 : 0;  // never with NaN
+    jumps += change.norm() > most ? 1 : 0;  // false for NaN
   }
   return jumps;
 }

@@ -47,7 +47,7 @@ void JobJournal::ReadOn(std::uint32_t index) {
   File& file = files_[index];
   std::ifstream in(file.path, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(file.read));
-  for (std::string text; std::getline(in, text) && !in.eof();) {  // no end of line: not whole yet
+  for (std::string text; std::getline(in, text) && !in.eof();) {  // no newline: still incomplete
     const std::uint64_t offset = file.read;
     file.read += text.size() + 1;
     const nlohmann::json line = nlohmann::json::parse(text, nullptr, false);
@@ -58,7 +58,7 @@ void JobJournal::ReadOn(std::uint32_t index) {
           offset};
       JobStatus& last = jobs_[line.at("name")];
       if (status.tries >= last.tries) last = std::move(status);
-    } catch (const nlohmann::json::exception&) {  // no line of ours
+    } catch (const nlohmann::json::exception&) {  // not a status line
     }
   }
 }
@@ -97,7 +97,7 @@ void JobJournal::Append(const std::string& name, const std::string& hash, bool d
   line["exit_code"] = exit_code;
   line["try"] = before == jobs_.end() ? 1 : before->second.tries + 1;
   const std::string text = JsonText(line) + "\n";
-  // Closed after each line: that is when NFS shows it to others.
+  // NFS shows a line to other clients only after the file is closed.
   const int file = ::open(own_.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
   const ssize_t written = file < 0 ? -1 : ::write(file, text.data(), text.size());
   const int reason = written < 0 ? errno : ENOSPC;
@@ -122,8 +122,8 @@ std::string FirstLine(const fs::path& path) {
   return line;
 }
 
-// Host, boot and name spaces of processes and of time since the boot: where a process number, and
-// when it began, mean the same process.
+// Hash of the host, the boot and the namespaces of process IDs and of time since boot. Where it is
+// equal, a process ID and a start time identify the same process.
 std::string ThisMachine() {
   std::array<char, 256> host{};
   ::gethostname(host.data(), host.size() - 1);
@@ -133,7 +133,7 @@ std::string ThisMachine() {
                   fs::read_symlink("/proc/self/ns/time", ignored).string());
 }
 
-// When a process began, in ticks since the boot; nothing where there is none.
+// Start time of a process in clock ticks since boot; nullopt if no such process is alive.
 std::optional<std::string> StartOf(long process) {
   const std::string line = FirstLine(fmt::format("/proc/{}/stat", process));
   const std::size_t name_ends = line.rfind(')');
@@ -141,7 +141,7 @@ std::optional<std::string> StartOf(long process) {
   std::istringstream fields(line.substr(name_ends + 1));
   std::string state, field;
   fields >> state;
-  if (state == "Z" || state == "X") return std::nullopt;  // dead, not yet buried
+  if (state == "Z" || state == "X") return std::nullopt;  // zombie or dead
   for (int k = 4; k <= 22; ++k) fields >> field;
   return field;
 }
@@ -181,7 +181,7 @@ JobOwner::~JobOwner() {
   }
   ends_.notify_all();
   heart_.join();
-  // Work that was broken off keeps its lock: the next to come sees that its owner is gone.
+  // An interrupted job keeps its lock: the next process sees that the owner is gone.
   std::error_code ignored;
   fs::remove(own_, ignored);
 }
@@ -193,7 +193,7 @@ void JobOwner::Beat() {
     ++beats_;
     try {
       WriteWhole(own_, 0, fmt::format("{} {}\n", id_, beats_));
-    } catch (const Error&) {  // a full disk: others may take over, and find what was done
+    } catch (const Error&) {  // full disk: others may take over and find the work done
     }
   }
 }
@@ -204,7 +204,7 @@ fs::path JobOwner::File(const std::string& key, int generation) const {
 
 bool JobOwner::Link(const fs::path& lock) const {
   if (::link(own_.c_str(), lock.c_str()) == 0) return true;
-  if (errno != EEXIST) {  // no hard links here
+  if (errno != EEXIST) {  // no hard links on this file system
     const int file = ::open(lock.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
     if (file >= 0) {
       const std::string text = id_ + " 0\n";
@@ -219,7 +219,7 @@ bool JobOwner::Link(const fs::path& lock) const {
                   "Free some space or check the folder's permissions");
     }
   }
-  // Over NFS the answer to a link that was made may be lost, and the second try finds it there.
+  // Over NFS the reply to a successful link() may be lost; the retry then finds the link there.
   return FirstLine(lock).starts_with(id_ + ' ');
 }
 
@@ -249,7 +249,7 @@ bool JobOwner::TryLock(const std::string& key, bool* took_over) {
   for (int generation = 0;; ++generation) {
     const fs::path file = File(key, generation);
     if (Link(file)) {
-      // Somebody outbid this very generation while it was gone from sight.
+      // Another process superseded this generation while its file was not visible.
       std::error_code ignored;
       if (fs::exists(File(key, generation + 1), ignored)) {
         fs::remove(file, ignored);
@@ -262,7 +262,7 @@ bool JobOwner::TryLock(const std::string& key, bool* took_over) {
     }
     const std::string line = FirstLine(file);
     const std::string owner = line.substr(0, line.find(' '));
-    if (owner.empty()) return false;  // removed since, or being written: the next try will tell
+    if (owner.empty()) return false;  // removed or being written: the next try decides
     std::error_code ignored;
     if (fs::exists(File(key, generation + 1), ignored)) continue;
     if (!IsDead(owner)) return false;

@@ -16,30 +16,30 @@
 
 namespace holdfast {
 
-/// What is known of a job that was tried.
+/// Last known status of a job that was tried.
 struct JobStatus {
-  std::string hash;  ///< of what it asked then
+  std::string hash;  ///< hash of the job's inputs at that time
   bool done = false;
   int exit_code = 0;
-  int tries = 0;           ///< the status with the most is the last
-  std::uint32_t file = 0;  ///< where the whole line is
+  int tries = 0;           ///< the status with the highest count is the latest
+  std::uint32_t file = 0;  ///< index of the file that holds the whole line
   std::uint64_t offset = 0;
 };
 
-/// What came of jobs, as lines of JSON in a folder that any number of processes share. Each process
-/// adds to a file of its own and reads those of all others; a line that was cut short by a kill or
-/// a full disk does not count. Thread-safe; keeps about a hundred bytes for each job.
+/// Outcomes of jobs, stored as lines of JSON in a folder that any number of processes share. Each
+/// process appends to its own file and reads the files of all others. A line truncated by a kill or
+/// a full disk is ignored. Thread-safe; needs about a hundred bytes per job.
 class JobJournal {
  public:
-  /// `owner`: the name of this process's file. Reads what is there.
+  /// `owner` names this process's file. Reads the existing status files.
   JobJournal(std::filesystem::path folder, const std::string& owner);
 
-  /// Reads what others added since.
+  /// Reads the lines that other processes have appended since the last call.
   void Refresh();
   std::optional<JobStatus> Find(const std::string& name) const;
-  /// The whole line of a status.
+  /// Returns the whole line of a status.
   nlohmann::json Line(const JobStatus& status) const;
-  /// Adds a line: `line` with name, hash, status, exit_code and try. Throws Error when it cannot be
+  /// Appends `line` with name, hash, status, exit_code and try. Throws Error if it cannot be
   /// written.
   void Append(const std::string& name, const std::string& hash, bool done, int exit_code,
               nlohmann::json line);
@@ -58,39 +58,39 @@ class JobJournal {
 };
 
 struct JobOwnerOptions {
-  double beat_s = 5.0;         ///< between two heartbeats
-  double dead_after_s = 60.0;  ///< an owner elsewhere whose heartbeat stands still so long is dead
+  double beat_s = 5.0;         ///< time between two heartbeats
+  double dead_after_s = 60.0;  ///< an owner elsewhere is dead without heartbeat for so long
 };
 
-/// This process among those that share a folder of locks; it works on NFS, and on file systems
-/// without hard links. A lock is a link to its owner's file, which says who that is (machine, boot,
-/// name space of processes, process, start) and counts heartbeats. Whether an owner on this machine
-/// lives, the kernel says; one elsewhere is dead when its count has stood still for `dead_after_s`
-/// of the observer's own steady clock: no clock is compared with another, so none can jump.
+/// One of the processes that share a folder of locks. Works on NFS and on file systems without hard
+/// links. A lock is a link to its owner's file, which identifies the owner (machine, boot, process
+/// namespace, process, start) and counts heartbeats. The kernel knows whether an owner on this
+/// machine lives. An owner elsewhere is dead if its count has not changed for `dead_after_s` on the
+/// observer's own steady clock; clocks are never compared, so clock jumps do no harm.
 ///
-/// A dead owner's lock is never removed but outbid: who makes the next generation of it has it.
-/// Only one can, so two that find the same dead owner do not both take over.
+/// A dead owner's lock is superseded, never removed: the process that creates its next generation
+/// holds it. Only one can, so two processes that find the same dead owner do not both take over.
 ///
-/// Should two nevertheless do the same work (an owner that was suspended for minutes and woke up),
-/// nothing breaks as long as results are written atomically: locks save work, no more.
+/// If two processes still do the same work (an owner resumes after being suspended for minutes),
+/// the results stay valid as long as they are written atomically: locks only save work.
 class JobOwner {
  public:
-  /// `folder` exists. Throws Error when nothing can be written there (a full disk).
+  /// `folder` must exist. Throws Error if nothing can be written there (a full disk).
   explicit JobOwner(std::filesystem::path folder, JobOwnerOptions options = {});
   ~JobOwner();
   JobOwner(const JobOwner&) = delete;
   JobOwner& operator=(const JobOwner&) = delete;
 
-  /// Unlike that of any other process, of this boot or before.
+  /// Identifier that is unique among all processes of this and earlier boots.
   const std::string& Id() const { return id_; }
 
-  /// Whether the lock is this process's now; false while a live one has it. `took_over`: from a
-  /// dead one, whose leftovers may lie about. Thread-safe; of one key only one thread may ask.
+  /// Returns whether this process now holds the lock; false while a live one does. `took_over`: a
+  /// dead owner had it; leftovers may exist. Thread-safe; only one thread may ask for a key.
   bool TryLock(const std::string& key, bool* took_over = nullptr);
-  /// The work is done, and everybody can see that it is.
+  /// Releases the lock. Call it when the work is done and every process can see the result.
   void Unlock(const std::string& key);
 
-  /// Removes what dead owners of this machine left. Not while others may start.
+  /// Removes files of dead owners on this machine. Must not run while other processes may start.
   void RemoveDead();
 
  private:
@@ -108,8 +108,8 @@ class JobOwner {
   std::string machine_, id_;
   std::filesystem::path own_;
   std::mutex lock_;
-  std::map<std::string, Seen> seen_;  // owners elsewhere
-  std::map<std::string, int> held_;   // keys, with their generation
+  std::map<std::string, Seen> seen_;  // owners on other machines
+  std::map<std::string, int> held_;   // key to lock generation
   long beats_ = 0;
   std::condition_variable ends_;
   bool ended_ = false;

@@ -23,9 +23,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxBytes = std::size_t{16} << 20;  // of a list: 100,000 jobs and more
+constexpr std::size_t kMaxBytes = std::size_t{16} << 20;  // of a list: over 100,000 jobs
 
-// Words of a line: separated by blanks, or in double quotes. Nothing after '#'.
+// Splits a line into words, separated by blanks or enclosed in double quotes. '#' ends the line.
 std::vector<std::string> Words(const std::string& line, const std::string& where) {
   std::vector<std::string> words;
   std::string word;
@@ -50,7 +50,7 @@ std::vector<std::string> Words(const std::string& line, const std::string& where
   return words;
 }
 
-// A path relative to the list, unless there is no such file: then it is what it is.
+// Returns the path of `word` relative to the list if such a file exists, else `word` itself.
 std::string Resolve(const std::string& word, const fs::path& folder, const std::string& where) {
   std::error_code error;
   const fs::path beside = folder / word;
@@ -62,7 +62,7 @@ std::string Resolve(const std::string& word, const fs::path& folder, const std::
   return there ? beside.string() : word;
 }
 
-// Where the '=' of key=value is; npos for a word, or a file whose name looks like that.
+// Position of '=' in key=value; npos for a word, or for an existing file with such a name.
 std::size_t EqualsOf(const std::string& word, const fs::path& folder) {
   const std::size_t equals = word.find('=');
   if (equals == 0 || equals == word.npos) return word.npos;
@@ -80,7 +80,7 @@ void RequireName(const std::string& name, const std::string& where) {
   }
 }
 
-// "walk_mug" of walk.npz and mug.obj.
+// Builds a name from the stems of the words: "walk_mug" from walk.npz and mug.obj.
 std::string NameOf(const std::vector<std::string>& words) {
   std::string name;
   for (const std::string& word : words) {
@@ -106,7 +106,7 @@ JobLine ReadLine(const std::vector<std::string>& words, const fs::path& folder, 
       RequireName(value, job.where);
       job.name = value;
     } else {
-      // A choice like hand=right is no file, whatever lies beside the list.
+      // A choice such as hand=right is not a file, even if a file of that name is next to the list.
       const bool may_be_file = value.find_first_of("./") != value.npos;
       job.keys.emplace_back(key, may_be_file ? Resolve(value, folder, job.where) : value);
     }
@@ -129,7 +129,7 @@ std::vector<JobLine> ReadJobList(const fs::path& path) {
   std::string line;
   for (int number = 1; std::getline(file, line); ++number) {
     const std::string where = fmt::format("{}:{}", path.string(), number);
-    // Status lines are JSON: another encoding's name would not be found again there.
+    // Status lines are JSON: a name in another encoding would not be found again there.
     if (!IsUtf8(line)) throw Error(where, "is not UTF-8", "Save the list as UTF-8");
     const std::vector<std::string> words = Words(line, where);
     if (words.empty()) continue;
@@ -160,8 +160,8 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kMaxSeen = 4096;
 
-// Of a folder: names and contents, in the order of the names. Hidden files are somebody's work in
-// progress.
+// Checksum of the file names and contents in a folder, in the order of the names. Hidden files are
+// skipped: they may be work in progress.
 std::string FolderMeaning(const fs::path& folder) {
   std::vector<fs::path> files;
   for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
@@ -180,7 +180,7 @@ std::string LastName(const fs::path& path) {
   return (path.filename().empty() ? path.parent_path() : path).filename().string();
 }
 
-// No file: the word itself.
+// Name and content of a file or folder; nullopt if `word` names neither.
 std::optional<std::string> ContentOf(const std::string& word) {
   std::error_code none;
   const fs::path path(word);

@@ -13,34 +13,34 @@ namespace holdfast {
 
 /// One job of a list.
 struct JobLine {
-  std::string where;               ///< file and line, for messages
-  std::string name;                ///< of its result: no two of a list have the same
-  std::vector<std::string> words;  ///< arguments; files as paths
+  std::string where;                                      ///< file and line, for messages
+  std::string name;                                       ///< name of the result; unique in a list
+  std::vector<std::string> words;                         ///< arguments; files as paths
   std::vector<std::pair<std::string, std::string>> keys;  ///< key=value
 };
 
-/// Reads a list of jobs: on each line
+/// Reads a list of jobs, one per line:
 ///
 ///   WORD... [key=value ...] [name=NAME]
 ///
-/// Words and values that name a file beside the list become paths to it; quotes ("...") hold what
-/// has spaces; # begins a comment. Names are made of the words' stems where left out, and numbered
-/// where they would repeat: lines that are added at the end change no name above.
+/// Words and values that name a file next to the list become paths to that file. Double quotes
+/// enclose text with spaces; # starts a comment. Without name=, the name is built from the stems of
+/// the words and numbered if it would repeat: lines appended to the list change no earlier name.
 ///
-/// Throws Error with file and line for a quote that is not closed, a line without a word, a name
-/// that is no file name or repeats; for a list without a job.
+/// Throws Error with file and line for an unclosed quote, a line without a word, and a name that
+/// repeats or is not a file name. Throws Error for a list without a job.
 std::vector<JobLine> ReadJobList(const std::filesystem::path& path);
 
-/// Hashes what jobs ask: equal hashes, equal results. A word that names a file counts by its file
-/// name and content, a folder by all that is in it, any other word as it is. Files that an input
-/// names inside (the mesh beside a clip) are not seen. Thread-safe; keeps the checksums of the last
-/// few thousand files.
+/// Hashes the inputs of jobs: equal hashes mean equal results. A word that names a file counts with
+/// its file name and content, a folder with all its files that are not hidden, any other word as it
+/// is. Files that an input refers to (the mesh of a clip) are not included. Thread-safe; caches the
+/// checksums of the last few thousand files.
 class JobHasher {
  public:
-  /// What all jobs have in common: a version, a command, options.
+  /// `common` holds what all jobs share: version, command, options.
   explicit JobHasher(std::span<const std::string> common);
 
-  /// 16 hexadecimal digits. Throws Error for a file that cannot be read.
+  /// Returns 16 hexadecimal digits. Throws Error for a file that cannot be read.
   std::string Hash(std::span<const std::string> words);
 
  private:

@@ -27,7 +27,7 @@ constexpr const char* kManifest = "manifest.json";
 constexpr std::uintmax_t kMinBytes = 1 << 20;
 constexpr const char* kSchema = "holdfast/jobs/1";
 
-// Makes the folder, or sees that it is one of such jobs.
+// Creates the folder, or checks that it holds jobs of this kind.
 fs::path PrepareFolder(const fs::path& folder, const std::string& kind) {
   std::error_code error;
   const fs::path hidden = folder / kJobsFolder, about = hidden / "jobs.json";
@@ -51,7 +51,7 @@ fs::path PrepareFolder(const fs::path& folder, const std::string& kind) {
   return hidden;
 }
 
-// Temporaries of one who was killed while writing this result.
+// Removes temporary files of a process that was killed while writing this result.
 void RemoveLeftovers(const fs::path& result) {
   std::error_code ignored;
   const std::string whole = "." + result.filename().string() + ".tmp";
@@ -96,7 +96,7 @@ class JobRunner {
  private:
   bool Stopped() const { return *stop_ && (*stop_)(); }
 
-  // Done, or failed and not to be tried again.
+  // Whether the job is done, or failed and is not to be tried again.
   bool IsSettled(std::size_t job) const {
     const std::optional<JobStatus> status = journal_.Find(jobs_[job].name);
     if (!status || status->hash != hashes_[job]) return false;
@@ -107,7 +107,7 @@ class JobRunner {
     return !options_.retry_failed || status->tries > before;
   }
 
-  // This shard's jobs that are to be run, once it is clear that all of them may be.
+  // Returns this shard's jobs to run, after checking that all of them may be run.
   std::vector<std::size_t> OpenJobs() {
     hashes_.resize(jobs_.size());
     std::vector<std::size_t> open;
@@ -135,12 +135,12 @@ class JobRunner {
     return open;
   }
 
-  // False while another process has it.
+  // Returns false while another process holds the job's lock.
   bool Try(std::size_t index) {
     const Job& job = jobs_[index];
     bool took_over = false;
     if (!owner_.TryLock(job.name, &took_over)) return false;
-    journal_.Refresh();  // another may have finished it since
+    journal_.Refresh();  // another process may have finished it
     if (IsSettled(index)) {
       const std::lock_guard guard(lock_);
       ++report_.before;
@@ -150,7 +150,7 @@ class JobRunner {
     if (took_over) RemoveLeftovers(job.result);
     const auto begin = std::chrono::steady_clock::now();
     std::optional<JobOutcome> outcome = (*run_)(index);
-    if (!outcome) return true;  // stopped: the lock stays, for the next to outbid
+    if (!outcome) return true;  // stopped: keep the lock, the next process supersedes it
     RequireSpace(*outcome);
     nlohmann::json line = {
         {"seconds",
@@ -165,7 +165,7 @@ class JobRunner {
     return true;
   }
 
-  // On a full disk all jobs fail, which says nothing of any of them.
+  // On a full disk every job fails, so these failures do not count as failures of the jobs.
   void RequireSpace(const JobOutcome& outcome) const {
     if (outcome.done) return;
     std::error_code unknown;
@@ -176,7 +176,7 @@ class JobRunner {
                 "Free some space and start again: what is done stays done");
   }
 
-  // Jobs that another process has: looked at until they are done, or their owner is dead.
+  // Retries the jobs that another process holds, until they are done or their owner is dead.
   void WaitForOthers() {
     std::vector<std::size_t> still;
     for (const std::size_t job : std::exchange(elsewhere_, {})) {
@@ -195,7 +195,7 @@ class JobRunner {
         ++report_.unfinished;
         continue;
       }
-      if (hashes_[k].empty()) continue;  // another shard's
+      if (hashes_[k].empty()) continue;  // job of another shard
       report_.failed += !status->done || status->exit_code != 0;
       if (worst != 1 && status->exit_code != 0) {
         worst = status->exit_code == 1 ? 1 : std::max(worst, status->exit_code);
@@ -203,13 +203,13 @@ class JobRunner {
     }
     report_.exit_code = worst;
     if (report_.unfinished > 0 || report_.stopped) return;
-    if (!owner_.TryLock(kManifest)) return;  // another is at it, with the same bytes
+    if (!owner_.TryLock(kManifest)) return;  // another process writes the same bytes
     owner_.RemoveDead();
     WriteManifest();
     owner_.Unlock(kManifest);
   }
 
-  // A job a line: nothing is held but the line at hand.
+  // Writes one job per line and keeps only the current line in memory.
   void WriteManifest() {
     nlohmann::json head = options_.head;
     head["kind"] = options_.kind;
@@ -245,7 +245,7 @@ class JobRunner {
   const std::function<void(const std::string&, const JobOutcome&, int)>* told_ = nullptr;
   const std::function<bool()>* stop_ = nullptr;
   std::mutex lock_;
-  std::vector<std::string> hashes_;  // of this shard's
+  std::vector<std::string> hashes_;  // empty for other shards' jobs
   std::map<std::size_t, int> tries_before_;
   std::vector<std::size_t> elsewhere_;
   int finished_ = 0;

@@ -20,15 +20,15 @@ using Place = std::array<double, 3>;
 
 Place PlaceOf(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
-// CGAL's. Its order, and which of the diagonals of a flat polygon it takes, depend on where its
-// parts lie in memory.
+// CGAL's convex hull. Its order, and the diagonals that it chooses in flat polygons, depend on
+// memory addresses.
 TriangleMesh Hull(const Eigen::Matrix3Xd& points) {
   std::vector<HullPoint> corners;
   for (const auto p : points.colwise()) corners.emplace_back(p.x(), p.y(), p.z());
   CGAL::Surface_mesh<HullPoint> hull;
   CGAL::convex_hull_3(corners.begin(), corners.end(), hull);
   TriangleMesh out;
-  // Of points in a plane it is one polygon.
+  // For coplanar points the hull is a single polygon.
   if (hull.number_of_faces() + 4 != 2 * hull.number_of_vertices()) return out;
   out.vertices.resize(3, hull.number_of_vertices());
   out.faces.resize(3, hull.number_of_faces());
@@ -58,8 +58,8 @@ bool InOnePlane(const TriangleMesh& mesh, int face, int other) {
   return true;
 }
 
-// The vertices at which three planes or more meet. CGAL's hull has others too, exactly on straight
-// edges or in flat faces: which, depends on where its parts lie in memory.
+// Vertices at which three or more planes meet. CGAL's hull has additional vertices exactly on
+// straight edges or in flat faces; which ones depends on memory addresses.
 Eigen::Matrix3Xd Corners(const TriangleMesh& hull) {
   std::vector<std::vector<int>> planes_at(static_cast<std::size_t>(hull.vertices.cols()));
   for (int f = 0; f < hull.faces.cols(); ++f) {
@@ -81,8 +81,8 @@ Eigen::Matrix3Xd Corners(const TriangleMesh& hull) {
   return DistinctPoints(hull.vertices(Eigen::all, corners));
 }
 
-// Of CGAL's hull, whose vertex i is `place[i]` of the sorted `corners`: those that it has, and its
-// faces, in an order that depends on no memory.
+// Used vertices and faces of CGAL's hull in a deterministic order. Vertex i of `hull` is `place[i]`
+// in the sorted `corners`.
 TriangleMesh Ordered(const TriangleMesh& hull, const std::vector<int>& place,
                      const Eigen::Matrix3Xd& corners) {
   std::vector<int> order = place;
@@ -104,7 +104,7 @@ TriangleMesh Ordered(const TriangleMesh& hull, const std::vector<int>& place,
   return out;
 }
 
-// Where the vertices of `hull` are among these points.
+// Indices of the vertices of `hull` among the points.
 std::vector<int> PlacesOf(const TriangleMesh& hull, const Eigen::Matrix3Xd& points) {
   std::map<Place, int> at;
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
@@ -138,7 +138,7 @@ Eigen::Matrix3Xd DistinctPoints(const Eigen::Matrix3Xd& points) {
   std::vector<Place> places;
   places.reserve(static_cast<std::size_t>(points.cols()));
   for (const auto point : points.colwise()) places.push_back(PlaceOf(point));
-  std::ranges::stable_sort(places);  // -0 and 0 are one place: the first stays
+  std::ranges::stable_sort(places);  // -0 and 0 are the same coordinate: the first one is kept
   places.erase(std::ranges::unique(places).begin(), places.end());
   Eigen::Matrix3Xd out(3, places.size());
   Eigen::Index i = 0;
@@ -147,7 +147,7 @@ Eigen::Matrix3Xd DistinctPoints(const Eigen::Matrix3Xd& points) {
 }
 
 Eigen::Matrix3Xd Jittered(const Eigen::Matrix3Xd& points, double size_m) {
-  std::mt19937 random;  // of a lattice's sequence, parallelograms would stay flat
+  std::mt19937 random;  // with a lattice sequence, parallelograms would stay flat
   Eigen::Matrix3Xd out = points;
   for (double& x : out.reshaped()) x += size_m * 0x1p-32 * static_cast<double>(random());
   return out;

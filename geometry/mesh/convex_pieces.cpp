@@ -26,15 +26,15 @@ constexpr double kCell_m = 0.0025;
 constexpr double kJitter_m = 4e-6;
 constexpr int kPlaces = 3;
 
-// A part of the surface, three columns a triangle, and the hull of it.
+// A part of the surface (three columns per triangle) and its convex hull.
 struct Part {
   Eigen::Matrix3Xd corners;
   TriangleMesh hull;
-  double excess_m = 0.0;    // farthest that the hull reaches out of the solid
-  double outside_m3 = 0.0;  // excess over the hull's surface
+  double excess_m = 0.0;    // largest distance of the hull outside of the solid
+  double outside_m3 = 0.0;  // excess integrated over the hull's surface
 };
 
-// Until more than `most_m3` is outside, which nobody wants to know: infinitely much then.
+// Stops once more than `most_m3` is outside, and sets the volume to infinity then.
 void MeasureExcess(const DistanceGrid& distance, double most_m3, Part& part) {
   const TriangleMesh& hull = part.hull;
   for (Eigen::Index f = 0; f < hull.NumFaces(); ++f) {
@@ -62,13 +62,13 @@ Part PartOf(Eigen::Matrix3Xd corners, const DistanceGrid& distance,
             double most_m3 = std::numeric_limits<double>::infinity()) {
   Part part;
   part.corners = std::move(corners);
-  // A cut's many points in one plane would have the hull's predicates computed exactly.
+  // Many coplanar points of a cut would force exact evaluation of the hull's predicates.
   part.hull = ConvexHullOfJittered(Jittered(DistinctPoints(part.corners), kJitter_m));
   MeasureExcess(distance, most_m3, part);
   return part;
 }
 
-// Triangles cut off where normal . x > offset (Sutherland & Hodgman 1974).
+// Clips the triangles to normal . x <= offset (Sutherland & Hodgman 1974).
 Eigen::Matrix3Xd Below(const Eigen::Matrix3Xd& corners, const Eigen::Vector3d& normal,
                        double offset) {
   std::vector<Eigen::Vector3d> kept;
@@ -109,13 +109,13 @@ const std::array<Eigen::Vector3d, 9>& Directions() {
   return directions;
 }
 
-// The two parts that leave least outside the solid.
+// Returns the two parts that leave the least outside the solid.
 std::pair<Part, Part> Cut(const Part& part, const DistanceGrid& distance, int threads) {
   struct Try {
     Part low, high;
   };
   std::vector<Try> tries(Directions().size() * kPlaces);
-  // One half may leave more outside than two halves of another plane: its other half is spared.
+  // If one half alone exceeds the best total so far, the other half is not computed.
   std::atomic<double> least = std::numeric_limits<double>::infinity();
   ParallelFor(static_cast<int>(tries.size()), threads, [&](int k) {
     const Eigen::Vector3d& normal = Directions()[k / kPlaces];
@@ -128,7 +128,7 @@ std::pair<Part, Part> Cut(const Part& part, const DistanceGrid& distance, int th
       one.high.outside_m3 = std::numeric_limits<double>::infinity();
       return;
     }
-    // A hair more than what is left: sums round.
+    // Slightly more than the remainder, since the sums are rounded.
     const double left = (1.0 + 1e-9) * least - one.low.outside_m3;
     one.high = PartOf(Below(part.corners, -normal, -offset), distance, left);
     const double outside = one.low.outside_m3 + one.high.outside_m3;
@@ -150,7 +150,7 @@ ConvexPieces SplitIntoConvexPieces(const TriangleMesh& mesh, const ConvexPieceOp
       mesh.NumVertices() > options.vertices ? Decimate(mesh, fewer).mesh : mesh;
   DistanceGridOptions grid;
   grid.cell_m = kCell_m;
-  grid.padding_m = 2.0 * kCell_m;  // hulls stay in the box
+  grid.padding_m = 2.0 * kCell_m;  // hulls stay inside the box
   grid.threads = options.threads;
   const DistanceGrid distance(SignedDistance(solid), grid);
   std::vector<Part> parts = {PartOf(solid.vertices(Eigen::all, solid.faces.reshaped()), distance)};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 
-// CGAL's property maps copy a default-made Eigen matrix, which GCC 12 reports inside Eigen.
+// CGAL's property maps copy a default-constructed Eigen matrix; GCC 12 warns inside Eigen.
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC diagnostic ignored "-Wmaybe-uninitialized"
 #endif
@@ -41,20 +41,20 @@ using Point = Kernel::Point_3;
 using SurfaceMesh = CGAL::Surface_mesh<Point>;
 
 constexpr int kFewestVertices = 4;
-// Collapses that put a vertex farther than this share of the extent off the surface come last.
+// Collapses that move a vertex farther than this fraction of the extent off the surface come last.
 constexpr double kFarthestPerExtent = 0.01;
-// Above so many vertices a collapse moves a vertex by far less than that: the check is left out.
+// Above this count a collapse moves a vertex by far less, so the check is skipped.
 constexpr int kFilterBelow = 60'000;
-// Down to so many, shortest edges go first, to their midpoints: where triangles are that much
-// smaller than those of the result it does not show, and takes a tenth of the time.
+// Down to this count, the shortest edges are collapsed to their midpoints, in a tenth of the time.
+// The triangles are so much smaller than those of the result that the difference is not visible.
 constexpr int kThinAbove = 200'000;
-// Every collapse beside a vertex takes the square of its faces' number: 2,000 triangles around one
-// take a minute. Above so many the ring around it is thinned first, where its vertices lie so dense
-// that it does not show.
+// Collapses beside a vertex cost the square of its degree: 2,000 triangles around one vertex take a
+// minute. Above this degree the ring around the vertex is thinned first; its vertices are so dense
+// that the difference is not visible.
 constexpr unsigned kMaxAround = 256;
 
-/// Every collapse takes one vertex: counting vertices rather than edges hits the number exactly,
-/// with boundaries and handles too.
+/// Every collapse removes one vertex: counting vertices rather than edges hits the target exactly,
+/// also with boundaries and handles.
 struct StopAtVertexCount {
   const SurfaceMesh* mesh;
   int vertices;
@@ -65,13 +65,13 @@ struct StopAtVertexCount {
   }
 };
 
-/// Refuses to turn faces over or to flatten them, and to put a vertex far off the original surface:
-/// a volume can also be kept by a spike.
+/// Rejects collapses that flip or flatten faces, or that move a vertex far off the original
+/// surface: preserving the volume does not rule out spikes.
 struct ShapeFilter {
   const TriangleTree* original;
   double farthest;
 
-  /// Boost's optional in CGAL 5, the standard's in CGAL 6.
+  /// OptionalPoint is Boost's optional in CGAL 5, the standard's in CGAL 6.
   template <typename Profile, typename OptionalPoint>
   OptionalPoint operator()(const Profile& profile, OptionalPoint placement) const {
     placement = sms::Bounded_normal_change_filter<>()(profile, placement);
@@ -82,7 +82,7 @@ struct ShapeFilter {
   }
 };
 
-/// Collapses every other edge of the ring around each vertex of very many faces, again and again.
+/// Repeatedly collapses every other edge of the ring around each vertex of very high degree.
 void ThinHubs(SurfaceMesh& mesh, int vertices) {
   std::vector<SurfaceMesh::Vertex_index> hubs;
   for (const auto v : mesh.vertices()) {
@@ -139,18 +139,18 @@ void CollapseBy(DecimateMethod method, SurfaceMesh& mesh, int vertices, const Sh
   }
 }
 
-/// What is left of the parts of a surface at the least, in vertices.
+/// Minimum number of vertices that the parts of a surface need.
 Eigen::Index FewestVertices(const MeshParts& found) {
   Eigen::Index count = 0;
   for (const MeshPart& part : found.parts) count += part.closed ? kFewestVertices : 3;
   return count;
 }
 
-/// The same when it is wrapped: parts whose boxes are farther apart than a wrap bridges stay apart.
-/// (Its alpha is the radius of the ball that fits into what is not bridged.)
+/// FewestVertices after wrapping: parts whose boxes are farther apart than a wrap bridges stay
+/// separate. (Its alpha is the radius of the ball that fits into gaps that are not bridged.)
 Eigen::Index FewestVerticesWrapped(const MeshParts& found, double extent) {
   std::vector<MeshPart> parts = found.parts;
-  constexpr std::size_t kMost = 20'000;  // beyond, pairs are too many to look at
+  constexpr std::size_t kMost = 20'000;  // beyond this, there are too many pairs to test
   if (parts.size() > kMost) return 0;
   std::ranges::sort(parts, {}, [](const MeshPart& part) { return part.min.x(); });
   const double bridged = 2.0 * extent / kWrapAlphaPerExtent + 2.0 * extent / kWrapOffsetPerExtent;
@@ -172,8 +172,8 @@ Eigen::Index FewestVerticesWrapped(const MeshParts& found, double extent) {
   return count;
 }
 
-/// Leaves out the smallest parts, less than a hundredth of the area together, until the others need
-/// no more than a tenth of the vertices: what is left goes to the shape. Returns how many.
+/// Drops the smallest parts, less than a hundredth of the area in total, until the others need at
+/// most a tenth of the vertices; the rest goes to the shape. Returns the number dropped.
 Eigen::Index DropSmallParts(TriangleMesh& mesh, int vertices) {
   const MeshParts found = FindParts(mesh);
   const Eigen::Index enough = std::max(vertices / 10, 2 * kFewestVertices);
@@ -245,9 +245,9 @@ TriangleMesh FromCgal(const SurfaceMesh& mesh, const Eigen::Vector3d& center, do
   return out;
 }
 
-/// As many collapses as it takes, or as the topology allows. The mesh must be manifold.
+/// Collapses edges to the target count, or as far as topology allows. The mesh must be manifold.
 TriangleMesh CollapseTo(const TriangleMesh& mesh, const DecimateOptions& options) {
-  // In a box of size one, so that no threshold inside sees the unit or a far origin.
+  // In a box of unit size, so that no threshold depends on the unit or on a distant origin.
   const Eigen::Vector3d low = mesh.vertices.rowwise().minCoeff();
   const Eigen::Vector3d high = mesh.vertices.rowwise().maxCoeff();
   const Eigen::Vector3d center = 0.5 * (low + high);
@@ -262,8 +262,8 @@ TriangleMesh CollapseTo(const TriangleMesh& mesh, const DecimateOptions& options
   if (left() > std::max(kFilterBelow, options.vertices)) {
     CollapseBy(options.method, surface, std::max(kFilterBelow, options.vertices), nullptr);
   }
-  // An edge that could not be collapsed is not tried again within a pass, though what lies around
-  // it may have changed. The filter falls only when there is no other way left.
+  // Within a pass, an edge that could not be collapsed is not retried although its neighborhood may
+  // have changed. The filter is only dropped if the target cannot be reached with it.
   const TriangleMesh unit{(mesh.vertices.colwise() - center) / scale, mesh.faces};
   const TriangleTree original(unit);
   const ShapeFilter filter{&original, kFarthestPerExtent};
@@ -322,7 +322,7 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
   };
   const bool one_manifold = edges.non_manifold == 0 && edges.misoriented == 0;
   if (!one_manifold && edges.boundary > 0) {
-    // A wrap would close the surface, or double it.
+    // Wrapping would close the surface, or double it.
     for (std::string& note : Describe(PartSheets(surface))) result.notes.push_back(std::move(note));
     if (const Eigen::Index dropped = DropSmallParts(surface, options.vertices); dropped > 0) {
       result.notes.push_back(

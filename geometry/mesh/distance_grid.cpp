@@ -28,7 +28,7 @@ Eigen::Vector4d WeightDerivatives(double t) {
 }
 
 #if defined(__x86_64__)
-// Interpolate() by registers of four, with the same sums in the same order: the same bits.
+// Interpolate() with four-wide registers: the same sums in the same order, so bitwise identical.
 struct GridView {
   const double* values;
   std::ptrdiff_t stride_y, stride_z;
@@ -37,7 +37,7 @@ struct GridView {
 
 #define HOLDFAST_AVX [[gnu::target("avx2")]]
 
-// The sums over each row of four products with `weight`, as Eigen adds them: (0 + 2) + (1 + 3).
+// Row sums of the four products with `weight`, in Eigen's order: (0 + 2) + (1 + 3).
 HOLDFAST_AVX inline __m256d Dots(const __m256d& weight, const __m256d (&row)[4]) {
   const __m256d a = weight * row[0], b = weight * row[1], c = weight * row[2], d = weight * row[3];
   const __m256d ac = _mm256_permute2f128_pd(a, c, 0x20) + _mm256_permute2f128_pd(a, c, 0x31);
@@ -56,7 +56,7 @@ HOLDFAST_AVX inline void Transpose(__m256d (&m)[4]) {
   m[3] = _mm256_permute2f128_pd(b, d, 0x31);
 }
 
-// `point`: in cells. With a gradient, that per cell.
+// `point` is in cells; the gradient is per cell.
 template <bool kGradient>
 HOLDFAST_AVX double InterpolateAvx(const GridView& grid, const Eigen::Vector3d& point,
                                    double* gradient) {
@@ -68,7 +68,7 @@ HOLDFAST_AVX double InterpolateAvx(const GridView& grid, const Eigen::Vector3d& 
   const __m256d t = local - _mm256_cvtepi32_pd(cell), t2 = t * t, t3 = t2 * t;
   __m256d w[4] = {-0.5 * t + t2 - 0.5 * t3, 1.0 - 2.5 * t2 + 1.5 * t3,
                   0.5 * t + 2.0 * t2 - 1.5 * t3, -0.5 * t2 + 0.5 * t3};
-  Transpose(w);  // a register for each axis
+  Transpose(w);  // one register per axis
   __m256d s[4];
   if constexpr (kGradient) {
     s[0] = -0.5 + 2.0 * t - 1.5 * t2;
@@ -79,7 +79,7 @@ HOLDFAST_AVX double InterpolateAvx(const GridView& grid, const Eigen::Vector3d& 
   }
   const double* corner = grid.values + _mm_extract_epi32(cell, 2) * grid.stride_z +
                          _mm_extract_epi32(cell, 1) * grid.stride_y + _mm_extract_epi32(cell, 0);
-  // A lane for each of the four planes along z.
+  // One lane for each of the four planes along z.
   __m256d plane = _mm256_setzero_pd(), plane_dx = plane, plane_dy = plane;
   for (int j = 0; j < 4; ++j) {
     const double* row = corner + j * grid.stride_y;
@@ -132,8 +132,8 @@ DistanceGrid::DistanceGrid(const SignedDistance& surface, const DistanceGridOpti
   Sample(surface, options);
 }
 
-// Every second node first. Those between that are near the surface are sampled as well, the others
-// interpolated, along x, then y, then z: along each, both neighbors are known by then.
+// Samples every second node first. Of the nodes between, those near the surface are sampled; the
+// others are interpolated along x, then y, then z, when both neighbors along that axis are known.
 void DistanceGrid::Sample(const SignedDistance& surface, const DistanceGridOptions& options) {
   const Eigen::Vector3i nodes = cells_.array() + 3;
   const double near = std::max(options.exact_within_m, 5.0 * cell_);
@@ -142,11 +142,11 @@ void DistanceGrid::Sample(const SignedDistance& surface, const DistanceGridOptio
   Eigen::Matrix3Xd points(3, 0);
   for (int axis = -1; axis < 3; ++axis) {
     exact.clear();
-    // Between nodes of steps 1 (whose axis is done) and 2; `axis` itself at odd places.
+    // Nodes between samples: step 1 along finished axes, 2 along others; odd indices along `axis`.
     const Eigen::Vector3i step(axis < 1 ? 2 : 1, axis < 2 ? 2 : 1, 2);
     for (int k = axis == 2 ? 1 : 0; k < nodes.z(); k += step.z()) {
       for (int j = axis == 1 ? 1 : 0; j < nodes.y(); j += step.y()) {
-        // There and back along x: each lies beside the one before, whose nearest face is the hint.
+        // Back and forth along x: each node is next to the previous one, whose face is the hint.
         const int first = axis == 0 ? 1 : 0;
         const int count = (nodes.x() - first + step.x() - 1) / step.x();
         for (int n = 0; n < count; ++n) {
@@ -174,8 +174,8 @@ void DistanceGrid::Sample(const SignedDistance& surface, const DistanceGridOptio
   }
 }
 
-// From its neighbors along one axis, where they are all farther than `near`; false where not. The
-// last node has but one.
+// Interpolates a node from its neighbors along one axis. Returns false unless all are farther than
+// `near`, and for the last node, which has only one neighbor.
 bool DistanceGrid::InterpolateNode(std::ptrdiff_t at, std::ptrdiff_t stride, int index, int nodes,
                                    double near) {
   if (index + 1 >= nodes) return false;
@@ -254,7 +254,7 @@ double DistanceGrid::Outside(const Eigen::Vector3d& outside, double at_box,
                              Eigen::Vector3d* gradient) {
   const double distance = std::sqrt(at_box * at_box + outside.squaredNorm());
   if (gradient != nullptr) {
-    // The nearest point of the box moves only along the axes it was not clamped on.
+    // The nearest point of the box moves only along axes on which it was not clamped.
     for (int axis = 0; axis < 3; ++axis) {
       (*gradient)[axis] =
           (outside[axis] != 0.0 ? outside[axis] : at_box * (*gradient)[axis]) / distance;

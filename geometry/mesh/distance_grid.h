@@ -14,40 +14,40 @@
 namespace holdfast {
 
 struct DistanceGridOptions {
-  double cell_m = 0.002;  ///< edge of a cell; creases of the distance are rounded over two of them
-  double padding_m = 0.02;  ///< how far the grid reaches beyond the bounding box of the surface
-  int threads = 1;          ///< for building; the same bytes for any number
-  Isa isa = BestIsa();      ///< of queries; the same bits for any that the machine supports
-  std::size_t max_nodes = 20'000'000;  ///< 8 bytes each: cells grow rather than exceed them
-  /// Nodes farther than this (and than five cells) from the surface are interpolated, by cubics
-  /// between every second one: creases there are rounded over four cells.
+  double cell_m = 0.002;    ///< edge of a cell; creases of the distance are smoothed over two cells
+  double padding_m = 0.02;  ///< margin of the grid around the bounding box of the surface
+  int threads = 1;          ///< for building; the result is bitwise identical for any number
+  Isa isa = BestIsa();      ///< for queries; results are bitwise identical for any supported ISA
+  std::size_t max_nodes = 20'000'000;  ///< 8 bytes each; cells are enlarged to stay below
+  /// Nodes farther than this (and than five cells) from the surface are interpolated by cubics
+  /// between every second node. Creases there are smoothed over four cells.
   double exact_within_m = 0.008;
 };
 
-/// A signed distance sampled on a regular grid, exactly at the nodes near the surface, for use
-/// inside solvers: tricubic (Catmull-Rom) interpolation, value and gradient continuous inside the
-/// box, about 30 ns per query, no allocation. The gradient is the exact derivative of the value
-/// returned (not of the true distance, and not quite unit).
+/// Signed distance sampled on a regular grid, for use inside solvers. Nodes near the surface are
+/// exact. Tricubic (Catmull-Rom) interpolation; value and gradient are continuous inside the box;
+/// about 30 ns per query, no allocation. The gradient is the exact derivative of the returned
+/// value, not of the true distance, so it is not exactly of unit length.
 ///
-/// Outside the box, with q the nearest point of the box: sqrt(distance(q)^2 + |p - q|^2), a lower
-/// bound of the true distance (the angle at q between p and any point of the surface is obtuse),
-/// continuous but with a kink at the box.
+/// Outside the box, with q the nearest point of the box, the value is sqrt(distance(q)^2 + |p -
+/// q|^2). This is a lower bound of the true distance, since the angle at q between p and any
+/// surface point is obtuse. It is continuous, with a gradient discontinuity at the box.
 ///
 /// Const after construction; queries may run on any number of threads.
 class DistanceGrid {
  public:
-  /// Samples `surface`. Throws Error for a cell or padding that is not positive.
+  /// Samples `surface`. Throws Error if the cell or the padding is not positive.
   explicit DistanceGrid(const SignedDistance& surface, const DistanceGridOptions& options = {});
 
-  /// Signed distance in meters, negative inside; its gradient too when `gradient` is not null.
+  /// Returns the signed distance in meters, negative inside; also its gradient if not null.
   double Distance(const Eigen::Vector3d& point, Eigen::Vector3d* gradient = nullptr) const;
 
-  /// The same interpolated linearly within cells, in a third of the time: for searches. Off by up
-  /// to cell^2 / 8R where the surface's radius is R; its gradient jumps between cells.
+  /// Signed distance by trilinear interpolation, in a third of the time: for searches. The error is
+  /// up to cell^2 / 8R for surface radius R; the gradient is discontinuous between cells.
   double Linear(const Eigen::Vector3d& point, Eigen::Vector3d* gradient = nullptr) const;
 
   double CellSize() const { return cell_; }            ///< meters
-  const Eigen::Vector3d& Min() const { return min_; }  ///< corners of the box that is interpolated
+  const Eigen::Vector3d& Min() const { return min_; }  ///< corners of the interpolated box
   const Eigen::Vector3d& Max() const { return max_; }
   std::size_t NumNodes() const { return values_.size(); }
 
@@ -56,15 +56,15 @@ class DistanceGrid {
   void Sample(const SignedDistance& surface, const DistanceGridOptions& options);
   double Interpolate(const Eigen::Vector3d& point, Eigen::Vector3d* gradient) const;
   double InterpolateLinearly(const Eigen::Vector3d& point, Eigen::Vector3d* gradient) const;
-  // What holds outside, from value and gradient at `nearest`, the point of the box.
+  // Value outside the box, from value and gradient at `nearest`, the closest point of the box.
   static double Outside(const Eigen::Vector3d& outside, double at_box, Eigen::Vector3d* gradient);
 
   double cell_ = 0.0;
   double inverse_cell_ = 0.0;
   Eigen::Vector3d min_, max_;
   Eigen::Vector3i cells_;  // per axis
-  bool avx_ = false;       // whether queries use it
-  // Nodes at min_ + cell_ * (i - 1), x fastest: one ring more than the cells have corners.
+  bool avx_ = false;       // whether queries use AVX2
+  // Nodes at min_ + cell_ * (i - 1), x fastest: one layer more than the cell corners on each side.
   std::vector<double> values_;
   std::ptrdiff_t stride_y_ = 0, stride_z_ = 0;
 };

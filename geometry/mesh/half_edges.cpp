@@ -30,7 +30,7 @@ struct HalfEdges::Impl {
     return surface.add_vertex({p.x(), p.y(), p.z()});
   }
 
-  /// add_face would say on the process's stream what it does not take.
+  /// Whether add_face accepts the face. It would print a message for one that it refuses.
   bool Takes(const std::array<Vertex, 3>& corners) const {
     for (std::size_t k = 0; k < 3; ++k) {
       if (!surface.is_boundary(corners[k])) return false;

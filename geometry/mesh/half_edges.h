@@ -9,26 +9,26 @@
 
 namespace holdfast {
 
-/// A surface as OpenMesh's half-edge mesh, for questions about neighbors. Any triangle soup can be
-/// asked about: a face that a half-edge mesh cannot hold, because an edge of it has two faces
-/// already or runs the other way round, stands apart there, with vertices of its own.
+/// Half-edge mesh (OpenMesh) for adjacency queries on any triangle soup. A face that a half-edge
+/// mesh cannot represent, because one of its edges already has two faces or is oriented the other
+/// way, is detached: it gets vertices of its own.
 class HalfEdges {
  public:
-  /// Faces with a repeated corner are left out. Vertex ids must be in range.
+  /// Ignores faces with a repeated corner. Vertex ids must be in range.
   explicit HalfEdges(const TriangleMesh& mesh);
   ~HalfEdges();
   HalfEdges(HalfEdges&&) noexcept;
   HalfEdges& operator=(HalfEdges&&) noexcept;
 
-  /// How many faces stand apart. 0: every edge has one face, or two that agree.
+  /// Number of detached faces. If 0, every edge has one face, or two consistently oriented faces.
   int NumApart() const;
 
-  /// The loops around holes, each by its vertices in the order in which the faces beside the hole
-  /// have them. No order of loops is promised but that it is the same in every run.
+  /// Returns the boundary loops of the holes, each as its vertices in the orientation of the
+  /// adjacent faces. The order of the loops is unspecified but deterministic.
   std::vector<std::vector<int>> BoundaryLoops() const;
 
-  /// Edges (low id, high id) with one face, or two that meet at more than `angle_rad`. Ascending,
-  /// each once.
+  /// Returns the edges (low id, high id) that have one face, or two whose dihedral angle exceeds
+  /// `angle_rad`. Sorted, without duplicates.
   std::vector<std::pair<int, int>> SharpEdges(double angle_rad) const;
 
  private:

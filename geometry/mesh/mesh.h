@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-/// Triangle meshes as plain data: they come in as loaded; checked, repaired, decimated and shaded
-/// meshes, points on them, nearest points and signed distances come out.
+/// Triangle meshes as plain data. From loaded meshes, the headers of this folder compute checked,
+/// repaired, decimated and shaded meshes, surface samples, nearest points and signed distances.
 
 namespace holdfast {
 
@@ -20,28 +20,28 @@ struct TriangleMesh {
   Eigen::Index NumFaces() const { return faces.cols(); }
 };
 
-/// Signed volume by the divergence theorem, cubic meters: positive when faces point outwards.
-/// Meaningful for closed meshes only.
+/// Signed volume by the divergence theorem, cubic meters; positive if the faces point outwards.
+/// Only meaningful for closed meshes.
 double SignedVolume(const TriangleMesh& mesh);
 
-/// (b - a) x (c - a) of a face's corners: along its normal, as long as twice its area, m^2.
+/// Returns (b - a) x (c - a) of a face's corners: along its normal, length twice its area, m^2.
 Eigen::Vector3d FaceCross(const TriangleMesh& mesh, Eigen::Index face);
 
-/// Sum of the areas of the faces, m^2.
+/// Sum of the face areas, m^2.
 double SurfaceArea(const TriangleMesh& mesh);
 
-/// Per-vertex unit normals (3 x V), face normals weighted by corner angle; zero where no face has
-/// area.
+/// Per-vertex unit normals (3 x V): face normals weighted by corner angle; zero where all adjacent
+/// faces have no area.
 Eigen::Matrix3Xd VertexNormals(const TriangleMesh& mesh);
 
-/// Lengths of the axis-aligned bounding box, meters (zero for an empty mesh).
+/// Side lengths of the axis-aligned bounding box, meters (zero for an empty mesh).
 Eigen::Vector3d Extent(const TriangleMesh& mesh);
 
-/// Throws Error (`where`, with the vertex) for the first coordinate that is outside the range of
-/// geometry/value_ranges.h or no number.
+/// Throws Error (`where`, with the vertex) for the first coordinate that is not finite or outside
+/// the range of geometry/value_ranges.h.
 void RequireInRange(const TriangleMesh& mesh, std::string_view where);
 
-/// Adds the vertices and faces of another mesh, which may overlap this one: nothing is merged.
+/// Appends the vertices and faces of another mesh. The meshes may overlap; nothing is merged.
 void Append(const TriangleMesh& more, TriangleMesh& mesh);
 
 }  // namespace holdfast

@@ -21,8 +21,8 @@ namespace {
 
 constexpr double kLargestPlausible_m = 2.0;
 constexpr double kSmallestPlausible_m = 0.005;
-constexpr double kTypicalSize_m = 0.07;         // geometric mean of the extents of what hands hold
-constexpr double kDecade = 3.1622776601683795;  // root of 10: as far as half way to the next unit
+constexpr double kTypicalSize_m = 0.07;         // geometric mean of the extents of handheld objects
+constexpr double kDecade = 3.1622776601683795;  // square root of 10: half way to the next unit
 
 void CountTopology(const TriangleMesh& mesh, MeshReport& report) {
   const EdgeTable edges(mesh.faces, mesh.NumVertices());
@@ -58,8 +58,8 @@ void CountTopology(const TriangleMesh& mesh, MeshReport& report) {
   report.extent_m = high - low;
 }
 
-// How large something is in the hand: the geometric mean of its extents, so that a sword is not
-// taken for smaller than a ball, nor a sheet of no thickness for nothing.
+// Size of an object in the hand: the geometric mean of its extents, so that a sword does not count
+// as smaller than a ball. Extents are clamped, so that a flat sheet is not of size zero.
 double HandSize(const Eigen::Vector3d& extent) {
   const double longest = extent.maxCoeff();
   return std::cbrt(extent.cwiseMax(0.02 * longest).prod());
@@ -69,7 +69,7 @@ bool IsPlausible(double longest) {
   return longest <= kLargestPlausible_m && longest >= kSmallestPlausible_m;
 }
 
-// Metric units are a factor of ten or more apart: at most one of them is typical. Inches come last.
+// Metric units differ by a factor of ten or more: at most one is typical. Inches come last.
 constexpr double kScales[] = {0.001, 0.01, 1000.0, 0.0254};
 
 std::string_view UnitOfScale(double scale) {
@@ -117,7 +117,7 @@ MeshReport CheckMesh(const TriangleMesh& mesh) {
     if (part.enclosed_by.empty()) {
       if (!outwards) ++report.num_inside_out_components;
     } else {
-      // Surfaces must alternate from outside in.
+      // Orientations must alternate from outside to inside.
       const bool should_point_outwards = part.enclosed_by.size() % 2 == 0;
       if (outwards != should_point_outwards) ++report.num_nested_solids;
     }
@@ -219,7 +219,7 @@ std::vector<std::string> Describe(const MeshReport& report) {
 
 namespace {
 
-/// Keeps the faces for which keep(f); returns how many went.
+/// Keeps the faces for which keep(f) is true. Returns the number of dropped faces.
 template <typename Keep>
 Eigen::Index FilterFaces(Eigen::Matrix3Xi& faces, Keep&& keep) {
   Eigen::Index n = 0;
@@ -231,9 +231,9 @@ Eigen::Index FilterFaces(Eigen::Matrix3Xi& faces, Keep&& keep) {
   return dropped;
 }
 
-/// A face without area whose corners differ: corner b lies on the side from a to c. Each face acd
-/// (or cad) on the other side of ac is divided at b, which closes the gap the flat face leaves: the
-/// surface stays as it is. A side of several such corners takes several rounds.
+/// Removes faces without area whose corners differ: corner b lies on the side from a to c. Each
+/// face acd (or cad) on the other side of ac is split at b, which closes the gap left by the flat
+/// face; the surface is unchanged. A side with several such corners takes several rounds.
 Eigen::Index RemoveFlatFaces(TriangleMesh& mesh) {
   Eigen::Index removed = 0;
   constexpr int kMaxRounds = 64;
@@ -245,7 +245,7 @@ Eigen::Index RemoveFlatFaces(TriangleMesh& mesh) {
     if (flat.empty()) break;
 
     const EdgeTable edges(mesh.faces, mesh.NumVertices());
-    std::map<std::pair<int, int>, std::vector<int>> sides;  // of flat faces' longest sides
+    std::map<std::pair<int, int>, std::vector<int>> sides;  // longest sides of flat faces
     const auto longest_side = [&](int f) {
       int longest = 0;
       double length = -1.0;
@@ -289,7 +289,7 @@ Eigen::Index RemoveFlatFaces(TriangleMesh& mesh) {
         const int from = mesh.faces(corner % 3, g);
         const int to = mesh.faces((corner % 3 + 1) % 3, g);
         const int apex = mesh.faces((corner % 3 + 2) % 3, g);
-        if (apex == middle) {  // two flat faces back to back: both go
+        if (apex == middle) {  // two flat faces back to back: both are removed
           dropped[g] = true;
           ++removed;
           continue;
@@ -311,7 +311,7 @@ Eigen::Index RemoveFlatFaces(TriangleMesh& mesh) {
   return removed;
 }
 
-/// Distances and collapses beside a vertex take the square of its faces' number.
+/// Distances and collapses beside a vertex cost the square of its degree.
 void RequireNoHub(const TriangleMesh& mesh) {
   constexpr int kMaxFaces = 20'000;
   std::vector<int> around(mesh.NumVertices(), 0);
@@ -322,7 +322,7 @@ void RequireNoHub(const TriangleMesh& mesh) {
   }
 }
 
-/// Turns closed parts that point inwards, with everything inside them so that cavities stay
+/// Flips closed parts that point inwards, with everything inside them so that cavities stay
 /// cavities.
 Eigen::Index TurnOutwards(TriangleMesh& mesh) {
   const MeshParts parts = FindParts(mesh);

@@ -29,15 +29,15 @@ bool BoxContains(const MeshPart& outer, const MeshPart& inner) {
          (outer.max.array() >= inner.max.array()).all();
 }
 
-/// Fills `enclosed_by`. Only pairs of nested boxes are looked at; a part's first vertex stands for
-/// it.
+/// Fills `enclosed_by`. Only tests pairs of nested boxes; a part is represented by its first
+/// vertex.
 void FindNesting(const TriangleMesh& mesh, MeshParts& parts) {
   std::vector<int> solids;
   for (std::size_t p = 0; p < parts.parts.size(); ++p) {
     if (parts.parts[p].closed && parts.parts[p].consistent) solids.push_back(static_cast<int>(p));
   }
   if (solids.size() < 2) return;
-  // The largest boxes first: a part can only lie in one before it.
+  // Largest boxes first: a part can only lie in an earlier one.
   const auto box_volume = [&](int p) { return (parts.parts[p].max - parts.parts[p].min).prod(); };
   std::stable_sort(solids.begin(), solids.end(),
                    [&](int a, int b) { return box_volume(a) > box_volume(b); });
@@ -78,24 +78,24 @@ void FindNesting(const TriangleMesh& mesh, MeshParts& parts) {
 }
 
 constexpr int kNone = -1;
-// At edges of more faces none are paired: pairs are too many, and no sheet can be told there.
+// At edges of more faces, none are paired: there are too many pairs, and sheets are ambiguous.
 constexpr std::size_t kMaxSheets = 64;
 
-// Pairs the sides of one edge; `partner` has kNone for each of them.
+// Pairs the sides of one edge; `partner` is kNone for each of them on entry.
 void PairSides(const TriangleMesh& mesh, std::span<const int> sides, DisjointSets& patches,
                std::vector<int>& partner) {
   if (sides.size() > kMaxSheets) return;
   const auto corner = [&](int side, int k) { return mesh.faces((side % 3 + k) % 3, side / 3); };
   const Eigen::Vector3d start = mesh.vertices.col(corner(sides[0], 0));
   const Eigen::Vector3d along = (mesh.vertices.col(corner(sides[0], 1)) - start).stableNormalized();
-  std::vector<Eigen::Vector3d> away;  // from the edge, within each face
+  std::vector<Eigen::Vector3d> away;  // direction away from the edge within each face
   for (const int side : sides) {
     const Eigen::Vector3d apex = mesh.vertices.col(corner(side, 2)) - start;
     away.push_back((apex - apex.dot(along) * along).stableNormalized());
   }
   struct Pair {
     bool other_patch, disagree;
-    std::int64_t bend;  // rounded, so that symmetric sheets are the same on any processor
+    std::int64_t bend;  // rounded, so that ties of symmetric sheets are the same on any processor
     std::size_t a, b;
     auto operator<=>(const Pair&) const = default;
   };
@@ -104,7 +104,7 @@ void PairSides(const TriangleMesh& mesh, std::span<const int> sides, DisjointSet
     for (std::size_t b = a + 1; b < sides.size(); ++b) {
       const bool same_patch = patches.Find(sides[a] / 3) == patches.Find(sides[b] / 3);
       const bool disagree = corner(sides[a], 0) == corner(sides[b], 0);
-      if (same_patch && disagree) continue;  // would have no two sides
+      if (same_patch && disagree) continue;  // would be one-sided
       pairs.push_back({!same_patch, disagree, std::llround(1e6 * away[a].dot(away[b])), a, b});
     }
   }
@@ -116,11 +116,11 @@ void PairSides(const TriangleMesh& mesh, std::span<const int> sides, DisjointSet
   }
 }
 
-// Gives each set of corners at a vertex a vertex of its own; returns how many were added.
+// Gives each fan of corners at a vertex a vertex of its own. Returns the number of added vertices.
 Eigen::Index PartFans(DisjointSets& fans, TriangleMesh& mesh) {
   std::vector<int> vertex_of_fan(3 * mesh.NumFaces(), -1);
   std::vector<bool> taken(mesh.NumVertices(), false);
-  std::vector<int> added;  // the vertex each copies
+  std::vector<int> added;  // the vertex that each copy duplicates
   for (int corner = 0; corner < 3 * mesh.NumFaces(); ++corner) {
     int& vertex = mesh.faces(corner % 3, corner / 3);
     int& own = vertex_of_fan[fans.Find(corner)];
@@ -231,7 +231,7 @@ Eigen::Index PartTouchingFans(TriangleMesh& mesh) {
 
 Eigen::Index OrientConsistently(TriangleMesh& mesh) {
   const int num_faces = static_cast<int>(mesh.NumFaces());
-  // Per corner: the corner at the other side of its edge, if the edge has two faces.
+  // Per corner: the opposite corner across its edge, if the edge has two faces.
   std::vector<int> opposite(3 * num_faces, kNone);
   EdgeTable(mesh.faces, mesh.NumVertices()).ForEach([&](int, int, std::span<const int> sides) {
     if (sides.size() != 2) return;
@@ -239,7 +239,7 @@ Eigen::Index OrientConsistently(TriangleMesh& mesh) {
     opposite[sides[1]] = sides[0];
   });
   const auto start = [&](int corner) { return mesh.faces(corner % 3, corner / 3); };
-  std::vector<signed char> turn(num_faces, -1);  // -1: not seen; relative to the patch's first face
+  std::vector<signed char> turn(num_faces, -1);  // -1: not visited; relative to the first face
   std::vector<int> patch;
   std::vector<int> to_flip;
   for (int seed = 0; seed < num_faces; ++seed) {
@@ -269,8 +269,8 @@ Eigen::Index OrientConsistently(TriangleMesh& mesh) {
 
 PartedSheets PartSheets(TriangleMesh& mesh) {
   PartedSheets result;
-  // One round pairs and parts. Where joined patches turn out to have no two sides, or a fan still
-  // has both ends of an edge twice, the next parts all sheets there.
+  // The first round pairs sides and splits. If joined patches turn out to be one-sided, or a fan
+  // still contains both ends of an edge twice, the next round splits all sheets there.
   for (bool pair = true;; pair = false) {
     const EdgeTable edges(mesh.faces, mesh.NumVertices());
     const auto start = [&](int side) { return mesh.faces(side % 3, side / 3); };
@@ -362,7 +362,7 @@ MeshParts FindParts(const TriangleMesh& mesh) {
     result.part_of_face[f] = result.part_of_face[root];
     MeshPart& part = result.parts[result.part_of_face[f]];
     ++part.num_faces;
-    // From a corner of the part rather than the origin, which may be far away.
+    // Relative to a corner of the part, since the origin may be far away.
     const Eigen::Vector3d origin = mesh.vertices.col(mesh.faces(0, part.first_face));
     Eigen::Matrix3d corner;
     for (int k = 0; k < 3; ++k) {

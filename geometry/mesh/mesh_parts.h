@@ -14,48 +14,48 @@ namespace holdfast {
 /// Throws Error for vertex ids out of range and coordinates that are not finite.
 void RequireValid(const TriangleMesh& mesh);
 
-/// Whether the corners of a face lie on one line, or would after rounding: its height is below
-/// 1e-10 of its longest side.
+/// Whether the corners of a face are collinear up to rounding: its height is below 1e-10 of its
+/// longest side.
 bool HasNoArea(const TriangleMesh& mesh, Eigen::Index face);
 
-/// Per vertex, the first vertex at exactly the same place.
+/// Returns for each vertex the first vertex at exactly the same position.
 std::vector<int> FirstAtSamePlace(const Eigen::Matrix3Xd& vertices);
 Eigen::Index CountDuplicateVertices(const Eigen::Matrix3Xd& vertices);
 
-/// Per face, whether an earlier one has the same three corners in any order.
+/// Returns for each face whether an earlier face has the same three corners in any order.
 std::vector<bool> DuplicateFaces(const Eigen::Matrix3Xi& faces);
 Eigen::Index CountDuplicateFaces(const Eigen::Matrix3Xi& faces);
 
-/// Gives each fan of faces at a vertex (faces joined through edges at it) a vertex of its own, so
-/// that surfaces that touch in a vertex come apart. Copies are added behind the vertices; returns
-/// how many. No face may have a repeated corner.
+/// Gives each fan of faces at a vertex (faces joined through edges at that vertex) a vertex of its
+/// own, so that surfaces that touch only in a vertex are separated. Copies are appended to the
+/// vertices. Returns the number of copies. No face may have a repeated corner.
 Eigen::Index PartTouchingFans(TriangleMesh& mesh);
 
 inline void FlipFace(Eigen::Matrix3Xi& faces, Eigen::Index face) {
   std::swap(faces(1, face), faces(2, face));
 }
 
-/// Makes faces agree across edges of two faces, the larger share of each patch keeping its way
-/// round; returns how many were flipped.
+/// Orients faces consistently across edges of two faces, keeping the majority orientation of each
+/// patch. Returns the number of flipped faces.
 Eigen::Index OrientConsistently(TriangleMesh& mesh);
 
-/// Drops vertices of no face; returns the ids of those that stay.
+/// Drops vertices without faces. Returns the ids of the remaining vertices.
 std::vector<int> DropUnreferenced(TriangleMesh& mesh);
 
 struct PartedSheets {
-  Eigen::Index edges = 0;      ///< of three faces or more, at which sheets came apart
-  Eigen::Index one_sided = 0;  ///< edges along which a surface without two sides was cut
+  Eigen::Index edges = 0;      ///< edges of three or more faces at which sheets were separated
+  Eigen::Index one_sided = 0;  ///< edges along which a one-sided surface was cut
 };
 
-/// Makes a surface with boundary manifold and orientable by vertices of their own for sheets that
-/// meet in an edge. At an edge of three faces or more, faces go on in pairs: first those of one
-/// patch (faces joined through edges of two), then those that agree in orientation, then the
-/// straightest. A fin comes off that way and leaves the surface below it whole, which CGAL's
-/// duplicate_non_manifold_edges_in_polygon_soup slits open along the fin. No place changes. No face
-/// may have a repeated corner; `mesh` is oriented as OrientConsistently leaves it.
+/// Makes a surface with boundary manifold and orientable: sheets that meet in an edge get separate
+/// vertices. At an edge of three or more faces, faces are paired: first those of one patch (faces
+/// joined through edges of two faces), then those of the same orientation, then the straightest. A
+/// fin is thereby detached and the surface below it stays whole; CGAL's
+/// duplicate_non_manifold_edges_in_polygon_soup would slit it along the fin. No position changes.
+/// No face may have a repeated corner; `mesh` is oriented as by OrientConsistently.
 PartedSheets PartSheets(TriangleMesh& mesh);
 
-/// What was done, as plain sentences; none where nothing was.
+/// Describes the changes in plain sentences; empty if there were none.
 std::vector<std::string> Describe(const PartedSheets& parted);
 
 /// A part of a mesh: faces joined through shared edges.
@@ -63,16 +63,16 @@ struct MeshPart {
   Eigen::Index num_faces = 0;
   int first_face = -1;
   bool closed = true;      ///< every edge has two faces
-  bool consistent = true;  ///< the two faces of every edge run through it in opposite ways
+  bool consistent = true;  ///< the two faces of every edge traverse it in opposite directions
   double volume_m3 = 0.0;  ///< signed
   Eigen::Vector3d min, max;
-  /// The closed and consistent parts around this one, if it is such a part itself.
+  /// Closed and consistent parts that enclose this part, if it is closed and consistent itself.
   std::vector<int> enclosed_by;
 };
 
 struct MeshParts {
   std::vector<int> part_of_face;  ///< -1 for a face with a repeated corner
-  std::vector<MeshPart> parts;    ///< by first face
+  std::vector<MeshPart> parts;    ///< ordered by first face
 };
 
 MeshParts FindParts(const TriangleMesh& mesh);

@@ -43,7 +43,7 @@ EdgeTable::EdgeTable(const Eigen::Matrix3Xi& faces, Eigen::Index num_vertices)
       }
     }
   };
-  // A counting sort by the lower vertex; the few sides at each vertex are sorted on their own.
+  // Counting sort by the lower vertex; the few sides at each vertex are sorted separately.
   for_each_side([&](int low, int, int) { ++begin_[low + 1]; });
   std::partial_sum(begin_.begin(), begin_.end(), begin_.begin());
   sides_.resize(begin_.back());
@@ -84,9 +84,9 @@ DisjointSets FindFans(const Eigen::Matrix3Xi& faces, const EdgeTable& edges) {
 
 namespace {
 
-// Corner c of face f as one number, 3 f + c.
+// Corners are encoded as 3 f + c, for corner c of face f.
 struct Corners {
-  std::vector<int> begin;  // of each vertex in `corner`
+  std::vector<int> begin;  // start of each vertex's range in `corner`
   std::vector<int> corner;
 };
 
@@ -124,8 +124,8 @@ ShadedMesh SplitAtCreases(const TriangleMesh& mesh, double crease_rad) {
   for (Eigen::Index v = 0; v < mesh.NumVertices(); ++v) {
     const int first = corners.begin[v];
     const int last = corners.begin[v + 1];
-    // Faces join while a chain of gentle steps links them, so a cone's rim stays round and the
-    // grouping does not depend on where it starts.
+    // Faces are grouped through chains of gentle angles: a cone's rim stays round, and the grouping
+    // does not depend on the starting face.
     std::vector<int> group_of(last - first, -1);
     int num_groups = 0;
     for (int seed = 0; seed < last - first; ++seed) {

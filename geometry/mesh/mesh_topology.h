@@ -14,24 +14,24 @@ inline bool HasRepeatedCorner(const Eigen::Vector3i& face) {
   return face[0] == face[1] || face[1] == face[2] || face[2] == face[0];
 }
 
-/// Merges sets of 0 .. n-1 (union-find with path halving).
+/// Disjoint sets of 0 .. n-1 (union-find with path halving).
 class DisjointSets {
  public:
   explicit DisjointSets(int n);
   int Find(int element);
-  /// The smaller root stays, so that sets are named by their first element in any order of merging.
+  /// The smaller root is kept: the root of a set is its first element, in any order of merging.
   void Merge(int a, int b);
 
  private:
   std::vector<int> parent_;
 };
 
-/// The edges of a triangle soup, each with the face corners it starts at: corner c = 3 f + k stands
-/// for the side from corner k to corner k + 1 of face f. Eight bytes per corner and four per
-/// vertex.
+/// The edges of a triangle soup, each with the face corners at which it starts: corner c = 3 f + k
+/// denotes the side from corner k to corner k + 1 of face f. Takes eight bytes per corner and four
+/// per vertex.
 class EdgeTable {
  public:
-  /// Faces with a repeated corner are left out. Ids must be in range.
+  /// Ignores faces with a repeated corner. Ids must be in range.
   EdgeTable(const Eigen::Matrix3Xi& faces, Eigen::Index num_vertices);
 
   /// Calls visit(low, high, corners) for every edge, low < high, ascending; `corners` ascends too.
@@ -59,27 +59,27 @@ class EdgeTable {
 
 struct EdgeCounts {
   Eigen::Index all = 0;
-  Eigen::Index boundary = 0;      ///< of one face
-  Eigen::Index non_manifold = 0;  ///< of three faces or more
-  Eigen::Index misoriented = 0;   ///< two faces run through it the same way round
+  Eigen::Index boundary = 0;      ///< edges of one face
+  Eigen::Index non_manifold = 0;  ///< edges of three or more faces
+  Eigen::Index misoriented = 0;   ///< edges that two faces traverse in the same direction
 };
 
-/// Counts the edges of `faces`, of which `edges` is the table.
+/// Counts the edges of `faces`; `edges` is their edge table.
 EdgeCounts CountEdges(const Eigen::Matrix3Xi& faces, const EdgeTable& edges);
 
-/// Fans: the corners (3 f + k) of one vertex that are joined through shared edges.
+/// Returns the fans: sets of corners (3 f + k) of one vertex that are joined through shared edges.
 DisjointSets FindFans(const Eigen::Matrix3Xi& faces, const EdgeTable& edges);
 
-/// A mesh as pictures need it: one unit normal per vertex, vertices doubled along sharp edges.
+/// A mesh for rendering: one unit normal per vertex, vertices duplicated along sharp edges.
 struct ShadedMesh {
   TriangleMesh mesh;
   Eigen::Matrix3Xd normals;  ///< (3 x V), unit length
 };
 
-/// Doubles vertices where faces around them meet at more than `crease_rad`, so that edges of a box
-/// stay sharp and a sphere stays smooth. Normals are face normals weighted by corner angle; corners
-/// of faces without area take (0, 0, 1). Faces keep their order; vertices without faces are left
-/// out. The default is about 35 degrees.
+/// Duplicates vertices whose adjacent faces meet at more than `crease_rad`, so that box edges stay
+/// sharp and spheres smooth. Normals are face normals weighted by corner angle; corners of faces
+/// without area get (0, 0, 1). Faces keep their order; vertices without faces are dropped. The
+/// default is about 35 degrees.
 ShadedMesh SplitAtCreases(const TriangleMesh& mesh, double crease_rad = 0.6);
 
 }  // namespace holdfast

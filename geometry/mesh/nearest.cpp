@@ -17,14 +17,14 @@ using Index = flann::KDTreeSingleIndex<flann::L2_3D<double>>;
 
 constexpr int kLeafSize = 10;
 
-/// How far FLANN has to look, squared, to find all at `distance`. It prunes on sums that may be off
-/// by a few ulps: looking that much further makes sure that no tie is missed.
+/// Squared search radius that makes FLANN find all points at `distance`. FLANN prunes on sums that
+/// may be off by a few ulps; the slack ensures that no tie is missed.
 double SearchLimit(double distance) {
   constexpr double kSlack = 1.0 + 1e-12;
   return std::max(distance * distance * kSlack, std::numeric_limits<double>::min());
 }
 
-/// The first by (distance, id), without allocation.
+/// Result set that keeps the first neighbor by (distance, id), without allocation.
 class First final : public flann::ResultSet<double> {
  public:
   bool full() const override { return best.id >= 0; }

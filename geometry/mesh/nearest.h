@@ -10,8 +10,8 @@ namespace holdfast {
 /// Exact nearest neighbors among fixed points, by FLANN's single k-d tree in double precision.
 /// Const after construction; queries may run on any number of threads.
 ///
-/// Ties go to the lowest id, so the answer does not depend on the tree. Distances are meters, not
-/// squared.
+/// Ties are resolved to the lowest id, so the result does not depend on the tree. Distances are
+/// meters, not squared.
 class NearestPoints {
  public:
   struct Neighbor {
@@ -26,7 +26,7 @@ class NearestPoints {
   NearestPoints(NearestPoints&&) noexcept;
   NearestPoints& operator=(NearestPoints&&) noexcept;
 
-  /// The nearest point; id -1 at infinity for a query that is not finite.
+  /// Returns the nearest point; for a query that is not finite, id -1 at infinite distance.
   Neighbor Nearest(const Eigen::Vector3d& query) const;
 
  private:

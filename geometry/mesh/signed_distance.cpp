@@ -22,8 +22,8 @@
 namespace holdfast {
 namespace {
 
-// Closer to the surface than this share of the mesh's size, the direction to the closest point is
-// rounding noise and the pseudonormal is the better gradient.
+// Closer to the surface than this fraction of the mesh's size, the direction to the closest point
+// is rounding noise, and the pseudonormal is the better gradient.
 constexpr double kOnSurface = 1e-12;
 constexpr Eigen::Index kManyClosing = 1000;
 
@@ -44,7 +44,7 @@ struct SignedDistance::Impl {
     Prepare();
   }
 
-  /// What depends on where the vertices are, besides the tree.
+  /// Computes the data that depends on vertex positions, except the tree.
   void Prepare() {
     surface_tolerance = kOnSurface * (tree.Max() - tree.Min()).norm();
     if (sign != Sign::kWindingNumber) return;
@@ -59,7 +59,7 @@ struct SignedDistance::Impl {
     closed = std::make_unique<WindingNumber>(whole);
   }
 
-  /// The balls around the holes, where what closes them makes the surface watertight.
+  /// Finds the bounding balls of the holes, if the closing triangles make the surface watertight.
   void FindHoles(const TriangleMesh& fans) {
     holes.clear();
     if (!closes.has_value()) {
@@ -71,7 +71,7 @@ struct SignedDistance::Impl {
       closes = welded && CheckMesh(joined).watertight;
     }
     if (!*closes) return;
-    std::map<int, Hole> by_middle;  // the corner that all triangles of a hole have
+    std::map<int, Hole> by_middle;  // keyed by the common corner of all triangles of a hole
     for (Eigen::Index f = 0; f < fans.NumFaces(); ++f) {
       const int middle = fans.faces(2, f);
       Hole& hole = by_middle[middle];
@@ -84,14 +84,14 @@ struct SignedDistance::Impl {
     for (const auto& [middle, hole] : by_middle) holes.push_back(hole);
   }
 
-  /// As far as a point that is `distance` from the mesh can move until the triangles that close the
-  /// holes are the nearest, or seen under half of all directions. Where they are neither, the side
-  /// of the mesh that the point is nearest to is its side of the whole.
+  /// Lower bound on how far a point at `distance` from the mesh can move until the closing
+  /// triangles are nearest, or fill half of all directions. While neither holds, the side of the
+  /// nearest mesh surface is also the side of the closed surface.
   double ReachOfSide(const Eigen::Vector3d& point, double distance) const {
     constexpr double kMaxSeen = 0.45;
     double reach = holes.empty() ? 0.0 : distance;
     for (const Hole& hole : holes) {
-      // The holes share what may be seen.
+      // The solid-angle budget is split among the holes.
       const double apart = std::sqrt(hole.area * static_cast<double>(holes.size()) /
                                      (4.0 * std::numbers::pi * kMaxSeen));
       const double gap = (point - hole.center).norm() - hole.radius;
@@ -101,7 +101,7 @@ struct SignedDistance::Impl {
     return reach;
   }
 
-  /// Calls visit(face) for the faces at the feature that a point is nearest to.
+  /// Calls visit(face) for the faces of the feature nearest to the point.
   template <typename Visit>
   void ForFaces(const TriangleTree::Hit& hit, const Visit& visit) const {
     using enum TriangleFeature;
@@ -116,8 +116,7 @@ struct SignedDistance::Impl {
     }
   }
 
-  /// Angle-weighted at a vertex, the mean of the faces at an edge, whichever way each runs through
-  /// it.
+  /// Angle-weighted at a vertex; at an edge the mean of the faces, in any orientation of the edge.
   Eigen::Vector3d Pseudonormal(const TriangleTree::Hit& hit) const {
     const bool at_vertex = hit.feature >= TriangleFeature::kVertex0;
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -128,7 +127,7 @@ struct SignedDistance::Impl {
     return sum.stableNormalized();
   }
 
-  /// Of face f at its corner in `place`.
+  /// Angle of face f at its corner at position `place`.
   double CornerAngle(int f, const Eigen::Vector3d& place) const {
     int k = 0;
     while (k < 2 && mesh.vertices.col(mesh.faces(k, f)) != place) ++k;
@@ -137,7 +136,7 @@ struct SignedDistance::Impl {
     return std::acos(std::clamp(u.normalized().dot(v.normalized()), -1.0, 1.0));
   }
 
-  /// Whether a point is behind the surface that it is nearest to.
+  /// Whether a point is behind the surface nearest to it.
   bool IsBehind(const Eigen::Vector3d& point, const TriangleTree::Hit& hit) const {
     const Eigen::Vector3d away = point - hit.point;
     bool before = false, behind = false;
@@ -146,12 +145,12 @@ struct SignedDistance::Impl {
       before = before || side >= 0.0;
       behind = behind || side <= 0.0;
     });
-    // Where all faces agree, any weighted mean of their normals does.
+    // If all faces agree, so does any weighted mean of their normals.
     return before && behind ? away.dot(Pseudonormal(hit)) < 0.0 : behind;
   }
 
-  /// Winding number of the surface: a whole number for what it is with the triangles that close it,
-  /// which a ray counts, less that of those few.
+  /// Winding number of the surface: that of the closed surface, an integer counted by a ray, minus
+  /// that of the few closing triangles.
   double Winding(const Eigen::Vector3d& point) const {
     if (plain) return plain->At(point);
     const Eigen::Vector3d below = point - tree.Min(), above = tree.Max() - point;
@@ -170,18 +169,19 @@ struct SignedDistance::Impl {
 
   TriangleTree tree;
   TriangleMesh mesh;
-  std::vector<int> begin, around;  // the faces around a vertex v: around[begin[v]] ...
+  std::vector<int> begin, around;  // faces around vertex v: around[begin[v]] ...
   double surface_tolerance = 0.0;
   Sign sign = Sign::kPseudonormal;
-  // Only without a watertight mesh: with the triangles that close it, and those alone. Of a mesh
-  // that is mostly edge, which many slivers would close, as it is.
+  // Only for meshes that are not watertight: the mesh with its closing triangles, and those
+  // triangles alone. `plain` is the mesh as it is, for meshes with so much boundary that many
+  // slivers would close it.
   std::unique_ptr<WindingNumber> closed, closing, plain;
   struct Hole {
     Eigen::Vector3d center;
     double radius = 0.0, area = 0.0;
   };
-  std::vector<Hole> holes;     // none where those triangles do not make it watertight
-  std::optional<bool> closes;  // whether those triangles make it watertight
+  std::vector<Hole> holes;     // empty if the closing triangles do not make it watertight
+  std::optional<bool> closes;  // whether the closing triangles make it watertight
 };
 
 SignedDistance::SignedDistance(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>(mesh)) {}

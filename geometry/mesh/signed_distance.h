@@ -10,29 +10,29 @@
 
 namespace holdfast {
 
-/// Exact signed distance to a triangle mesh: negative inside. Closest points come from a tree of
-/// bounding boxes. The sign of a watertight mesh comes from the angle-weighted pseudonormal of the
-/// face, edge or vertex the closest point lies on (Baerentzen & Aanaes 2005); that of any other
-/// mesh from the generalized winding number (Jacobson et al. 2013), which is > 1/2 inside and
-/// degrades gracefully across holes: a ray's crossings less the part of what would close the holes.
+/// Exact signed distance to a triangle mesh, negative inside. Closest points come from a tree of
+/// bounding boxes. For a watertight mesh the sign comes from the angle-weighted pseudonormal at the
+/// closest face, edge or vertex (Baerentzen & Aanaes 2005). For any other mesh it comes from the
+/// generalized winding number (Jacobson et al. 2013), which is > 1/2 inside and degrades gracefully
+/// across holes. It is computed as ray crossings minus the contribution of the closing triangles.
 ///
 /// Queries are const and may run on any number of threads.
 class SignedDistance {
  public:
   enum class Sign {
-    kPseudonormal,   ///< the mesh is watertight
-    kWindingNumber,  ///< it is not: inside is where the winding number exceeds 1/2
+    kPseudonormal,   ///< for watertight meshes
+    kWindingNumber,  ///< for other meshes: inside if the winding number exceeds 1/2
   };
 
   struct Result {
     double distance = 0.0;     ///< meters, negative inside
     Eigen::Vector3d closest;   ///< on the surface
-    Eigen::Vector3d gradient;  ///< of the distance, unit; the pseudonormal on the surface itself
-    int face = -1;             ///< a face that holds `closest`
+    Eigen::Vector3d gradient;  ///< of the distance, unit; on the surface itself the pseudonormal
+    int face = -1;             ///< a face that contains `closest`
   };
 
-  /// Copies what it needs. Throws Error for a mesh without a face of positive area, ids out of
-  /// range or coordinates that are not finite. Faces without area are ignored.
+  /// Copies the mesh data that it needs. Throws Error for a mesh without a face of positive area,
+  /// ids out of range or coordinates that are not finite. Faces without area are ignored.
   explicit SignedDistance(const TriangleMesh& mesh);
   ~SignedDistance();
   SignedDistance(SignedDistance&&) noexcept;
@@ -40,23 +40,23 @@ class SignedDistance {
 
   Sign SignMethod() const;
 
-  /// The same faces with their vertices (3 x V) elsewhere, as a hand's from frame to frame, in a
-  /// small part of the time that a new one takes. What was watertight is taken to stay so. Throws
-  /// Error for another number of vertices.
+  /// Moves the vertices (3 x V) of the same faces, e.g. of a hand from frame to frame, in a small
+  /// fraction of the construction time. A watertight mesh is assumed to stay watertight. Throws
+  /// Error for a different number of vertices.
   void Move(const Eigen::Matrix3Xd& vertices);
 
   double Distance(const Eigen::Vector3d& point) const;
-  /// `hint_face`: as TriangleTree::Closest's, for speed alone.
+  /// `hint_face` as in TriangleTree::Closest; it only affects speed.
   Result Query(const Eigen::Vector3d& point, int hint_face = -1) const;
   /// Whether a point is strictly inside.
   bool Inside(const Eigen::Vector3d& point) const { return Distance(point) < 0.0; }
-  /// The same with what Tree() found to be nearest to it.
+  /// Whether a point is strictly inside, given its nearest hit from Tree().
   bool Inside(const Eigen::Vector3d& point, const TriangleTree::Hit& nearest) const;
-  /// How far a point at `distance` from the surface can move and stay on the same side of it,
-  /// meters, at least; less than `distance` around the holes of an open surface.
+  /// Lower bound (meters) on how far a point at `distance` from the surface can move while staying
+  /// on the same side. Less than `distance` near the holes of an open surface.
   double SideHolds(const Eigen::Vector3d& point, double distance) const;
 
-  /// Distance of each column of `points` on up to `threads` threads; the same bytes for any number.
+  /// Distance of each column of `points`; the result does not depend on the number of threads.
   Eigen::VectorXd Distances(const Eigen::Matrix3Xd& points, int threads = 1) const;
 
   const TriangleTree& Tree() const;

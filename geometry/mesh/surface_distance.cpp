@@ -87,16 +87,16 @@ SurfaceDistance MeasureSurfaceDistance(const TriangleMesh& a, const TriangleMesh
 bool SameSurface(const TriangleMesh& a, const TriangleMesh& b) {
   if (a.NumVertices() == b.NumVertices() && a.NumFaces() == b.NumFaces() &&
       a.vertices == b.vertices && a.faces == b.faces) {
-    return true;  // a result's own object, most often
+    return true;  // the usual case: the object of the result itself
   }
-  constexpr double kMean = 0.01, kAnywhere = 0.05;  // of the size
+  constexpr double kMean = 0.01, kAnywhere = 0.05;  // relative to the size
   constexpr int kSamples = 2000;
   const auto low = [](const TriangleMesh& mesh) { return mesh.vertices.rowwise().minCoeff(); };
   const auto high = [](const TriangleMesh& mesh) { return mesh.vertices.rowwise().maxCoeff(); };
   const double size = Extent(a).norm();
   if ((low(a) - low(b)).norm() > kAnywhere * size ||
       (high(a) - high(b)).norm() > kAnywhere * size) {
-    return false;  // a glance is enough for most that differ
+    return false;  // cheap test that rejects most different meshes
   }
   const SurfaceDistance apart = MeasureSurfaceDistance(a, b, kSamples);
   return std::max(apart.mean_forward_m, apart.mean_backward_m) <= kMean * size &&
@@ -107,7 +107,7 @@ namespace {
 
 constexpr double kSharp_rad = 20.0 * kDegree;
 
-// Keeps the first point of every cube.
+// Keeps the first point in each grid cell.
 class Thinning {
  public:
   explicit Thinning(double edge) : edge_(edge) {}

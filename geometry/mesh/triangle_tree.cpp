@@ -21,12 +21,12 @@
 namespace holdfast {
 namespace {
 
-constexpr int kWide = 8;  // children of a node, whose boxes are looked at side by side
+constexpr int kWide = 8;  // children per node, whose boxes are tested with SIMD
 constexpr int kLanes = 4;
 using Lanes [[gnu::vector_size(4 * kLanes), gnu::may_alias]] = float;
 inline Lanes Larger(Lanes a, Lanes b) { return a > b ? a : b; }
 
-// A bit for each lane that is not larger than `most`.
+// One bit for each lane that is not larger than `most`.
 inline unsigned NotLarger(const Lanes& lanes, float most) {
 #if defined(__SSE2__)
   return static_cast<unsigned>(_mm_movemask_ps(_mm_cmple_ps(lanes, _mm_set1_ps(most))));
@@ -39,7 +39,7 @@ inline unsigned NotLarger(const Lanes& lanes, float most) {
 
 constexpr float kUlp = 0x1p-23f;
 
-// Rounded so that what it bounds stays on its side.
+// Rounded down, so that it stays a bound.
 float Below(double x) {
   const auto f = static_cast<float>(x);
   return f - kUlp * std::abs(f);
@@ -83,13 +83,13 @@ TrianglePoint ClosestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d&
 }
 
 struct TriangleTree::Impl {
-  // The boxes of up to eight children, in single precision, rounded outwards, about the tree's
-  // center. An empty place has a box that nothing is near.
+  // The boxes of up to eight children in single precision, rounded outwards, relative to the tree's
+  // center. An unused slot has a box that is far from everything.
   struct Node {
     Lanes low[3][kWide / kLanes], high[3][kWide / kLanes];
-    std::array<int, kWide> child;  // a later node, or ~ a triangle
+    std::array<int, kWide> child;  // index of a later node, or ~index of a triangle
     int count = 0;
-    unsigned leaves = 0;  // a bit for each child that is a triangle
+    unsigned leaves = 0;  // one bit for each child that is a triangle
 
     float& Low(int axis, int c) { return reinterpret_cast<float*>(low[axis])[c]; }
     float& High(int axis, int c) { return reinterpret_cast<float*>(high[axis])[c]; }
@@ -100,7 +100,7 @@ struct TriangleTree::Impl {
     int face;
   };
 
-  // A query as the boxes see it: no box is nearer than what comes of this.
+  // A query in single precision, rounded such that distances to boxes are lower bounds.
   struct BoxQuery {
     explicit BoxQuery(const Eigen::Vector3d& p) {
       for (int k = 0; k < 3; ++k) {
@@ -108,7 +108,7 @@ struct TriangleTree::Impl {
         high[k] = Lanes{} + Above(p[k]);
       }
     }
-    // Squared distances, too large by less than the slack of a search.
+    // Squared distances; rounding errors are below the slack of Search.
     void Distances(const Node& node, Lanes* squared) const {
       for (int half = 0; half < kWide / kLanes; ++half) {
         squared[half] = Lanes{};
@@ -124,7 +124,7 @@ struct TriangleTree::Impl {
 
   std::vector<Triangle> triangles;  // in the order of the leaves
   std::vector<int> triangle_of_face;
-  std::vector<Node> nodes;  // a node before its children
+  std::vector<Node> nodes;  // each node before its children
   Eigen::Vector3d min, max, center;
 
   int AddNode(std::vector<Eigen::Vector3d>& centers, std::vector<int>& order, int begin, int end);
@@ -132,8 +132,8 @@ struct TriangleTree::Impl {
   Hit Search(const Eigen::Vector3d& query, int first_triangle) const;
 };
 
-// Halves the longest range along its longest axis until there are eight: how many triangles share
-// a corner or a place does not matter.
+// Halves the longest range along its longest axis until there are eight, regardless of how many
+// triangles share a corner or a position.
 int TriangleTree::Impl::AddNode(std::vector<Eigen::Vector3d>& centers, std::vector<int>& order,
                                 int begin, int end) {
   std::vector<std::pair<int, int>> ranges = {{begin, end}};
@@ -198,12 +198,12 @@ TriangleTree::Hit TriangleTree::Impl::Search(const Eigen::Vector3d& query,
                                              int first_triangle) const {
   Hit best;
   best.squared_distance = std::numeric_limits<double>::infinity();
-  // Boxes farther than this are left out; the slack is for what single precision loses.
+  // Boxes farther than this are skipped; the slack covers single-precision rounding.
   float farthest = 0.0f;
   const auto limit = [&] {
     farthest = static_cast<float>(best.squared_distance * (1.0 + 0x1p-19));
   };
-  // Of equally near faces the first: the answer depends on no order of search.
+  // Among equally near faces the first wins: the result does not depend on the search order.
   const auto look_at = [&](int index) {
     const Triangle& t = triangles[index];
     const TrianglePoint on = ClosestOnTriangle(query, t.corners[0], t.corners[1], t.corners[2]);
@@ -214,7 +214,7 @@ TriangleTree::Hit TriangleTree::Impl::Search(const Eigen::Vector3d& query,
     limit();
   };
   look_at(first_triangle);
-  if (best.face < 0) {  // a query that is no number
+  if (best.face < 0) {  // a query that is not finite
     return {query, TriangleFeature::kFace, triangles[first_triangle].face, std::nan("")};
   }
   const BoxQuery boxes(query - center);
@@ -222,7 +222,7 @@ TriangleTree::Hit TriangleTree::Impl::Search(const Eigen::Vector3d& query,
     float squared;
     int child;
   };
-  std::array<Entry, 16 * kWide> stack;  // each level leaves seven: of 2^31 triangles 11 levels
+  std::array<Entry, 16 * kWide> stack;  // each level leaves seven: 2^31 triangles have 11 levels
   int top = 0;
   stack[top++] = {0.0f, 0};
   while (top > 0) {

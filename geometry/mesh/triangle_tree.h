@@ -10,7 +10,7 @@
 
 namespace holdfast {
 
-/// Where on a triangle a point lies.
+/// Feature of a triangle on which a point lies.
 enum class TriangleFeature { kFace, kEdge01, kEdge12, kEdge20, kVertex0, kVertex1, kVertex2 };
 
 struct TrianglePoint {
@@ -18,13 +18,13 @@ struct TrianglePoint {
   TriangleFeature feature = TriangleFeature::kFace;
 };
 
-/// The point of triangle abc nearest to p, and the Voronoi region p falls in (Ericson 2005, 5.1.5).
+/// Returns the point of triangle abc nearest to p, and p's Voronoi region (Ericson 2005, 5.1.5).
 TrianglePoint ClosestOnTriangle(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                                 const Eigen::Vector3d& b, const Eigen::Vector3d& c);
 
-/// Nearest point on a triangle soup, by a tree of axis-aligned boxes, eight to a node: boxes in
-/// single precision rounded outwards leave triangles out, what is left is measured in double
-/// precision. Queries are const and may run on any number of threads.
+/// Nearest points on a triangle soup, by a tree of axis-aligned boxes, eight per node. Boxes in
+/// single precision, rounded outwards, cull triangles; the remaining triangles are measured in
+/// double precision. Queries are const and may run on any number of threads.
 class TriangleTree {
  public:
   struct Hit {
@@ -34,22 +34,22 @@ class TriangleTree {
     double squared_distance = 0.0;
   };
 
-  /// Faces without area are left out. Throws Error when none is left, for ids out of range, and for
+  /// Ignores faces without area. Throws Error if none is left, for ids out of range, and for
   /// coordinates that are not finite.
   explicit TriangleTree(const TriangleMesh& mesh);
   ~TriangleTree();
   TriangleTree(TriangleTree&&) noexcept;
   TriangleTree& operator=(TriangleTree&&) noexcept;
 
-  /// The same faces with their vertices elsewhere: boxes are fitted anew, in a small part of the
-  /// time that a new tree takes. Faces left out stay left out.
+  /// Moves the vertices of the same faces. Boxes are refitted in a small fraction of the
+  /// construction time. Faces ignored at construction stay ignored.
   void Move(const TriangleMesh& mesh);
 
-  /// The nearest point; of equally near faces the first. `hint_face` (a face of a nearby query's
-  /// hit) shortens the search and changes nothing else.
+  /// Returns the nearest point; among equally near faces the first. `hint_face` (the face hit by a
+  /// nearby query) shortens the search and does not change the result.
   Hit Closest(const Eigen::Vector3d& query, int hint_face = -1) const;
 
-  /// Faces whose boxes reach into the box [low, high], ascending; some within rounding of it.
+  /// Returns the faces whose boxes overlap the box [low, high] up to rounding, ascending.
   std::vector<int> FacesInBox(const Eigen::Vector3d& low, const Eigen::Vector3d& high) const;
 
   const Eigen::Vector3d& Min() const;

@@ -18,12 +18,12 @@ namespace holdfast {
 namespace {
 
 constexpr int kLeafFaces = 8;
-// A group is far when it is seen from more than this many of its radii.
+// A group of faces is far if its distance exceeds this many of its radii.
 constexpr double kFarRadii = 2.5;
 
-// The side of the directed line from a to b that p lies on, as seen along an axis: 1 left, -1
-// right. On the line, the side of a point that is a little farther along u, then along v; 0 where a
-// and b are one in this view. The same for b to a with the other sign, contracted to fma or not.
+// Returns the side of the directed line from a to b on which p lies, seen along an axis: 1 left, -1
+// right. On the line, returns the side of a point slightly farther along u, then v; 0 if a and b
+// coincide in this view. Antisymmetric in a and b, whether or not contracted to fma.
 int SideOf(const Eigen::Vector3d& p, const Eigen::Vector3d& a, const Eigen::Vector3d& b, int u,
            int v) {
   const bool swapped = std::pair(b[u], b[v]) < std::pair(a[u], a[v]);
@@ -62,7 +62,7 @@ TriangleMesh ClosingTriangles(const TriangleMesh& mesh) {
     }
   }
   std::ranges::sort(sides, {}, [](const Side& side) { return std::pair(side.low, side.high); });
-  std::vector<Side> open;  // `way`: how often, with sign
+  std::vector<Side> open;  // `way`: signed number of traversals
   DisjointSets loops(static_cast<int>(mesh.NumVertices()));
   for (std::size_t i = 0, end = i; i < sides.size(); i = end) {
     Side edge{sides[i].low, sides[i].high, 0};
@@ -74,7 +74,7 @@ TriangleMesh ClosingTriangles(const TriangleMesh& mesh) {
     open.push_back(edge);
     loops.Merge(edge.low, edge.high);
   }
-  // Vertices of the mesh, then the middles of the loops, each the mean of its edges' ends.
+  // Vertices of the mesh, then the loop centroids, each the mean of its edges' ends.
   TriangleMesh closing;
   std::vector<int> middle_of(static_cast<std::size_t>(mesh.NumVertices()), -1);
   std::vector<Eigen::Vector4d> sums;
@@ -170,7 +170,7 @@ int WindingNumber::Build(int begin, int end, std::vector<int>& order,
   Eigen::Index axis = 0;
   (high - low).maxCoeff(&axis);
   const int middle = begin + (end - begin) / 2;
-  // Ids break ties, so that the tree is the same everywhere.
+  // Ids break ties, so that the tree is the same on all platforms.
   std::nth_element(order.begin() + begin, order.begin() + middle, order.begin() + end,
                    [&](int f, int g) {
                      return std::pair(centroids(axis, f), f) < std::pair(centroids(axis, g), g);
@@ -192,7 +192,7 @@ int WindingNumber::Crossings(const Eigen::Vector3d& from, int axis, bool ascendi
     const Node& node = nodes_[id];
     const Eigen::Vector3d offset = node.center - from;
     const double ahead = (ascending ? offset[axis] : -offset[axis]) + node.radius;
-    const double radius = (1.0 + 1e-9) * node.radius;  // no corner is left out by rounding
+    const double radius = (1.0 + 1e-9) * node.radius;  // no corner is lost to rounding
     const double aside = offset[u] * offset[u] + offset[v] * offset[v];
     if (ahead < -1e-9 * node.radius || aside > radius * radius) continue;
     if (node.right != 0) {
@@ -207,7 +207,7 @@ int WindingNumber::Crossings(const Eigen::Vector3d& from, int axis, bool ascendi
       if (side == 0 || SideOf(from, b, c, u, v) != side || SideOf(from, c, a, u, v) != side)
         continue;
       const Eigen::Vector3d normal = (b - a).cross(c - a);
-      const double beyond = normal.dot(a - from) * normal[axis];  // in the sense of the axis
+      const double beyond = normal.dot(a - from) * normal[axis];  // sign relative to the axis
       if (ascending ? beyond > 0.0 : beyond < 0.0) count += ascending ? side : -side;
     }
   }

@@ -14,7 +14,7 @@
 namespace holdfast {
 namespace {
 
-// Shrinking the wrap is Delaunay refinement: its predicates must be exact.
+// Alpha wrapping is a Delaunay refinement: its predicates must be exact.
 using FilteredKernel = CGAL::Exact_predicates_inexact_constructions_kernel;
 using FilteredPoint = FilteredKernel::Point_3;
 

@@ -23,7 +23,7 @@
 namespace holdfast {
 namespace {
 
-// Draws frames and tells of each; after the first false it draws none.
+// Draws frames and reports progress; stops after the first false.
 class Drawing {
  public:
   Drawing(const ClipRenderer& renderer, const ClipPictures& pictures,
@@ -32,7 +32,7 @@ class Drawing {
 
   bool Stopped() const { return stopped_; }
 
-  // Frames are places in the list of those to draw; nothing (empty) once stopped.
+  // `places` are indices into the list of frames; returns an empty vector once stopped.
   std::vector<Image> operator()(std::span<const int> places) {
     std::vector<Image> images(places.size());
     ParallelFor(static_cast<int>(places.size()), pictures_.threads, [&](int k) {
@@ -109,7 +109,7 @@ ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
   } else {
     out.frames = EvenFrames(frames, options.columns * options.rows);
   }
-  if (file.video == VideoFormat::kMp4) {  // its colors are stored for two by two pixels
+  if (file.video == VideoFormat::kMp4) {  // chroma is stored per two by two pixels
     out.how.picture.width += out.how.picture.width % 2;
     out.how.picture.height += out.how.picture.height % 2;
   }
@@ -119,7 +119,7 @@ ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
 bool WritePictures(const ClipRenderer& renderer, const ClipPictures& pictures,
                    const std::function<bool(int, int)>& progress) {
   Drawing draw(renderer, pictures, progress);
-  const int batch = 2 * pictures.threads;  // keeps memory small, and the threads busy
+  const int batch = 2 * pictures.threads;  // limits memory, and keeps the threads busy
   const PictureFile& file = pictures.file;
   if (file.video) {
     WriteVideo(file.path, static_cast<int>(pictures.frames.size()), {pictures.frame_rate, batch},
@@ -146,21 +146,21 @@ const Eigen::Vector3d kTouching(0.98, 0.70, 0.15);
 const Eigen::Vector3d kInside(0.86, 0.08, 0.10);
 const Eigen::Vector3d kMarker(0.10, 0.55, 0.30);
 constexpr double kContactDistance = 0.003;  // meters
-constexpr double kFullDepth = 0.002;        // inside by this much is wholly red
+constexpr double kFullDepth = 0.002;        // penetration depth of full red
 
 constexpr double kWalk = 1.0;  // meters
 constexpr double kMarkerRadius = 0.008;
 
-constexpr double kHandRadius = 0.17;  // what the hand view shows around the fingers, meters
+constexpr double kHandRadius = 0.17;  // radius around the fingers in the hand view, meters
 
-// A mesh where its track puts it in a frame.
+// Returns a mesh at its tracked pose in a frame.
 TriangleMesh Placed(const TriangleMesh& mesh, const ObjectTrack& track, int frame) {
   TriangleMesh placed = mesh;
   placed.vertices = track.Pose(frame) * mesh.vertices;
   return placed;
 }
 
-// Spheres at the markers seen in a frame: octahedra divided twice.
+// Spheres at the markers visible in a frame: octahedra with subdivided faces.
 TriangleMesh Spheres(const Eigen::Ref<const Eigen::VectorXd>& markers) {
   constexpr int kSteps = 4;
   std::vector<Eigen::Vector3d> points;
@@ -216,8 +216,8 @@ void RequireTrack(const Clip& clip, const std::optional<ObjectTrack>& track, con
               "Fit the object first (holdfast fit), or draw the body alone");
 }
 
-// Where a person's front is: azimuth, in quarters of a turn, so that who faces -y about is seen
-// from there. Who lies has none.
+// Azimuth of a person's front, rounded to quarter turns, so that somebody facing roughly -y is seen
+// from there. Zero for a lying person.
 double FrontOf(const JointPose& pose) {
   const Eigen::Vector3d forward = ExpSO3(Eigen::Vector3d(pose.col(0))).col(2);
   if (forward.head<2>().norm() < 0.5) return 0.0;
@@ -253,11 +253,11 @@ ClipRenderer::ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body,
   }
   if (table != nullptr) {
     RequireTrack(clip_, clip_.table, "a table");
-    table_ = SplitAtCreases(*table).mesh;  // boards have edges
+    table_ = SplitAtCreases(*table).mesh;  // tables have sharp edges
     const TriangleMesh first = Placed(*table_, *clip_.table, 0);
     for (const auto p : first.vertices.colwise()) room_.extend(Eigen::Vector3d(p));
   }
-  // Joints lie inside the body: room around them for what is skin, and for the crown of the head.
+  // Joints lie inside the body: add a margin for the skin, and for the top of the head.
   BodyState state;
   for (int t = 0; t < clip_.NumFrames(); ++t) {
     ForwardJoints(surface_.RestJoints(), clip_.pose[t], clip_.trans.col(t), state);
@@ -290,7 +290,7 @@ Camera ClipRenderer::CameraFor(const BodyState& state, int frame,
     case ClipView::kSide:
       return FitCamera(room_, from_front(-0.5 * std::numbers::pi), elevation(0.1), aspect);
     case ClipView::kFollow:
-      if (surface_.Model().LoneHand()) {  // a body's distance would leave a speck of it
+      if (surface_.Model().LoneHand()) {  // at a body's distance a hand would be tiny
         return CloseUpCamera(state.joints.col(0), 1.6 * kHandRadius / std::min(1.0, aspect),
                              azimuth(-0.7), elevation(0.2));
       }

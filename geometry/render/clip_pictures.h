@@ -20,45 +20,45 @@
 
 namespace holdfast {
 
-/// Where a clip is looked at from.
+/// Viewpoint of a clip.
 enum class ClipView {
-  kFront,   ///< the whole clip's room, fixed, from the side (of four) that the first frame faces
-  kSide,    ///< the same from the person's right
-  kFollow,  ///< travels with the pelvis
-  kHand,    ///< close to the holding hand
+  kFront,   ///< fixed view of the whole clip, from the one of four sides that the first frame faces
+  kSide,    ///< same as kFront, from the person's right
+  kFollow,  ///< follows the pelvis
+  kHand,    ///< close-up of the holding hand
 };
 
-/// "front", "side", "follow" or "hand"; nothing for another name.
+/// Parses "front", "side", "follow" or "hand"; returns nothing for another name.
 std::optional<ClipView> ParseClipView(std::string_view name);
 
-/// What a sheet of pictures shows a clip from: kFollow where the person walks (the root leaves its
-/// first place by more than a meter), else kFront.
+/// Default view of a picture sheet: kFollow if the person walks (the root moves more than a meter
+/// from its first position), otherwise kFront.
 ClipView SheetView(const Clip& clip);
 
 struct ClipRenderOptions {
   RenderOptions picture;
   ClipView view = ClipView::kFront;
-  std::optional<double> azimuth_rad, elevation_rad;  ///< in place of the view's own
+  std::optional<double> azimuth_rad, elevation_rad;  ///< override those of the view
   bool show_contact = true;
-  /// (3 M x T) measured markers, drawn as small spheres: world, meters; NaN where one is not seen.
+  /// (3 M x T) measured markers, drawn as small spheres: world, meters; NaN if not visible.
   Eigen::MatrixXd markers;
 };
 
-/// Pictures of a clip: the body, the object (and the table) where its track puts it, and on the
-/// hands where they touch: amber within 3 mm outside the object's surface, red inside it. Const
-/// after construction; frames may be drawn on any number of threads.
+/// Renders a clip: the body, and the object (and the table) at their tracked poses. Contact is
+/// colored on the hands: amber within 3 mm outside the object's surface, red inside. Const after
+/// construction; frames may be drawn on any number of threads.
 class ClipRenderer {
  public:
   /// `object` may be null; otherwise the clip must have an object track. `betas` are those of
-  /// `body`. Throws Error for a track without the clip's length.
-  /// `table` may be null too; it needs a table track.
+  /// `body`. `table` may be null; otherwise the clip must have a table track. Throws Error for a
+  /// track whose length differs from the clip's.
   ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body, const Eigen::VectorXd& betas,
                const TriangleMesh* object, const TriangleMesh* table = nullptr);
 
   int NumFrames() const { return clip_.NumFrames(); }
   const Clip& GetClip() const { return clip_; }
 
-  /// One frame, 0-based. Throws Error when there is no such frame.
+  /// Draws one frame, 0-based. Throws Error if there is no such frame.
   Image Draw(int frame, const ClipRenderOptions& options) const;
 
  private:
@@ -71,32 +71,32 @@ class ClipRenderer {
   std::optional<TriangleMesh> object_;
   std::optional<TriangleMesh> table_;
   std::optional<SignedDistance> object_distance_;
-  Eigen::AlignedBox3d room_;  // what all frames of the clip fill
+  Eigen::AlignedBox3d room_;  // bounding box of all frames of the clip
   double front_rad_ = 0.0;    // azimuth of the person's front
 };
 
-/// What pictures of a clip are written to, by its name: a video (.gif, .mp4), numbered pictures
-/// (a .png with %d or %03d in it), or with neither one picture or a sheet of them (.png).
+/// Output of a clip's pictures, by file name: a video (.gif, .mp4), numbered pictures (a .png with
+/// %d or %03d in the name), or otherwise one picture or a sheet of pictures (.png).
 struct PictureFile {
   std::filesystem::path path;
   std::optional<VideoFormat> video;
   std::optional<NumberedName> numbered;
 };
 
-/// Throws Error for a name that is neither a picture's nor a video's, or a numbered video's.
+/// Throws Error for a name of neither a picture nor a video, and for a numbered video.
 PictureFile PictureFileOf(const std::filesystem::path& path);
 
 struct ClipPictureOptions {
   ClipRenderOptions how;
-  std::optional<int> frame;          ///< this one alone, 0-based
+  std::optional<int> frame;          ///< only this frame, 0-based
   int every = 1;                     ///< numbered pictures and videos: every n-th frame
-  std::optional<double> frame_rate;  ///< of a video, Hz; else the clip's, divided by `every`
-  int columns = 4, rows = 2;         ///< of a sheet: its frames lie evenly through the clip
+  std::optional<double> frame_rate;  ///< of a video, Hz; default: the clip's, divided by `every`
+  int columns = 4, rows = 2;         ///< of a sheet, whose frames are evenly spaced in the clip
   int threads = 1;
 };
 
-/// Which frames are drawn, and how: sizes are even and the rate is at most kMaxGifRate where the
-/// format of a video asks for that.
+/// Frames to draw, and how. Adjusted to the video format: even sizes, or a rate of at most
+/// kMaxGifRate.
 struct ClipPictures {
   PictureFile file;
   ClipRenderOptions how;
@@ -107,10 +107,10 @@ struct ClipPictures {
 ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
                           const ClipPictureOptions& options);
 
-/// Draws the frames, on several threads, and writes them; a batch at a time where they are a video
-/// or numbered. `progress(done, total)` is called after each picture, from one thread at a time
-/// (a .gif draws some twice: total grows), and stops all by false. Returns false then: no video or
-/// sheet is there, and no more than the numbered pictures until then. Throws Error as ClipRenderer
+/// Draws the frames on several threads and writes them; videos and numbered pictures in batches.
+/// `progress(done, total)` is called after each picture, never concurrently (a .gif draws some
+/// frames twice, so total grows), and stops by returning false. Then WritePictures returns false:
+/// no video or sheet is written, only the numbered pictures so far. Throws Error as ClipRenderer
 /// and WriteVideo do.
 bool WritePictures(const ClipRenderer& renderer, const ClipPictures& pictures,
                    const std::function<bool(int, int)>& progress = {});

@@ -10,7 +10,7 @@
 namespace holdfast {
 namespace {
 
-// libpng's one-call interface keeps its state in a png_image; freeing it twice is allowed.
+// Owns the png_image of libpng's simplified API; freeing it twice is allowed.
 struct PngHandle {
   png_image png{};
   PngHandle() { png.version = PNG_IMAGE_VERSION; }
@@ -44,7 +44,7 @@ Image DecodePng(std::string_view bytes, std::string_view where) {
     throw Error(where, fmt::format("not a PNG picture: {}", handle.png.message), "");
   }
   handle.png.format = PNG_FORMAT_RGB;
-  constexpr png_uint_32 kMaxSide = 1 << 15;  // bounds what a forged header makes us allocate
+  constexpr png_uint_32 kMaxSide = 1 << 15;  // bounds the allocation for a forged header
   if (handle.png.width > kMaxSide || handle.png.height > kMaxSide) {
     throw Error(where, fmt::format("{} x {} pixels", handle.png.width, handle.png.height),
                 "Pictures up to 32768 pixels a side are read.");

@@ -32,12 +32,11 @@ struct Image {
   }
 };
 
-/// The picture as a PNG file's bytes. The same picture gives the same bytes.
-/// Throws Error for an empty picture.
+/// Encodes a picture as PNG. The bytes are deterministic. Throws Error for an empty picture.
 std::string EncodePng(const Image& image);
 
-/// The inverse; gray, palette and alpha pictures come out as RGB over black.
-/// `where` names the source in messages. Throws Error for anything that is not a whole PNG.
+/// Decodes a PNG. Gray, palette and alpha pictures are converted to RGB over black. `where` names
+/// the source in messages. Throws Error for anything that is not a complete PNG.
 Image DecodePng(std::string_view bytes, std::string_view where = "png");
 
 /// EncodePng to a file, atomically.

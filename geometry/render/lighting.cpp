@@ -19,7 +19,7 @@ float LinearChannel(float v) {
   return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
 }
 
-// Smallest linear value that rounds to each byte: encoding is a search, exact and without pow.
+// Smallest linear value that rounds to each byte: encoding is an exact search, without pow.
 const std::array<float, 256>& ByteThresholds() {
   static const std::array<float, 256> thresholds = [] {
     std::array<float, 256> t{};
@@ -29,7 +29,7 @@ const std::array<float, 256>& ByteThresholds() {
   return thresholds;
 }
 
-// Diffuse light of a wide source: still reaches a little past the terminator.
+// Diffuse light of a wide source: extends slightly past the terminator.
 float Wrapped(float cosine, float wrap) { return std::max(0.0f, (cosine + wrap) / (1.0f + wrap)); }
 
 }  // namespace
@@ -46,7 +46,7 @@ std::uint8_t SrgbByteFromLinear(float linear) {
 }
 
 Lighting::Lighting(const View& view) {
-  // Horizontal right and forward of the camera; looking straight down, the picture's up leads.
+  // Horizontal right and forward of the camera; when looking straight down, the picture's up.
   const Eigen::Vector3d right = view.CameraFromWorld().row(0);
   Eigen::Vector3d forward = Eigen::Vector3d::UnitZ().cross(right);
   forward = forward.norm() > 1e-6 ? Eigen::Vector3d(forward.normalized())
@@ -68,7 +68,7 @@ Eigen::Vector3f Lighting::Shade(const Eigen::Vector3f& albedo, const Eigen::Vect
   const Eigen::Vector3f diffuse = kKey * (key * Wrapped(normal.dot(to_key), 0.10f)) +
                                   kFill * Wrapped(normal.dot(to_fill), 0.4f) + kSky * sky +
                                   kEarth * (1.0f - sky);
-  // Blinn's highlight of the key with exponent 32, and light that grazes the outline.
+  // Blinn's highlight of the key light with exponent 32, and rim light at grazing angles.
   float gloss = std::max(0.0f, normal.dot((to_key + to_eye).normalized()));
   for (int k = 0; k < 5; ++k) gloss *= gloss;
   const float facing = std::clamp(1.0f - normal.dot(to_eye), 0.0f, 1.0f);
@@ -80,7 +80,7 @@ Eigen::Vector3f Lighting::Shade(const Eigen::Vector3f& albedo, const Eigen::Vect
 namespace {
 
 constexpr double kMaxCells = 1024.0;
-constexpr float kStrength = 0.7f;  // the light is wide: some of it reaches everywhere
+constexpr float kStrength = 0.7f;  // below 1: some of a wide light reaches everywhere
 
 }  // namespace
 
@@ -119,7 +119,7 @@ ShadowMap::ShadowMap(std::span<const TriangleMesh* const> meshes, const Eigen::V
           !cell[2].allFinite()) {
         continue;
       }
-      // The height as a linear function of the cell; between the corners' where that is steep.
+      // Height as a linear function of the cell, clamped to the corners' range if steep.
       Eigen::Matrix2d edges;
       edges << (cell[1] - cell[0]).transpose(), (cell[2] - cell[0]).transpose();
       const double area = edges.determinant();
@@ -164,16 +164,16 @@ float ShadowMap::Light(const Eigen::Vector3d& point, const Eigen::Vector3d& norm
   if (nearest_.empty()) return 1.0f;
   const double cosine = normal.dot(light_from_world_.row(2));
   if (cosine <= 0.0) return 1.0f;  // turned away: no light to lose
-  // Lifted off the surface by the size of the filter, lest the surface shade itself.
+  // Offset from the surface by the filter size to avoid self-shadowing.
   const Eigen::Vector3d p = light_from_world_ * (point + 4.0 * cell_m_ * (1.2 - cosine) * normal);
   const auto height = static_cast<float>(p.z() + 1.5 * cell_m_);
   const Eigen::Vector2d at = (p.head<2>() - corner_) / cell_m_ - Eigen::Vector2d::Constant(0.5);
-  // Four taps on a slanted square: a penumbra of about eight cells.
+  // Four taps on a rotated square: a penumbra of about eight cells.
   float lit = 0.0f;
   for (const auto& [x, y] : {std::pair(2.2, 0.9), {-0.9, 2.2}, {-2.2, -0.9}, {0.9, -2.2}}) {
     lit += 0.25f * Tap(at.x() + x, at.y() + y, height);
   }
-  // At grazing light facets would show: there the smooth shading darkens enough by itself.
+  // At grazing angles facets would show; the smooth shading is dark enough there.
   const float trust = std::clamp(static_cast<float>(cosine) / 0.25f, 0.0f, 1.0f);
   return 1.0f - kStrength * trust * (1.0f - lit);
 }
@@ -183,7 +183,7 @@ namespace {
 constexpr float kCastDarkness = 0.42f;
 constexpr float kContactDarkness = 0.40f;
 
-// One pass of a box filter of 2 radius + 1 cells along lines `stride` apart; outside is zero.
+// One box filter pass of 2 radius + 1 cells along lines `stride` apart; zero outside.
 void BoxBlurLines(std::vector<float>& map, int size, int radius, int step, int stride) {
   std::vector<float> line(static_cast<std::size_t>(size));
   const float weight = 1.0f / static_cast<float>(2 * radius + 1);
@@ -200,7 +200,7 @@ void BoxBlurLines(std::vector<float>& map, int size, int radius, int step, int s
   }
 }
 
-// Three box filters are close to a Gaussian.
+// Three box filters approximate a Gaussian.
 void Blur(std::vector<float>& map, int size, int radius) {
   for (int pass = 0; pass < 3; ++pass) {
     BoxBlurLines(map, size, radius, 1, size);
@@ -230,7 +230,7 @@ GroundShadow::GroundShadow(std::span<const TriangleMesh* const> meshes, double g
   if (scene.isEmpty()) return;
   const double height = scene.max().z() - ground_height_m;
   const double softness = 0.02 * std::max(height, scene.sizes().maxCoeff());
-  const double reach = 0.06 * std::max(height, 1e-3);  // how far up contact dimming is felt
+  const double reach = 0.06 * std::max(height, 1e-3);  // height affected by contact dimming
   const double margin = 8.0 * softness + 1e-6;
   const double side = covered.sizes().maxCoeff() + 2.0 * margin;
   left_ = covered.center().x() - 0.5 * side;

@@ -20,7 +20,7 @@ namespace {
 
 using Color = Eigen::Vector3f;  // linear light
 
-constexpr double kShadowCell = 0.75;  // of a pixel, at what is nearest
+constexpr double kShadowCell = 0.75;  // fraction of a pixel at the nearest vertex
 constexpr double kGridLine = 0.012;   // width of a line, fraction of the spacing
 constexpr float kGridStrength = 0.16f;
 
@@ -52,7 +52,7 @@ std::vector<const TriangleMesh*> Meshes(std::span<const RenderItem> items) {
   return meshes;
 }
 
-// All triangles of a scene in one list, with what shading needs per vertex.
+// All triangles of a scene in one list, with the vertex data for shading.
 class Scene {
  public:
   Scene(std::span<const RenderItem> items, const View& view) {
@@ -80,7 +80,7 @@ class Scene {
     }
   }
 
-  // Depth of the nearest vertex before the camera, meters.
+  // Depth of the nearest vertex in front of the camera, meters.
   double Nearest(double near) const {
     double nearest = std::numeric_limits<double>::infinity();
     for (const Eigen::Vector3d& p : position_) {
@@ -89,7 +89,7 @@ class Scene {
     return nearest;
   }
 
-  // Color of triangle `id` where the ray (camera frame) meets it.
+  // Color of triangle `id` at its intersection with the ray (camera frame).
   Color Shade(std::uint32_t id, const Eigen::Vector3d& ray, const View& view,
               const Lighting& lighting, const ShadowMap& shadows,
               const std::optional<Eigen::Vector3d>& back_face) const {
@@ -97,7 +97,7 @@ class Scene {
     const Eigen::Vector3d& a = position_[corner[0]];
     const Eigen::Vector3d& b = position_[corner[1]];
     const Eigen::Vector3d& c = position_[corner[2]];
-    // Cramer's rule for [a b c] w = t ray: barycentric up to scale, perspective included.
+    // Cramer's rule for [a b c] w = t ray: perspective-correct barycentric coordinates up to scale.
     const Eigen::Vector3d bc = b.cross(c);
     Eigen::Vector3d w(bc.dot(ray), c.cross(a).dot(ray), a.cross(b).dot(ray));
     const double sum = w.sum();
@@ -132,7 +132,7 @@ class Scene {
   std::vector<Eigen::Vector3i> triangle_;
 };
 
-// Share of a pixel of width `footprint` that lines `spacing` apart cover at coordinate `x`.
+// Fraction of a pixel of width `footprint` at coordinate `x` covered by lines `spacing` apart.
 float GridLine(double x, double footprint, double spacing) {
   const double distance = std::abs(x - spacing * std::round(x / spacing));
   const double half_line = 0.5 * kGridLine * spacing;
@@ -141,7 +141,7 @@ float GridLine(double x, double footprint, double spacing) {
   return static_cast<float>(std::clamp(covered / footprint, 0.0, 1.0));
 }
 
-// The horizontal plane as seen through a ray of the camera.
+// The horizontal plane as seen along a camera ray.
 class Ground {
  public:
   Ground(std::span<const RenderItem> items, const View& view, const Lighting& lighting,
@@ -155,7 +155,7 @@ class Ground {
         eye_height_(view.Eye().z() - options.ground_height_m),
         visible_(options.ground && eye_height_ > 0.0) {
     world_from_camera_ = view.CameraFromWorld().transpose();
-    // The plane melts into the background some way behind what is looked at.
+    // The plane fades into the background some distance behind the scene.
     Eigen::AlignedBox3d box;
     for (const RenderItem& item : items) {
       for (Eigen::Index v = 0; v < item.mesh->NumVertices(); ++v) {
@@ -168,7 +168,7 @@ class Ground {
     }
   }
 
-  // 1 / z at which the ray meets the plane, 0 for never.
+  // 1 / z at which the ray meets the plane; 0 if never.
   double InverseDepth(const Eigen::Vector3d& ray) const {
     if (!visible_) return 0.0;
     return std::max(0.0, -world_from_camera_.row(2).dot(ray) / eye_height_);
@@ -185,7 +185,7 @@ class Ground {
     if (presence < 0.002f) return background_;
     Color color = color_ * shadow_.Light(p.x(), p.y());
     if (grid_spacing_ > 0.0) {
-      // A pixel on the plane: as wide as its distance allows, longer where seen at a low angle.
+      // Footprint of a pixel on the plane: proportional to distance, elongated at low angles.
       const double width = direction.norm() / (inverse_depth * view_.Focal());
       const double stretch = std::min(direction.norm() / std::abs(direction.z()), 50.0);
       const Eigen::Vector2d heading = direction.head<2>().normalized();

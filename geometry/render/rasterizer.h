@@ -16,7 +16,7 @@ namespace holdfast {
 struct RenderItem {
   const TriangleMesh* mesh = nullptr;
   Eigen::Vector3d color{0.72, 0.70, 0.68};
-  /// (3 x V) colors per vertex in place of `color`, or nothing.
+  /// (3 x V) colors per vertex in place of `color`, or null.
   const Eigen::Matrix3Xd* vertex_colors = nullptr;
 };
 
@@ -24,19 +24,19 @@ struct RenderOptions {
   int width = 640;  ///< pixels
   int height = 480;
   int supersampling = 2;  ///< samples per pixel and side, 1..4
-  bool ground = true;     ///< a plane with grid and shadow, seen from above only
+  bool ground = true;     ///< a plane with grid and shadow, visible only from above
   double ground_height_m = 0.0;
   double grid_spacing_m = 0.5;  ///< 0: no grid
   Eigen::Vector3d ground_color{0.84, 0.85, 0.86};
   Eigen::Vector3d background{0.93, 0.94, 0.95};
-  /// Shows surfaces seen from inside in this color: finds holes and turned faces.
+  /// Color of surfaces seen from inside, to find holes and flipped faces.
   std::optional<Eigen::Vector3d> back_face_color;
 };
 
-/// Draws the meshes, smoothly shaded, lit from the viewer's left. A pure function of its arguments,
-/// on one thread: the same scene gives the same bytes. Triangles that are degenerate, behind the
-/// camera or not finite are left out. Throws Error for vertex ids out of range, colors that do not
-/// match the vertices, and options out of range.
+/// Renders the meshes with smooth shading, lit from the viewer's left. Single-threaded and
+/// deterministic: the same scene gives the same bytes. Skips triangles that are degenerate, behind
+/// the camera or not finite. Throws Error for vertex ids out of range, colors that do not match the
+/// vertices, and options out of range.
 Image Render(std::span<const RenderItem> items, const Camera& camera, const RenderOptions& options);
 
 }  // namespace holdfast

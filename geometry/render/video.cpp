@@ -26,13 +26,13 @@ namespace fs = std::filesystem;
 
 constexpr int kPaletteFrames = 12;
 
-// Leaves WriteAtomically without a file and without a fault.
+// Thrown to leave WriteAtomically without a file and without an error.
 struct Stopped {};
 
 std::vector<std::string> Arguments(const fs::path& output, VideoFormat format, const Image& first,
                                    double frame_rate, int palette_frames) {
-  // "file:" keeps a name with a colon or a leading dash a name. Bit-exact flags and a fixed number
-  // of threads make the bytes depend on the frames alone.
+  // "file:" protects names with a colon or a leading dash. Bit-exact flags and a fixed number of
+  // threads make the output deterministic.
   std::vector<std::string> arguments = {
       "-hide_banner",
       "-nostdin",
@@ -162,7 +162,7 @@ namespace {
 constexpr std::size_t kShownLines = 4;
 constexpr long kReadBack = 4096;
 
-// The last lines of a log, joined to one.
+// The last lines of a log, joined into one.
 std::string LastLines(std::FILE* file) {
   std::fflush(file);
   std::fseek(file, 0, SEEK_END);
@@ -200,7 +200,7 @@ Error CannotStart(int reason) {
 
 FfmpegProcess::FfmpegProcess(const std::vector<std::string>& arguments) {
   said_.reset(std::tmpfile());
-  // A socket in place of a pipe: a write to a program that has ended is an error, not SIGPIPE.
+  // A socket instead of a pipe: a write after ffmpeg has exited gives an error, not SIGPIPE.
   int ends[2];
   if (!said_ || ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
     throw CannotStart(errno);

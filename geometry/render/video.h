@@ -21,47 +21,46 @@ enum class VideoFormat {
   kGif,  ///< one palette for all frames, endless loop, at most kMaxGifRate
 };
 
-/// More than this, and programs that show a .gif fall back to ten frames a second.
+/// Above this rate, .gif viewers fall back to ten frames per second.
 inline constexpr double kMaxGifRate = 50.0;
 
-/// By extension, in capitals or not; nothing for another one.
+/// Returns the format by file extension, ignoring case; nothing for another extension.
 std::optional<VideoFormat> VideoFormatOf(const std::filesystem::path& path);
 
 struct VideoOptions {
   double frame_rate = 30.0;  ///< frames per second
-  int batch = 4;             ///< frames asked for at once, and the most that are held in memory
+  int batch = 4;             ///< frames requested at once, and the maximum held in memory
 };
 
-/// Draws the frames of these indices, in their order; nothing (empty) to stop.
+/// Draws the frames of these indices, in order; returns an empty vector to stop.
 using DrawFrames = std::function<std::vector<Image>(std::span<const int>)>;
 
-/// Encodes frames 0 .. num_frames - 1, which are asked for in order, through the program `ffmpeg`
-/// (found in PATH, started without a shell). A .gif asks for some frames twice: its palette is
-/// made of a few of them first, so that no more than a batch is ever in memory. The file appears
-/// whole or not at all, and the same frames give the same bytes with the same ffmpeg. Returns false
-/// when `draw` stopped: there is no file then.
+/// Encodes frames 0 .. num_frames - 1, requested in order, with the program `ffmpeg` (found in
+/// PATH, started without a shell). For a .gif, some frames are requested twice: its palette is
+/// computed from a few of them first, so that at most one batch is in memory. The file is written
+/// atomically, and is deterministic for the same ffmpeg. Returns false, without a file, if `draw`
+/// stopped.
 ///
-/// Throws Error when `path` has no extension of a video, the frame rate is not positive (or above
-/// kMaxGifRate in a .gif), sizes differ or are odd in an .mp4, ffmpeg is not installed, or fails:
-/// then with the last lines that it said.
+/// Throws Error if `path` has no video extension, the frame rate is not positive (or above
+/// kMaxGifRate for a .gif), sizes differ or are odd for an .mp4, or ffmpeg is not installed or
+/// fails (with its last lines of output).
 bool WriteVideo(const std::filesystem::path& path, int num_frames, const VideoOptions& options,
                 const DrawFrames& draw);
 
-/// The program ffmpeg, reading from us. It is in a process group of its own: Ctrl-C reaches us and
-/// not it. Destroyed before Finish(), it is ended.
+/// An ffmpeg process that reads from this process. It has its own process group, so that Ctrl-C
+/// does not reach it. It is terminated if destroyed before Finish().
 class FfmpegProcess {
  public:
-  /// Starts `ffmpeg arguments...`. Throws Error when it is not installed or cannot be started.
+  /// Starts `ffmpeg arguments...`. Throws Error if it is not installed or cannot be started.
   explicit FfmpegProcess(const std::vector<std::string>& arguments);
   ~FfmpegProcess();
   FfmpegProcess(const FfmpegProcess&) = delete;
   FfmpegProcess& operator=(const FfmpegProcess&) = delete;
 
-  /// Hands it bytes. Throws Error, with what it said, when it has ended.
+  /// Sends bytes. Throws Error, with ffmpeg's output, if it has exited.
   void Write(std::span<const std::uint8_t> bytes);
 
-  /// Says that there is no more, and waits for its end. Throws Error, with what it said, when it
-  /// failed.
+  /// Closes the input and waits for exit. Throws Error, with ffmpeg's output, if it failed.
   void Finish();
 
  private:

@@ -10,7 +10,7 @@
 namespace holdfast {
 namespace {
 
-// A triangle cut by five planes has at most eight corners; rounding may add a few along an edge.
+// A triangle clipped by five planes has at most eight corners; rounding may add a few at an edge.
 struct Polygon {
   std::array<Eigen::Vector3d, 16> corner;
   int size = 0;
@@ -44,7 +44,7 @@ void VisibilityBuffer::Draw(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
   if (!a.allFinite() || !b.allFinite() || !c.allFinite()) return;
   const double near = view_.Near();
   if (a.z() < near && b.z() < near && c.z() < near) return;
-  // What reaches beyond the scanner's range is cut there: a guard band far outside the picture.
+  // Clip beyond the scanner's range: a guard band far outside the picture.
   const double slope = 0.5 * kScanLimit / view_.Focal();
   const auto inside = [&](const Eigen::Vector3d& p) {
     return p.z() >= near && std::abs(p.x()) <= slope * p.z() && std::abs(p.y()) <= slope * p.z();
@@ -70,15 +70,15 @@ void VisibilityBuffer::Draw(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
 
 void VisibilityBuffer::DrawClipped(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
                                    const Eigen::Vector3d& c, std::uint32_t id) {
-  // On the plane n . x = d a ray with z = 1 meets it at 1/z = n . ray / d: linear in the pixel.
+  // On the plane n . x = d a ray with z = 1 has 1/z = n . ray / d, which is linear in the pixel.
   const Eigen::Vector3d normal = (b - a).cross(c - a);
   const double distance = normal.dot(a);
-  if (distance == 0.0) return;  // no area, or seen exactly edge-on
+  if (distance == 0.0) return;  // no area, or exactly edge-on
   const Eigen::Vector3d plane = normal / distance;
   const double step_x = plane.x() / view_.Focal();
   const double step_y = plane.y() / view_.Focal();
   const double origin = plane.dot(view_.RayInCamera(0.5, 0.5));
-  // Slivers extrapolate badly: their depths stay between those of their corners.
+  // Slivers extrapolate badly: depths are clamped to the range of the corners.
   const auto [min_z, max_z] = std::minmax({a.z(), b.z(), c.z()});
   const double low = 1.0 / max_z;
   const double high = 1.0 / min_z;

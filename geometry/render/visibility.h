@@ -13,8 +13,8 @@
 
 namespace holdfast {
 
-/// Which triangle is nearest at every sample of a view: a z-buffer that stores ids instead of
-/// colors, so that only what is seen is ever shaded. Depth is kept as 1/z, linear on the screen.
+/// Z-buffer that stores the id of the nearest triangle per sample instead of a color, so that only
+/// visible surfaces are shaded. Depth is stored as 1/z, which is linear on the screen.
 class VisibilityBuffer {
  public:
   static constexpr std::uint32_t kNothing = 0;
@@ -23,12 +23,12 @@ class VisibilityBuffer {
   explicit VisibilityBuffer(const View& view);
 
   /// Draws one triangle (corners in the camera frame) under `id`, not kNothing. Clips at the near
-  /// plane and far outside the picture; triangles without area or with non-finite corners vanish.
+  /// plane and far outside the picture; skips triangles without area or with non-finite corners.
   void Draw(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
             std::uint32_t id);
 
   std::uint32_t Id(int x, int y) const { return id_[Index(x, y)]; }
-  /// 1 / z in 1/meters; 0 where nothing was drawn.
+  /// 1 / z in 1/meters; 0 if nothing was drawn.
   float InverseDepth(int x, int y) const { return inverse_depth_[Index(x, y)]; }
 
  private:
@@ -44,12 +44,12 @@ class VisibilityBuffer {
   std::vector<std::uint32_t> id_;
 };
 
-/// Coordinates ScanTriangle accepts, in samples: its fixed-point products then fit 64 bits.
+/// Coordinate limit of ScanTriangle, in samples, so that its fixed-point products fit 64 bits.
 inline constexpr double kScanLimit = 1 << 20;
 
 /// Calls visit(x, y) for every sample (x + 1/2, y + 1/2) of a width x height grid inside the
-/// triangle, either orientation. Corners are snapped to 1/256 sample and edges follow the top-left
-/// rule: triangles that share an edge leave no gap and visit no sample twice.
+/// triangle, in either orientation. Corners are snapped to 1/256 sample, and edges follow the
+/// top-left rule: triangles with a common edge leave no gap and visit no sample twice.
 template <typename Visit>
 void ScanTriangle(std::array<Eigen::Vector2d, 3> corner, int width, int height, Visit&& visit) {
   constexpr std::int64_t kOne = 256;

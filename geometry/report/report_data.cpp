@@ -25,7 +25,7 @@ constexpr double kCorrectiveTolerance = 0.1e-3;  // meters: a tenth of a pixel i
 constexpr int kMaxDirections = 64;
 constexpr double kDistanceStep = 0.1e-3;  // meters per unit of `distance`
 constexpr int kDistanceLimit = 127;
-constexpr int kShownVertices = 40'000;  // of an object; scans have more than a page can use
+constexpr int kShownVertices = 40'000;  // limit for objects; scans have more than a page can handle
 constexpr int kCheckedVertices = 24;
 constexpr int kCheckedFrames = 6;
 
@@ -66,7 +66,7 @@ void AddWeights(ReportPayload& payload, const BodySurface& surface) {
   payload.Add("weight_value", values, 1);
 }
 
-// Directions in 16 bits each: off by less than a micrometer.
+// Directions in 16 bits each: error below a micrometer.
 void AddCorrectives(ReportPayload& payload, const CorrectiveBasis& basis) {
   std::vector<std::int16_t> directions;
   std::vector<float> scales;
@@ -86,8 +86,8 @@ void AddCorrectives(ReportPayload& payload, const CorrectiveBasis& basis) {
               static_cast<int>(basis.Size()));
 }
 
-// Signed distances (meters, clamped to +-limit) of points from frame to frame: of those farther
-// than `limit` from the object's box, or as far from where they were last measured, they are known.
+// Signed distances (meters, clamped to +-limit) of points from frame to frame. Points farther than
+// `limit` from the object's box, or still that far given their last distance, need no query.
 class DistancesWithin {
  public:
   DistancesWithin(const SignedDistance& object, std::size_t points, double limit)
@@ -125,7 +125,7 @@ class DistancesWithin {
   std::vector<Last> last_;
 };
 
-// What differs from frame to frame, and the vertices that the page is checked by.
+// Data that varies per frame, and the vertices for the page's self-check.
 struct Motion {
   std::vector<float> rotation, offset;    ///< (T,55,4), (T,55,3)
   std::vector<Eigen::Matrix3Xd> joints;   ///< per frame (3 x 55)
@@ -194,7 +194,7 @@ Motion Evaluate(const ReportInput& input, const BodySurface& surface,
   return motion;
 }
 
-// Quantized and as differences from frame to frame, which are mostly zero where a grasp is firm.
+// Quantized, as differences from frame to frame, which are mostly zero for a firm grasp.
 void AddDistances(ReportPayload& payload, const std::vector<Eigen::VectorXd>& distance) {
   std::vector<std::int8_t> values;
   std::vector<std::uint8_t> previous(static_cast<std::size_t>(distance.front().size()), 0);
@@ -211,7 +211,7 @@ void AddDistances(ReportPayload& payload, const std::vector<Eigen::VectorXd>& di
   payload.Add("distance", values, static_cast<int>(distance.front().size()));
 }
 
-// The object as it is shown: all of it unless it is a scan of more vertices than a page can use.
+// The displayed object: decimated if it is a scan with more vertices than a page can handle.
 TriangleMesh Shown(const TriangleMesh& object, std::vector<std::string>& notes) {
   if (object.NumVertices() <= kShownVertices) return object;
   try {
@@ -225,11 +225,11 @@ TriangleMesh Shown(const TriangleMesh& object, std::vector<std::string>& notes) 
                     shown.NumVertices(), object.NumVertices()));
     return shown;
   } catch (const Error&) {
-    return object;  // of a kind that cannot be simplified: the file is larger then
+    return object;  // cannot be simplified: the file is larger then
   }
 }
 
-// Unit vectors in 16 bits a component.
+// Unit vectors with 16 bits per component.
 void AddNormals(ReportPayload& payload, std::string_view name, const Eigen::Matrix3Xd& normals) {
   std::vector<std::int16_t> values;
   for (const double value : normals.reshaped()) {
@@ -269,7 +269,7 @@ ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm,
 
   CorrectiveBasis basis;
   Motion motion;
-  // Side by side, since either is now and then alone with one thread.
+  // In parallel, since each has single-threaded phases.
   ParallelFor(2, threads, [&](int part) {
     if (part == 0) {
       basis = ComputeCorrectiveBasis(surface, clip, kCorrectiveTolerance, kMaxDirections, threads);
@@ -325,7 +325,7 @@ ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm,
       {"arrays", payload.Directory()}};
   if (input.metrics.is_object()) {
     report.header["metrics"] = input.metrics;
-    report.header["metrics"].erase("per_frame");  // in `series` already
+    report.header["metrics"].erase("per_frame");  // already in `series`
   }
   return report;
 }
@@ -341,9 +341,9 @@ std::string ReportName(const ReportInput& input) {
 namespace {
 
 struct HandContact {
-  std::vector<double> ratio;     ///< share of the hand's vertices in contact
+  std::vector<double> ratio;     ///< fraction of the hand's vertices in contact
   std::vector<double> depth_mm;  ///< of the deepest vertex inside
-  bool meets = false;            ///< the object, in any frame
+  bool meets = false;            ///< whether the hand meets the object in any frame
 };
 
 HandContact ContactOf(const std::vector<Eigen::VectorXd>& distance, Eigen::Index begin,
@@ -360,7 +360,7 @@ HandContact ContactOf(const std::vector<Eigen::VectorXd>& distance, Eigen::Index
   return contact;
 }
 
-// Length of the derivative by central differences, one-sided at the ends.
+// Norm of the derivative by central differences, one-sided at the ends.
 template <typename PointAt>
 std::vector<double> SpeedOf(int frames, double frame_rate, const PointAt& point_at) {
   std::vector<double> speed;
@@ -373,7 +373,7 @@ std::vector<double> SpeedOf(int frames, double frame_rate, const PointAt& point_
   return speed;
 }
 
-// Numbers (booleans as 0 and 1) of one value per frame; anything else in a file is no curve.
+// Numbers (booleans as 0 and 1), one per frame; other values in a file are not curves.
 bool IsCurve(const nlohmann::json& values, int frames) {
   return values.is_array() && static_cast<int>(values.size()) == frames &&
          std::ranges::all_of(values, [](const nlohmann::json& value) {
@@ -381,7 +381,7 @@ bool IsCurve(const nlohmann::json& values, int frames) {
          });
 }
 
-// Frames that were given were not solved: no iterations would be a claim.
+// Given frames were not solved, so they have no iteration count.
 void LeaveOutGiven(const nlohmann::json& per_frame, nlohmann::json& series) {
   const auto stop = per_frame.find("stop");
   if (stop == per_frame.end() || !stop->is_array() || !series.contains("iterations")) return;
@@ -411,13 +411,13 @@ nlohmann::json SeriesOf(const ReportInput& input, const std::vector<Eigen::Matri
     const Eigen::Index left = distance[0].size() - right_hand_vertices;
     const HandContact hands[] = {ContactOf(distance, 0, right_hand_vertices, threshold),
                                  ContactOf(distance, right_hand_vertices, left, threshold)};
-    // One hand: the names that a fit's metrics use. Two: each its own.
+    // For one hand, the names of a fit's metrics; for two, each its own.
     const bool both = hands[0].meets && hands[1].meets;
     for (int k = 0; k < 2; ++k) {
       if (!hands[k].meets && (k == 1 || hands[1].meets)) continue;
       const std::string side = !both ? "" : k == 0 ? "right_" : "left_";
       series[both ? side + "hand_contact_ratio" : "contact_ratio"] = hands[k].ratio;
-      series[side + "hand_in_object_mm"] = hands[k].depth_mm;  // one way
+      series[side + "hand_in_object_mm"] = hands[k].depth_mm;  // one-sided
     }
   }
   const auto add_motion = [&](const std::string& name, const auto& point_at) {

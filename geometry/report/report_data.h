@@ -8,7 +8,7 @@
 
 namespace holdfast {
 
-/// One clip as a page needs it: few numbers for much motion, and exact to `surface_error_mm`.
+/// Data of one clip for a page: compact, with vertex errors up to `surface_error_mm`.
 struct ReportClip {
   nlohmann::json header;  ///< names, sizes, curves, facts, notes, the payload's directory
   ReportPayload payload;
@@ -16,7 +16,7 @@ struct ReportClip {
   double surface_error_mm = 0.0;
 };
 
-/// The payload's arrays, T frames, V body vertices, H hand vertices (right, then left):
+/// Builds a clip's data. Payload arrays (T frames, V body vertices, H hand vertices, right first):
 ///
 ///   rest f32 (V,3)               shaped rest vertices
 ///   faces u16|u32 (F,3)
@@ -28,20 +28,20 @@ struct ReportClip {
 ///   joint_rest f32 (55,3)
 ///   hand_vertices u16|u32 (H)
 ///   distance i8 (T,H)            signed distance to the object in 0.1 mm, clamped to +-12.7 mm;
-///                                each frame as the difference to the one before (modulo 256)
-///   object_vertices f32          doubled along creases
+///                                each frame as the difference from the previous (modulo 256)
+///   object_vertices f32          duplicated along creases
 ///   object_normals i16           unit, times 32767
 ///   object_faces u16|u32
 ///   object_pose f32 (T,7)        quaternion, translation
-///   table_vertices, table_normals, table_faces, table_pose: the same, where there is a table
-///   marker_vertices f32, marker_faces u16|u32: in the world, where there is a marker
+///   table_vertices, table_normals, table_faces, table_pose: the same, if there is a table
+///   marker_vertices f32, marker_faces u16|u32: in the world, if there is a marker
 ///
-/// Skin closer to the object than the threshold counts as contact where metrics.json does not say.
-/// `header.check` holds vertices of the body model itself for the page to compare with.
+/// Without contact data in metrics.json, skin closer to the object than the threshold is in
+/// contact. `header.check` holds vertices of the body model that the page compares with its own.
 ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm = 5.0,
                           int threads = 1);
 
-/// Display name of a clip: the folder's, the file's stem, or the embedded clip's.
+/// Display name of a clip: of its folder, its file's stem, or the embedded clip.
 std::string ReportName(const ReportInput& input);
 
 }  // namespace holdfast

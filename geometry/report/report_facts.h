@@ -13,34 +13,34 @@
 
 namespace holdfast {
 
-/// A clip with what a page shows of it besides.
+/// A clip with additional data for a page.
 struct ReportInput : ClipScene {
-  /// The clip's own; empty for an embedded clip and an imported file.
+  /// File of the clip; empty for an embedded clip and an imported file.
   std::filesystem::path file;
-  /// What the object rests on, in its own frame, where the clip has a track and a file of it.
+  /// Support surface of the object, in its own frame, if the clip has a track and a file of it.
   std::optional<TriangleMesh> table;
-  /// World, meters: shown in reports where it is, and nothing else.
+  /// World, meters: only displayed.
   std::optional<TriangleMesh> marker;
-  nlohmann::json metrics;  ///< of the metrics.json beside the clip; null without one
+  nlohmann::json metrics;  ///< from metrics.json in the clip's folder; null without one
 };
 
-/// The metrics.json that a command wrote beside a clip ("clip.npz"); null where there is none.
-/// Throws Error for a file that is something else.
+/// Reads the metrics.json that a command wrote next to a clip ("clip.npz"); null if there is none.
+/// Throws Error for a file with other content.
 nlohmann::json MetricsBeside(const std::filesystem::path& clip);
 
-/// Curves by name (units in the names), one value per frame: all of metrics.json, and, where that
-/// has none, contact (closer than `contact_threshold_mm`) and penetration from `distance` (per
-/// frame, meters: the vertices of the right hand, then of the left; empty without an object).
-/// Always: speed and height of wrists, hips and object.
+/// Returns curves by name (units in the names), one value per frame: all of metrics.json, and the
+/// speed and height of wrists, hips and object. If metrics.json has none, also contact (closer than
+/// `contact_threshold_mm`) and penetration from `distance` (per frame, meters: vertices of the
+/// right hand, then of the left; empty without an object).
 nlohmann::json SeriesOf(const ReportInput& input, const std::vector<Eigen::Matrix3Xd>& joints,
                         const std::vector<Eigen::VectorXd>& distance, int right_hand_vertices,
                         double contact_threshold_mm);
 
-/// What a clip is, for people: [[name, value], ...].
+/// Description of a clip as text: [[name, value], ...].
 nlohmann::json FactsOf(const ReportInput& input, const BodySurface& surface,
                        const CorrectiveBasis& basis);
 
-/// What a viewer must know before believing the picture, one sentence each.
+/// Caveats that a viewer must know to interpret the picture, one sentence each.
 std::vector<std::string> NotesOf(const ReportInput& input);
 
 }  // namespace holdfast

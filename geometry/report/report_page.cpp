@@ -22,7 +22,7 @@
 namespace holdfast {
 namespace {
 
-// The page that player/build.mjs makes, with markers where title and data go.
+// The page built by player/build.mjs, with markers for title and data.
 constexpr std::string_view kPlayerPage = "player.html";
 constexpr std::string_view kTitleMarker = "<!--holdfast:title-->";
 constexpr std::string_view kDataMarker = "<!--holdfast:data-->";
@@ -36,8 +36,8 @@ std::string_view PlayerPage() {
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
-// In JSON a '<' stands only within strings, where its escape means the same: no text can close the
-// script element that holds it.
+// In JSON, '<' only occurs in strings, where its escape is equivalent. Escaping it ensures that no
+// text can close the enclosing script element.
 std::string JsonForScript(const nlohmann::json& value) {
   const std::string plain = JsonText(value);
   std::string text;
@@ -67,7 +67,7 @@ std::string TitleOf(std::span<const ReportInput> clips) {
   return title;
 }
 
-// The player's page with the header and one payload per clip in it.
+// The player's page with the header and one payload per clip.
 std::string PageOf(const nlohmann::json& header, const std::vector<std::string>& payloads) {
   const std::string_view page = PlayerPage();
   const std::size_t title = page.find(kTitleMarker);
@@ -96,7 +96,7 @@ bool HasReportPlayer() { return HasEmbedded(kPlayerPage); }
 ReportPage MakeReportPage(std::span<const ReportInput> clips, const ReportPageOptions& options,
                           const StagedProgress& progress) {
   if (clips.empty()) throw Error("report", "is to show no clip", "Give a clip or more");
-  PlayerPage();  // before the work
+  PlayerPage();  // fail before the work
   nlohmann::json header = {{"schema", "holdfast/report/1"},
                            {"holdfast_version", HOLDFAST_VERSION},
                            {"seed", options.seed},

@@ -15,34 +15,33 @@
 namespace holdfast {
 
 struct ReportPageOptions {
-  std::string title;                  ///< empty: made of the names of object and motion
-  double contact_threshold_mm = 5.0;  ///< skin closer than this to the object counts as contact
-  std::uint64_t seed = 1;             ///< is only told, with the version
-  int threads = 1;                    ///< the page does not depend on them
+  std::string title;                  ///< empty: composed of the names of object and motion
+  double contact_threshold_mm = 5.0;  ///< skin closer than this to the object is in contact
+  std::uint64_t seed = 1;             ///< only displayed, with the version
+  int threads = 1;                    ///< does not change the page
 };
 
 struct ReportPage {
-  std::string html;               ///< empty where `progress` stopped the work
-  int directions = 0;             ///< of pose correctives, of the clip that needs most
-  double surface_error_mm = 0.0;  ///< largest distance of a drawn vertex from the body model's
+  std::string html;               ///< empty if stopped by `progress`
+  int directions = 0;             ///< number of pose correctives, maximum over clips
+  double surface_error_mm = 0.0;  ///< largest distance of a displayed vertex from the body model's
 };
 
-/// Whether the library was built with the player (HOLDFAST_BUILD_PLAYER): without it there are no
-/// pages.
+/// Whether the library was built with the player (HOLDFAST_BUILD_PLAYER), which pages require.
 bool HasReportPlayer();
 
-/// One self-contained page (HTML) for the clips: a 3D player, curves per frame and what made them.
-/// The first clip is shown, a second one as its ghost; with more, the page has a choice. The same
-/// input gives the same bytes; whatever names and notes hold stays text, which can neither end its
-/// element nor run. `progress` is told of "report", clip by clip. Throws Error without clips or
-/// without the player.
+/// Creates one self-contained page (HTML) for the clips: a 3D player, curves per frame, and
+/// provenance. The first clip is displayed, a second one as its ghost; for more clips, the page has
+/// a selector. Deterministic. Names and notes are escaped, so that they can neither end their
+/// element nor run as code. `progress` receives the stage "report", per clip. Throws Error without
+/// clips or without the player.
 ReportPage MakeReportPage(std::span<const ReportInput> clips, const ReportPageOptions& options = {},
                           const StagedProgress& progress = {});
 
-/// Text for HTML content and attribute values.
+/// Escapes text for HTML content and attribute values.
 std::string EscapeHtml(std::string_view text);
 
-/// Named little-endian arrays behind one another, for a page that reads them as typed arrays.
+/// Concatenated named little-endian arrays, for a page that reads them as typed arrays.
 class ReportPayload {
  public:
   /// Element types: float, int16, int8, uint32, uint16, uint8. `stride` is the number of values of

@@ -19,7 +19,7 @@ bool SameSurface(const BodyModel& a, const BodyModel& b) {
          a.Faces() == b.Faces();
 }
 
-// Places of joints, and of vertices where they count, from the first joint on: what betas change.
+// Positions of joints, and optionally vertices, relative to the first joint, as functions of betas.
 Eigen::VectorXd RelativeRest(const BodyModel& model, const Eigen::VectorXd& betas,
                              const std::vector<int>& joints, bool with_vertices) {
   const Eigen::Matrix3Xd shaped = model.ShapedVertices(betas);
@@ -56,7 +56,7 @@ bool AnyTurns(const Clip& clip, int begin, int count) {
       clip.pose, [&](const JointPose& pose) { return !pose.middleCols(begin, count).isZero(0.0); });
 }
 
-// What moves in the clip and has no joint in the target.
+// Lists what moves in the clip but has no joint in the target.
 std::vector<std::string> Lost(const Clip& clip, const BodyModel& from, const BodyModel& to) {
   struct Group {
     const char* name;
@@ -71,7 +71,7 @@ std::vector<std::string> Lost(const Clip& clip, const BodyModel& from, const Bod
   const std::vector<int>& kept = LayoutOf(to.Kind()).joint_of_native;
   std::vector<std::string> lost;
   for (const Group& group : kGroups) {
-    // A hand alone has a wrist, but what moved it is gone.
+    // A hand-only model has a wrist, but the joints that moved it are gone.
     const bool has = std::ranges::find(kept, group.begin) != kept.end();
     if (!has && AnyTurns(clip, group.begin, group.count)) lost.emplace_back(group.name);
   }

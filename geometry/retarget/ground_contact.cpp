@@ -9,8 +9,8 @@
 namespace holdfast {
 namespace {
 
-constexpr double kStillSpeed = 0.3;    // m/s: a planted sole rolls, it does not travel
-constexpr double kLevelHeight = 0.03;  // m: soles of one standing person differ by this much
+constexpr double kStillSpeed = 0.3;    // m/s: a planted sole rolls without sliding
+constexpr double kLevelHeight = 0.03;  // m: variation between soles of a standing person
 constexpr double kMaxSlope = 0.05;     // steeper is a ramp, not a tilted capture volume
 
 double Percentile(std::vector<double>& values, double share) {
@@ -20,8 +20,8 @@ double Percentile(std::vector<double>& values, double share) {
   return *middle;
 }
 
-// Points at rest: of each foot the lower of heel and ball; other parts only where they are lowest
-// of all, for a hanging hand is no contact.
+// Points at rest: of each foot the lower of heel and ball. Other parts only if they are lowest of
+// all, since a hanging hand is not in contact.
 std::vector<Eigen::Vector3d> StillPoints(const std::vector<Eigen::Matrix3Xd>& points,
                                          double frame_rate) {
   std::vector<Eigen::Vector3d> still;
@@ -44,7 +44,7 @@ double LowestLevel(const std::vector<Eigen::Vector3d>& still) {
   std::vector<double> height;
   for (const auto& point : still) height.push_back(point.z());
   std::sort(height.begin(), height.end());
-  // The lowest window of kLevelHeight that holds a quarter of what the fullest one holds ...
+  // The lowest window of kLevelHeight with at least a quarter of the points of the fullest one ...
   std::vector<std::size_t> count(height.size());
   std::size_t end = 0, most = 0;
   for (std::size_t begin = 0; begin < height.size(); ++begin) {
@@ -54,7 +54,7 @@ double LowestLevel(const std::vector<Eigen::Vector3d>& still) {
   }
   std::size_t begin = 0;
   while (4 * count[begin] < most) ++begin;
-  // ... and from there up to the fullest, for it may only have touched the crowd from below.
+  // ... then the fullest above it, since the window may only touch the level from below.
   std::size_t best = begin;
   for (std::size_t i = begin; i < height.size() && height[i] <= height[begin] + kLevelHeight; ++i) {
     if (count[i] > count[best]) best = i;
@@ -62,14 +62,14 @@ double LowestLevel(const std::vector<Eigen::Vector3d>& still) {
   return height[best + count[best] / 2];
 }
 
-// Reweighted least squares for a plane, starting from a level; slopes that the points do not spread
-// wide enough to show are drawn to zero. Kept only where it pays.
+// Reweighted least squares for a plane, initialized level. Slopes along directions of little spread
+// are regularized to zero. Kept only if it improves the fit.
 void TiltToFit(const std::vector<Eigen::Vector3d>& still, GroundPlane& ground) {
   Eigen::Vector3d middle = Eigen::Vector3d::Zero();
   for (const auto& point : still) middle += point;
   middle /= static_cast<double>(still.size());
   Eigen::Vector3d plane(ground.height, 0, 0);  // height at `middle`, slopes
-  constexpr double kRidge = 0.15;              // m: spread at which a slope is believed by half
+  constexpr double kRidge = 0.15;              // m: spread at which a slope is shrunk by half
   double width = 0.06;
   for (int iteration = 0; iteration < 12; ++iteration, width = std::max(0.8 * width, 0.015)) {
     Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
@@ -111,13 +111,13 @@ GroundProbe::GroundProbe(const Eigen::Matrix3Xd& rest_joints, double floor_y) {
   for (const int ankle : {7, 8}) {
     const int foot = ankle + 3;
     const Eigen::Vector3d along = rest_joints.col(foot) - rest_joints.col(ankle);
-    // The heel ends about a third of the ankle-to-ball length behind the ankle.
+    // The heel extends about a third of the ankle-to-ball length behind the ankle.
     points_.push_back(
         {ankle, Eigen::Vector3d(-along.x() / 3, floor_y - rest_joints(1, ankle), -along.z() / 3),
          0.0});
     points_.push_back({foot, Eigen::Vector3d(0, floor_y - rest_joints(1, foot), 0), 0.0});
   }
-  // Thickness of flesh under a joint, meters: hints from an adult's cross-sections.
+  // Thickness of flesh under a joint, meters: approximate, from an adult's cross-sections.
   for (const auto& [joint, radius] : {std::pair{0, 0.10},
                                       {4, 0.055},
                                       {5, 0.055},

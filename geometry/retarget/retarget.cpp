@@ -21,15 +21,14 @@ namespace {
 using Rotations = std::array<Eigen::Matrix3d, kNumJoints>;
 using Joints = Eigen::Matrix<double, 3, kNumJoints>;
 
-constexpr double kForearmRoll = 110 * kDegree;  // most that a hand rolls against its upper arm
-// Part of a shoulder's shift that the collarbone follows: SMPL-X rests with its shoulders lower
-// below the neck than most capture skeletons, so the whole shift would let them slump.
+constexpr double kForearmRoll = 110 * kDegree;  // maximum roll of a hand relative to its upper arm
+// Fraction of a shoulder's shift applied to the collarbone. SMPL-X's shoulders rest lower below the
+// neck than those of most capture skeletons, so the full shift would let them slump.
 constexpr double kShoulderShare = 0.75;
-constexpr double kWristBend = 105 * kDegree;  // no wrist bends further; anatomy ends near 90
-constexpr double kWristRoll = 135 * kDegree;  // nor rolls further against the elbow
+constexpr double kWristBend = 105 * kDegree;  // anatomical limit is near 90
+constexpr double kWristRoll = 135 * kDegree;  // maximum roll relative to the elbow
 
-// Joint positions of a body whose joints have these world rotations, pelvis at its rest place +
-// trans.
+// Joint positions of a body for world rotations of its joints, pelvis at its rest position + trans.
 Joints PlaceJoints(const Eigen::Matrix3Xd& rest, const Rotations& world,
                    const Eigen::Vector3d& trans) {
   Joints joints;
@@ -86,7 +85,7 @@ class Retargeter {
   Eigen::Vector3d Bone(int frame, int from, int to) const {
     return motion_.Position(frame, to) - motion_.Position(frame, from);
   }
-  // `R` turned by the least angle so that the rest bone points along `direction`.
+  // Rotates `R` by the smallest angle so that the rest bone points along `direction`.
   static Eigen::Matrix3d Aim(const Eigen::Matrix3d& R, const Eigen::Vector3d& rest_bone,
                              const Eigen::Vector3d& direction) {
     if (direction.squaredNorm() < 1e-18) return R;
@@ -113,7 +112,7 @@ class Retargeter {
   void Torso(int frame, Rotations& world) const {
     if (calibration_.shaped_like_smplx) return ShapedTorso(frame, world);
     world[0] = Turned(frame, 0);
-    // Spine joints that the source lacks, or whose neutral is unknown, share the bend evenly.
+    // Spine joints that the source lacks, or whose neutral pose is unknown, share the bend evenly.
     const bool own = calibration_.torso_rests_upright;
     int chest = motion_.Has(9) ? 9 : motion_.Has(6) ? 6 : motion_.Has(3) ? 3 : -1;
     const Eigen::Matrix3d top = chest < 0 ? world[0] : Turned(frame, chest);
@@ -145,8 +144,8 @@ class Retargeter {
     for (const int j : {22, 23, 24}) world[j] = world[15];
   }
 
-  // Collarbones start elsewhere in each skeleton: what counts is how far the shoulder has left its
-  // neutral place in the chest.
+  // Collarbones start at different positions in each skeleton, so only the displacement of the
+  // shoulder from its neutral position in the chest is used.
   void Collar(int frame, int collar, Rotations& world) const {
     const int shoulder = collar + 3;
     world[collar] = world[9];
@@ -155,7 +154,7 @@ class Retargeter {
     Eigen::Vector3d neutral = calibration_.shoulder_at_rest[collar - 13];
     if (!calibration_.torso_rests_upright) {
       if (!motion_.Has(12)) return;
-      // No neutral pose to go by: as SMPL-X's shoulder sits from the neck.
+      // No known neutral pose: use the position of SMPL-X's shoulder relative to the neck.
       const Eigen::Vector3d neck = Bone(frame, 9, 12);
       neutral = to_chest * neck + neck.norm() / RestBone(9, 12).norm() * RestBone(12, shoulder);
     }
@@ -183,9 +182,9 @@ class Retargeter {
     arm.upper =
         Aim(Turned(frame, shoulder), RestBone(shoulder, elbow), Bone(frame, shoulder, elbow));
     arm.unwrung = BendHinge(elbow, arm.upper, RestBone(elbow, wrist), Bone(frame, elbow, wrist));
-    // A straight arm shows no elbow, and captures let its upper half spin: what roll no forearm
-    // could take goes there. Continuous across half a turn, where the correction is half a turn
-    // either way.
+    // The elbow of a straight arm is undetermined, and captures let the upper arm spin: roll beyond
+    // the forearm's range is applied to the upper arm. Continuous across half a turn, where the
+    // correction is half a turn in either direction.
     const double straight =
         Bone(frame, shoulder, elbow).normalized().dot(Bone(frame, elbow, wrist).normalized());
     const double share = std::clamp(
@@ -213,8 +212,8 @@ class Retargeter {
     Fingers(frame, wrist, world);
   }
 
-  // A roll as far as forearms go; beyond, back to nothing at half a turn, so that +180 and -180
-  // degrees, the same to the eye, give the same.
+  // Roll within the forearm's range; beyond, decreasing to zero at half a turn, so that +180 and
+  // -180 degrees, which look the same, give the same result.
   static double FoldedTwist(double twist) {
     const double size = std::abs(twist);
     const double folded = size < kForearmRoll ? size
@@ -223,8 +222,8 @@ class Retargeter {
     return std::copysign(folded, twist);
   }
 
-  // Hands relative to their unwrung forearms, all frames. What no wrist can do (capture of hands
-  // flips at times) is bridged from the nearest frames that are possible.
+  // Hands relative to their unrolled forearms, all frames. Impossible wrist poses (captured hands
+  // sometimes flip) are interpolated from the nearest possible frames.
   void GatherHands() {
     const int frames = motion_.NumFrames();
     for (const int shoulder : {16, 17}) {
@@ -243,7 +242,7 @@ class Retargeter {
       for (int t = 0; t <= frames; ++t) {
         if (t < frames && !possible[t]) continue;
         for (int gap = last + 1; gap < t; ++gap) {
-          if (last < 0 && t == frames) continue;  // never possible: as found
+          if (last < 0 && t == frames) continue;  // never possible: kept as is
           ++repaired_hand_frames_;
           hands[gap] = last < 0      ? hands[t]
                        : t == frames ? hands[last]
@@ -280,7 +279,7 @@ class Retargeter {
     pose.trans = calibration_.scale * middle - (root + pose.world[0] * (rest_middle - root));
   }
 
-  // Thigh and shin turned so that the ankle comes to its place: the source's, scaled with the path.
+  // Rotates thigh and shin so that the ankle reaches the source's position, scaled with the path.
   void ReachAnkle(int frame, int hip, Pose& pose) const {
     const int knee = hip + 3, ankle = hip + 6;
     Rotations& world = pose.world;
@@ -290,12 +289,12 @@ class Retargeter {
     Eigen::Vector3d reach = calibration_.scale * motion_.Position(frame, ankle) - hip_at;
     const Eigen::Vector3d now =
         world[hip] * RestBone(hip, knee) + world[knee] * RestBone(knee, ankle);
-    if (calibration_.shaped_like_smplx && (now - reach).norm() < 1e-3) return;  // it is there
+    if (calibration_.shaped_like_smplx && (now - reach).norm() < 1e-3) return;  // already reached
     const double longest = 0.9995 * (thigh + shin), shortest = 1.05 * std::abs(thigh - shin);
     const double distance = std::clamp(reach.norm(), shortest, longest);
     if (reach.norm() < 1e-9) return;
     reach.normalize();
-    // The knee leaves the straight line where it does in the source; a straight leg bends forward.
+    // The knee bends in the source's direction; a straight leg bends forward.
     const Eigen::Vector3d knee_now = world[hip] * RestBone(hip, knee);
     Eigen::Vector3d bend = knee_now - knee_now.dot(reach) * reach;
     bend += 0.02 * thigh * reach.cross(world[hip] * HingeAxis(knee));
@@ -328,7 +327,7 @@ struct Tally {
   double Mean() const { return count ? sum / static_cast<double>(count) : 0; }
 };
 
-// How well the joints follow the source's, each bone of a limb taken at the body's length.
+// Error of the joints relative to the source's, with each limb bone at the body's length.
 class ErrorMeter {
  public:
   ErrorMeter(const MappedMotion& motion, const Eigen::Matrix3Xd& rest,
@@ -379,9 +378,9 @@ class ErrorMeter {
   std::array<Tally, 2> hands;                // radians, left and right
 
  private:
-  // A source with SMPL-X's own bones: all joints, scaled, from the middle of the hips. Others start
-  // their collarbones and spines elsewhere: arms from the shoulder, each bone at the body's length,
-  // and ankles.
+  // For a source with SMPL-X's bones: all joints, scaled, relative to the middle of the hips.
+  // Others have different collarbones and spines: arms relative to the shoulder, each bone at the
+  // body's length, and ankles.
   void AddPlaces(int frame, const Joints& joints) {
     const auto source = [&](int joint) { return motion_.Position(frame, joint); };
     const Eigen::Vector3d hips = 0.5 * (joints.col(1) + joints.col(2));
@@ -404,7 +403,7 @@ class ErrorMeter {
     }
   }
 
-  // The lines of the hips, of the shoulders, and from the middle of those to the middle of these.
+  // Hip line, shoulder line, and the line between their midpoints.
   void AddTrunk(int frame, const Joints& joints) {
     const auto source = [&](int joint) { return motion_.Position(frame, joint); };
     const auto add = [&](Tally& tally, const Eigen::Vector3d& clip, const Eigen::Vector3d& wanted) {
@@ -416,8 +415,8 @@ class ErrorMeter {
         source(16) + source(17) - source(1) - source(2));
   }
 
-  // From the wrist to the knuckles; without fingers along what hangs on the source's hand, else as
-  // its forearm goes on.
+  // From the wrist to the knuckles; without fingers along the end site of the source's hand, else
+  // along its forearm.
   void AddHand(int frame, int side, const Joints& joints) {
     const int wrist = 20 + side, begin = side == 0 ? kLeftHandBegin : kRightHandBegin;
     Eigen::Vector3d clip = Eigen::Vector3d::Zero(), source = clip;
@@ -467,7 +466,7 @@ void StandOn(const GroundPlane& ground, const Eigen::Vector3d& root, Clip& clip,
   }
 }
 
-// What moves beside the body, on its way scaled as the body's.
+// Converts a prop to an object track, its path scaled like the body's.
 ObjectTrack TrackOf(const SourceMotion::Prop& prop, const Eigen::Matrix3d& clip_from_source,
                     double scale) {
   ObjectTrack track;

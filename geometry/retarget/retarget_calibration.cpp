@@ -15,13 +15,13 @@
 namespace holdfast {
 namespace {
 
-constexpr double kFootTrust = 15 * kDegree;       // between a foot at rest and one that stands
-constexpr double kLengthTolerance = 0.15;         // of bones shaped like SMPL-X's, of their length
-constexpr double kShapeTolerance = 5 * kDegree;   // and of what hangs on one joint
-constexpr double kRestTrust = 60 * kDegree;       // between axes at rest and the mean over a clip
-constexpr double kOppositeTrust = 100 * kDegree;  // likewise, of a head that rests upright
+constexpr double kFootTrust = 15 * kDegree;       // between a resting and a standing foot
+constexpr double kLengthTolerance = 0.15;         // relative, of the bones of SMPL-X-like shapes
+constexpr double kShapeTolerance = 5 * kDegree;   // and direction of a joint's children
+constexpr double kRestTrust = 60 * kDegree;       // between rest axes and the mean over a clip
+constexpr double kOppositeTrust = 100 * kDegree;  // likewise, for a head with an upright rest pose
 constexpr double kWristTrust = 45 * kDegree;      // between a hand and its forearm, likewise
-constexpr double kMinTip = 0.1;  // of the bone before: a shorter end site tells no direction
+constexpr double kMinTip = 0.1;  // of the bone before: a shorter end site has no reliable direction
 
 enum Joint {
   kPelvis = 0,
@@ -41,7 +41,7 @@ double Angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
 }
 
-// Right-handed frame with first column along `lateral`, second as near to `up` as that allows.
+// Right-handed frame with first column along `lateral`, second as close to `up` as possible.
 Eigen::Matrix3d Frame(const Eigen::Vector3d& lateral, const Eigen::Vector3d& up) {
   Eigen::Matrix3d frame;
   frame.col(0) = lateral.normalized();
@@ -50,7 +50,7 @@ Eigen::Matrix3d Frame(const Eigen::Vector3d& lateral, const Eigen::Vector3d& up)
   return frame;
 }
 
-// The same with the second column exact: up, then the heading.
+// Frame with the second column exactly `up`, and the heading `forward`.
 Eigen::Matrix3d FrameFromUp(const Eigen::Vector3d& up, const Eigen::Vector3d& forward) {
   Eigen::Matrix3d frame;
   frame.col(1) = up.normalized();
@@ -59,7 +59,7 @@ Eigen::Matrix3d FrameFromUp(const Eigen::Vector3d& up, const Eigen::Vector3d& fo
   return frame;
 }
 
-// The rotation among the 24 of the cube that is nearest.
+// Returns the nearest of the 24 rotations of the cube.
 Eigen::Matrix3d SnapToAxes(const Eigen::Matrix3d& R) {
   Eigen::Matrix3d snapped = Eigen::Matrix3d::Zero();
   Eigen::Index row0, row1;
@@ -131,7 +131,7 @@ class Calibrator {
     return true;
   }
 
-  // The rotation that brings what hangs on a joint of SMPL-X onto the source's.
+  // Rotation that aligns the children of an SMPL-X joint with the source's.
   Eigen::Matrix3d RigidFit(int joint, std::span<const int> children) const {
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
     for (const int child : children) {
@@ -159,7 +159,7 @@ class Calibrator {
     return fits(kPelvis, kPelvisChildren) && fits(kSpine3, kChestChildren);
   }
 
-  // The rotation of a joint with one bone, were it on average not twisted against its parent.
+  // Rotation of a single-bone joint, assuming no twist against its parent on average.
   Eigen::Matrix3d Untwisted(int joint, int child) const {
     const int parent = kJointParents[joint];
     const Eigen::Vector3d rest = RestBone(joint, child);
@@ -177,8 +177,8 @@ class Calibrator {
     return bone.normalized().cwiseAbs().maxCoeff() > std::cos(1 * kDegree);
   }
 
-  // Where a bone lies along an axis, programs differ in how they roll the others about it, by
-  // quarters of a turn: axes so rolled as `mean` is, else the mean.
+  // If a bone lies along an axis, programs differ in the roll of the other axes about it by quarter
+  // turns. Returns the axes if they can be rolled to within 45 degrees of `mean`, else `mean`.
   static Eigen::Matrix3d Rolled(const Eigen::Matrix3d& at_rest, const Eigen::Vector3d& bone,
                                 const Eigen::Matrix3d& mean) {
     if (!LiesAlongAxis(bone)) return mean;
@@ -189,7 +189,7 @@ class Calibrator {
     return mean;
   }
 
-  // A head bent at rest shows it by what hangs on it, which lies as its neck does or straight up.
+  // A head bent at rest is corrected by its end site, which continues the neck or points up.
   void FollowTip(Eigen::Matrix3d& head) const {
     const Eigen::Vector3d tip = motion_.Tip(kHead), neck = RestBone(kNeck, kHead);
     const bool face = motion_.Has(22) || motion_.Has(23) || motion_.Has(24);
@@ -200,7 +200,7 @@ class Calibrator {
     if (Angle(rest, tip) < 45 * kDegree) head = LeastRotation(rest, tip) * head;
   }
 
-  // By the bones alone: no rest pose is asked, but for the head, of which no bone tells.
+  // From the bones alone, without the rest pose; except for the head, which has no bone.
   void ShapedTorso() {
     auto& C = result_.source_from_smplx;
     C[kPelvis] = RigidFit(kPelvis, kPelvisChildren);
@@ -209,7 +209,7 @@ class Calibrator {
     C[kSpine2] = Untwisted(kSpine2, kSpine3);
     C[kNeck] = Untwisted(kNeck, kHead);
     for (const int collar : {13, 14}) C[collar] = Untwisted(collar, collar + 3);
-    // A head at rest goes on as its neck does.
+    // At rest, the head continues the neck.
     C[kHead] = LeastRotation(C[kSpine3] * RestBone(kNeck, kHead), motion_.LocalBone(kNeck, kHead)) *
                C[kSpine3];
     FollowTip(C[kHead]);
@@ -222,7 +222,7 @@ class Calibrator {
     const Eigen::Vector3d shoulders = motion_.Rest(16) - motion_.Rest(17);
     const int top = motion_.Has(kNeck) ? kNeck : motion_.Has(kHead) ? kHead : -1;
 
-    // The whole trunk straight and upright in the rest pose: its rotations are neutral there.
+    // If the whole trunk is straight and upright at rest, its rotations are neutral there.
     if (top >= 0) {
       const Eigen::Vector3d up = motion_.Rest(top) - hip_middle;
       if (Angle(hips, shoulders) < 30 * kDegree &&
@@ -247,7 +247,7 @@ class Calibrator {
       return;
     }
 
-    // Otherwise pelvis and chest each show by their own joints how they lie.
+    // Otherwise pelvis and chest are oriented by their own joints.
     const int lumbar = motion_.Has(kSpine1)   ? kSpine1
                        : motion_.Has(kSpine2) ? kSpine2
                        : motion_.Has(kSpine3) ? kSpine3
@@ -261,7 +261,7 @@ class Calibrator {
       axes_ = snapped;
       result_.source_from_smplx.fill(axes_);
     }
-    // Axes that lie along the bone are not upright but lean with it.
+    // Axes along the bone are not upright but lean with it.
     if (!upright || (lumbar >= 0 && LiesAlongAxis(motion_.LocalBone(kPelvis, lumbar)))) {
       result_.source_from_smplx[kPelvis] = Pelvis(hips, lumbar, top);
     }
@@ -283,8 +283,7 @@ class Calibrator {
     if (motion_.Has(kHead)) Head(45 * kDegree);
   }
 
-  // A rest pose in which bones lie along their own axes may stand upright as well, one on the
-  // other.
+  // A rest pose with bones along their own axes may also be upright, with all bones stacked.
   bool CollarsRestAside(const Eigen::Matrix3d& axes) const {
     for (const int collar : {13, 14}) {
       if (!motion_.Has(collar)) continue;
@@ -296,8 +295,8 @@ class Calibrator {
     return true;
   }
 
-  // A pelvis whose rest pose says nothing: as the lowest spine joint lies in SMPL-X, unless that is
-  // far from along the body where trunk and thighs are in line, standing or lying.
+  // Pelvis without a usable rest pose: the lowest spine joint is placed as in SMPL-X, unless this
+  // is far from the body axis in frames where trunk and thighs are aligned, standing or lying.
   Eigen::Matrix3d Pelvis(const Eigen::Vector3d& hips, int lumbar, int top) const {
     Eigen::Vector3d up = Eigen::Vector3d::Zero();
     double weight = 0;
@@ -325,14 +324,14 @@ class Calibrator {
                                    0.5 * (motion_.Rest(kLeftHip) + motion_.Rest(kRightHip));
     const Eigen::Matrix3d by_spine =
         Frame(hips, source) * Frame(Eigen::Vector3d::UnitX(), smplx).transpose();
-    // A limb in line counts 0.03 at most: half a second of standing, or more of less.
+    // Each aligned limb adds at most 0.03: takes half a second of standing, longer if less aligned.
     if (weight < 0.005 * motion_.FrameRate() || Angle(up, hips) < 30 * kDegree) return by_spine;
     const Eigen::Matrix3d by_stance = Frame(hips, up);
     return AngleBetween(by_spine, by_stance) < 20 * kDegree ? by_spine : by_stance;
   }
 
-  // A head whose rest pose is unrelated to the chest's: on average people look where the chest
-  // faces, and level. Rest poses that agree with that within a long look aside are believed.
+  // Head whose rest pose is unrelated to the chest's: on average people look straight ahead and
+  // level. A rest pose is trusted if it agrees with this within a long look aside.
   void Head(double trust) {
     const Eigen::Vector3d world_up = Eigen::Vector3d::UnitY();
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -352,7 +351,7 @@ class Calibrator {
     result_.neck_rests_with_head = false;
   }
 
-  // Does the lowest spine joint lie where it should over the hips, were `axes` the pelvis's?
+  // Whether the lowest spine joint is plausibly placed over the hips if `axes` are the pelvis's.
   // Lumbar joints lie behind the hips' middle line: 0 to 60 degrees back from straight up.
   bool LumbarIsUpright(const Eigen::Matrix3d& axes) const {
     const int lumbar = motion_.Has(kSpine1) ? kSpine1 : motion_.Has(kSpine2) ? kSpine2 : kSpine3;
@@ -366,7 +365,7 @@ class Calibrator {
     return back > -5 * kDegree && back < 60 * kDegree;
   }
 
-  // Thigh and upper arm: direction from the bone, roll from the plane in which the next bone bends.
+  // Thigh and upper arm: direction from the bone, roll from the bending plane of the next bone.
   void Limb(int joint, int hinge, int end) {
     const Eigen::Vector3d rest = RestBone(joint, hinge).normalized();
     const int frames = motion_.NumFrames();
@@ -395,7 +394,7 @@ class Calibrator {
       weight += bend.squaredNorm();
     }
     if (!rest_tells && weight < 1e-3 * frames) {
-      // Never bent, and no rest pose to go by: the roll that is least against the trunk.
+      // Never bent, and no usable rest pose: the smallest roll relative to the trunk.
       const int trunk = joint < 3 ? kPelvis : kSpine3;
       for (int t = 0; t < frames; ++t) {
         const Eigen::Matrix3d above = motion_.Rotation(t, trunk) * result_.source_from_smplx[trunk];
@@ -411,7 +410,7 @@ class Calibrator {
     result_.source_from_smplx[joint] = upright * ExpSO3(roll * rest);
   }
 
-  // Hands: by their knuckles; else by what hangs on them; else by their forearms.
+  // Hands: from their knuckles; else their end sites; else their forearms.
   void Hand(int wrist) {
     const int begin = wrist == 20 ? kLeftHandBegin : kRightHandBegin;
     Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
@@ -432,7 +431,7 @@ class Calibrator {
     const int elbow = wrist - 2, shoulder = wrist - 4, middle = begin + 3;
     const Eigen::Vector3d tip = motion_.Tip(wrist);
     const Eigen::Vector3d forearm = motion_.LocalBone(elbow, wrist);
-    // Bones along their own axes may point aside by chance.
+    // Bones along their own axes may point aside by coincidence.
     const bool rests_in_t = (result_.torso_rests_upright || !LiesAlongAxis(forearm)) &&
                             Angle(axes_.transpose() * SourceRestBone(elbow, wrist),
                                   RestBone(elbow, wrist)) < 45 * kDegree &&
@@ -443,7 +442,7 @@ class Calibrator {
       correction = Meters(tip) > 0.005 ? LeastRotation(axes_ * rest, tip) * axes_ : axes_;
       return;
     }
-    // Without a tip the hand goes on as its forearm does where its joint does not turn.
+    // Without an end site, the hand continues the forearm where its joint does not rotate.
     const MeanHand mean = MeanHandOf(wrist);
     const bool has_tip = tip.norm() > kMinTip * forearm.norm();
     const Eigen::Vector3d rest = has_tip ? RestBone(wrist, middle) : RestBone(elbow, wrist);
@@ -459,7 +458,7 @@ class Calibrator {
     correction = LeastRotation(axes * rest, along) * axes;
   }
 
-  // A forearm whose elbow bends and does nothing else in the rest pose, by its own axes.
+  // Axes of a forearm whose elbow only bends in the rest pose.
   Eigen::Matrix3d ForearmAtRest(int wrist) const {
     const int elbow = wrist - 2, shoulder = wrist - 4;
     const Eigen::Matrix3d& chest =
@@ -471,7 +470,7 @@ class Calibrator {
   }
 
   struct MeanHand {
-    Eigen::Matrix3d axes;     // of a hand whose forearm is, on average, unwrung
+    Eigen::Matrix3d axes;     // of a hand whose forearm has no roll on average
     Eigen::Vector3d forearm;  // its direction in the hand's frame
   };
 
@@ -491,8 +490,8 @@ class Calibrator {
     return {NearestRotation(sum), forearm};
   }
 
-  // Feet: flat where the motion has them on the ground. A rest pose that stands tells nearly as
-  // much, and guards against motions that only tiptoe.
+  // Feet: flat while they are on the ground in the motion. A standing rest pose is almost as
+  // reliable, and handles motions that are only on tiptoe.
   void Foot(int ankle, int foot) {
     const int hip = ankle - 6, knee = ankle - 3;
     const bool has_foot = motion_.Has(foot);
@@ -516,7 +515,7 @@ class Calibrator {
       const Eigen::Matrix3d to_local = motion_.Rotation(t, ankle).transpose();
       const Eigen::Vector3d leg =
           (motion_.Position(t, knee) - motion_.Position(t, ankle)).normalized();
-      // A little of the shin's direction decides for motions that never stand.
+      // A small contribution of the shin's direction decides for motions that never stand.
       ankle_up += weight[t] * to_local.col(1) + 1e-3 * to_local * leg;
       if (has_foot) {
         forward += to_local * (motion_.Position(t, foot) - motion_.Position(t, ankle));
@@ -543,7 +542,7 @@ class Calibrator {
     }
   }
 
-  // 1 where the foot stands still and low, else 0.
+  // 1 where the foot is still and low, else 0.
   std::vector<double> StandingWeights(int ankle, int foot) const {
     const int frames = motion_.NumFrames();
     std::vector<double> height(frames), sorted, weight(frames, 0.0);
@@ -566,7 +565,7 @@ class Calibrator {
   const MappedMotion& motion_;
   const Eigen::Matrix3Xd& joints_;
   Eigen::Matrix3d axes_ = Eigen::Matrix3d::Identity();  // source axes at rest from SMPL-X's
-  double unit_ = 1;  // meters of a body's size per meter of the source, where its unit is mistaken
+  double unit_ = 1;  // body meters per meter of the source, if its unit is wrong
   RetargetCalibration result_;
 };
 
@@ -578,7 +577,7 @@ Eigen::Matrix3d UprightFrom(UpAxis up) {
   const double sign = static_cast<int>(up) % 2 == 0 ? 1 : -1;
   return RotationBetween(sign * Eigen::Vector3d::Unit(axis), Eigen::Vector3d::UnitY())
       .toRotationMatrix()
-      .unaryExpr([](double x) { return std::round(x); });  // exactly, they are all 0 and 1
+      .unaryExpr([](double x) { return std::round(x); });  // entries are exactly -1, 0 and 1
 }
 
 MappedMotion::MappedMotion(const SourceMotion& motion, const SkeletonMap& map, UpAxis up)
@@ -591,7 +590,7 @@ MappedMotion::MappedMotion(const SourceMotion& motion, const SkeletonMap& map, U
     turner_[j] = map.source[j];
     tip_[j].setZero();
     if (map.source[j] < 0) continue;
-    // Roll bones lie between a joint and the next mapped one: the last of them has turned fully.
+    // Roll bones lie between a joint and the next mapped one: the last has the full rotation.
     for (int c = j + 1; c < kNumJoints; ++c) {
       const bool limb = j == 1 || j == 2 || j == 4 || j == 5 || (j >= 16 && j <= 19);
       if (!limb || kJointParents[c] != j || map.source[c] < 0) continue;

@@ -10,7 +10,7 @@
 namespace holdfast {
 namespace {
 
-// Whose calibration a joint has: what Calibrate leaves open bends at a hinge of that.
+// Returns the joint whose calibration applies: joints that Calibrate leaves out are hinges of it.
 int CalibratedJoint(int joint) {
   if (joint >= kLeftHandBegin) return joint < kRightHandBegin ? 20 : 21;
   if (joint == 4 || joint == 5) return joint - 3;
@@ -18,7 +18,7 @@ int CalibratedJoint(int joint) {
   return joint;
 }
 
-// The joint at the other end of a limb's or a finger's bone, -1 for others.
+// Returns the joint at the other end of a limb or finger bone, -1 for others.
 int EndOfBone(int joint) {
   if (joint == 1 || joint == 2 || joint == 4 || joint == 5) return joint + 3;
   if (joint >= 16 && joint <= 19) return joint + 2;
@@ -61,7 +61,7 @@ class Onto {
   Eigen::Matrix3d World(int joint) const { return y_up_ * state_.world_rotation[joint]; }
   Eigen::Vector3d At(int joint) const { return y_up_ * state_.joints.col(joint); }
 
-  // World rotation of a source joint, from its rest pose.
+  // World rotation of a source joint, relative to its rest pose.
   Eigen::Matrix3d Turned(int joint) const {
     if (calibration_.same_skeleton) return World(joint);
     const Eigen::Matrix3d& C = calibration_.source_from_smplx[CalibratedJoint(joint)];
@@ -78,7 +78,7 @@ class Onto {
     const int joints = character_.NumJoints();
     Eigen::Matrix3Xd positions(3, joints);
     std::vector<Eigen::Matrix3d> world(static_cast<std::size_t>(joints));
-    std::vector<bool> above(static_cast<std::size_t>(joints));  // the hips, or beside them
+    std::vector<bool> above(static_cast<std::size_t>(joints));  // above the hips, or beside them
     const int pelvis = mapped_.Map().source[0];
     for (int s = 0; s < joints; ++s) {
       const int parent = character_.parents[static_cast<std::size_t>(s)];
@@ -104,7 +104,7 @@ class Onto {
     result_.positions.push_back(std::move(positions));
   }
 
-  // The pelvis, so that the middle of the hips is where the clip's is, scaled by leg length.
+  // Pelvis position that puts the middle of the hips at the clip's, scaled by leg length.
   Eigen::Vector3d Hips(const Eigen::Matrix3d& R) const {
     if (calibration_.same_skeleton) return At(0) / calibration_.scale;
     const Eigen::Vector3d middle = 0.5 * (At(1) + At(2)) / calibration_.scale;
@@ -112,7 +112,7 @@ class Onto {
     return middle - R * rest;
   }
 
-  // How far the hands that hold are from where the clip has them.
+  // Offset of the holding hands from their positions in the clip.
   Eigen::Vector3d WristShift(int t) const {
     if (clip_.holding_hand.empty() || clip_.holding_hand[t] == 0) return Eigen::Vector3d::Zero();
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -127,7 +127,7 @@ class Onto {
     return sum / hands;
   }
 
-  // Between holds the shift goes evenly from one to the next; without any the path is scaled.
+  // Interpolates the offset linearly between holds; without any hold, the path is scaled.
   void PlaceObject(const Eigen::Matrix3Xd& wrist_shift) {
     SourceMotion::Prop& prop = result_.prop.emplace();
     prop.name = clip_.object->name;

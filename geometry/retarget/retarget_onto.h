@@ -8,14 +8,14 @@
 
 namespace holdfast {
 
-/// The way back from Retarget: a clip's motion on another skeleton. `character` (y up) tells its
-/// joints, its rest pose and what it has moved like; the result has the clip's frames. Bone
-/// directions and rolls are the clip's, the path of the hips is scaled by leg length, joints that
-/// stand for none of SMPL-X's follow their parent; those above the hips stay where they are. A
-/// skeleton that rests like SMPL-X takes rotation by rotation.
+/// Inverse of Retarget: transfers a clip's motion to another skeleton. `character` (y up) provides
+/// its joints, rest pose and a sample motion; the result has the clip's frames. Bone directions and
+/// rolls are the clip's; the path of the hips is scaled by leg length. Joints without a counterpart
+/// in SMPL-X follow their parent; those above the hips are constant. For a skeleton with SMPL-X's
+/// rest pose, rotations are copied.
 ///
-/// The clip's object becomes the prop, without its mesh: in frames in which a hand holds it
-/// (`holding_hand`), it keeps its place relative to that wrist. Throws Error as Retarget does.
+/// The clip's object becomes the prop, without its mesh. In frames in which a hand holds it
+/// (`holding_hand`), it keeps its pose relative to that wrist. Throws Error as Retarget does.
 SourceMotion RetargetOnto(const Clip& clip, const RetargetBody& body, const SourceMotion& character,
                           const SkeletonMap& map);
 

@@ -22,14 +22,14 @@ constexpr std::string_view kRequired[] = {
     "left_ankle",  "right_ankle", "left_shoulder", "right_shoulder", "left_elbow",
     "right_elbow", "left_wrist",  "right_wrist"};
 
-// Which joint has a name, the first where several do.
+// Joint by name, the first if several have it.
 using JointsByName = std::unordered_map<std::string, int>;
 
 bool IsDigits(std::string_view text) {
   return !text.empty() && text.find_first_not_of("0123456789") == text.npos;
 }
 
-// Where nearly every name ends in "_12", that is a number some program added.
+// If nearly every name ends in "_12", some program added that number.
 bool NamesAreNumbered(const SourceMotion& motion) {
   std::size_t numbered = 0;
   for (const std::string& name : motion.joint_names) {
@@ -39,7 +39,7 @@ bool NamesAreNumbered(const SourceMotion& motion) {
   return motion.joint_names.size() >= 13 && 10 * numbered >= 9 * motion.joint_names.size();
 }
 
-// What nearly every name begins with, up to a separator ("Character1_"); empty where nothing is.
+// Common prefix of nearly every name, up to a separator ("Character1_"); empty if there is none.
 std::string_view CommonPrefix(const SourceMotion& motion) {
   const auto& names = motion.joint_names;
   if (names.empty()) return {};
@@ -117,13 +117,13 @@ constexpr std::string_view kMapRemedy =
     "Write a map and give it with --map map.json: "
     R"({"HipJoint": "pelvis", "LThigh": "left_hip", ...}, source joint to SMPL-X joint)";
 
-// An ancestor must stand for an ancestor: catches sides swapped and limbs crossed.
+// An ancestor must map to an ancestor: detects swapped sides and crossed limbs.
 void CheckTree(const SkeletonMap& map, const SourceMotion& motion, const std::string& where) {
   for (int j = 1; j < kNumJoints; ++j) {
     if (map.source[j] < 0) continue;
     int above = kJointParents[j];
     while (above >= 0 && map.source[above] < 0) above = kJointParents[above];
-    // The pelvis may hang beside the spine (a root above both); so may whatever hangs on it.
+    // The pelvis and its children may be siblings of the spine (a root above both).
     if (above <= 0) continue;
     int s = motion.parents[map.source[j]];
     while (s >= 0 && s != map.source[above]) s = motion.parents[s];
@@ -137,7 +137,7 @@ void CheckTree(const SkeletonMap& map, const SourceMotion& motion, const std::st
   }
 }
 
-// What VRM's extension says, where it names all limbs.
+// Map from VRM's extension, if it names all limbs.
 std::optional<SkeletonMap> HumanoidMap(const SourceMotion& motion) {
   JointsByName joints;
   for (const auto& [bone, joint] : motion.humanoid) joints.try_emplace(SkeletonKey(bone), joint);

@@ -8,36 +8,36 @@
 
 namespace holdfast {
 
-/// One row of a table: SMPL-X joint and what sources call it. '*' stands for the side:
-/// "left"/"right" on SMPL-X's part, the table's own words on the source's, '#' for their first
-/// letters. '|' parts names of which the first that is there counts.
+/// One row of a table: an SMPL-X joint and its source names. '*' is the side: "left"/"right" in the
+/// SMPL-X name, the table's own words in the source names; '#' is their first letter. '|' separates
+/// alternatives, of which the first present is used.
 struct SkeletonRow {
   std::string_view target;
   std::string_view sources;
 };
 
-/// What one family of programs calls the joints of a body.
+/// Joint names of one family of programs.
 struct SkeletonTable {
   std::string_view name;
   std::string_view left, right;
   std::vector<SkeletonRow> rows;
-  std::vector<std::string_view> marks;  ///< source joints that no other table's skeletons have
+  std::vector<std::string_view> marks;  ///< source joints unique to this table's skeletons
   std::optional<double> lumbar_lean = std::nullopt;  ///< see SkeletonMap
-  /// What may stand before every name, '|' between.
+  /// Possible prefixes of all names, separated by '|'.
   std::string_view prefixes = {};
 };
 
 /// Names of the tables whose bones are those of VRM's extension.
 inline constexpr std::string_view kHumanoidTables[] = {"VRM, Unity", "VRM, Unity with upper chest"};
 
-/// All tables. Names are compared by SkeletonKey.
+/// Returns all tables. Names are compared by SkeletonKey.
 const std::vector<SkeletonTable>& SkeletonTables();
 
-/// A pattern of a row with the side's word in it.
+/// Substitutes the side's word in a pattern of a row.
 std::string SideName(std::string_view pattern, std::string_view side);
 
-/// A joint's name without what differs from program to program: everything up to a last ':', '|' or
-/// '/', letter case, spaces, '_', '-' and '.'.
+/// Normalizes a joint name for comparison: removes everything up to a last ':', '|' or '/', letter
+/// case, spaces, '_', '-' and '.'.
 std::string SkeletonKey(std::string_view name);
 
 }  // namespace holdfast

@@ -9,11 +9,11 @@
 namespace holdfast {
 namespace {
 
-// Twice an area (m^2) that is too small to say which way round it is.
+// Twice the area (m^2) below which a triangle's orientation is undetermined.
 constexpr double kFlat = 1e-16;
 
-// How often a closed surface is passed outwards, less inwards, on the way from a point along an
-// axis; nothing where that is through an edge.
+// Signed number of outward crossings of a closed surface by a ray from a point along an axis.
+// Returns nothing if the ray hits an edge.
 std::optional<int> PassesOutwards(const Solid& closed, const Eigen::Vector3d& point, int axis,
                                   bool upwards) {
   Eigen::Vector3d low = point, high = point;
@@ -23,7 +23,7 @@ std::optional<int> PassesOutwards(const Solid& closed, const Eigen::Vector3d& po
     const Eigen::Matrix3d corners =
         closed.mesh.vertices(Eigen::all, closed.mesh.faces.col(face)).colwise() - point;
     const auto u = corners.row((axis + 1) % 3), v = corners.row((axis + 2) % 3);
-    // Of the triangles of the way and each side, seen along the axis.
+    // Projected areas of the triangles spanned by the ray and each side.
     Eigen::Vector3d area;
     for (int k = 0; k < 3; ++k) {
       const int a = (k + 1) % 3, b = (k + 2) % 3;

@@ -15,44 +15,43 @@
 
 namespace holdfast {
 
-/// Whether a closed surface goes around a point: its faces are passed outwards more often than
-/// inwards on the way out of it. Where a surface crosses itself, the nearest face does not tell.
+/// Whether a closed surface encloses a point: a ray from the point crosses more faces outwards than
+/// inwards. For self-intersecting surfaces, where the nearest face alone does not decide.
 bool GoesAround(const Solid& closed, const Eigen::Vector3d& point);
 
-/// How far numbered points were from a solid when they were last asked for, and so how far they are
-/// at least and at most when they or the solid have moved a little since: from frame to frame most
-/// need no new query. That a point is outside is taken over too, for as long as no surface can have
-/// passed it.
+/// Caches the last known distances of numbered points from a solid, and derives bounds on their
+/// distances after small motions of the points or the solid: from frame to frame most points need
+/// no new query. That a point is outside is also cached, as long as no surface can have passed it.
 class ClearanceMemory {
  public:
   /// Keeps a reference to `solid`. For points 0 to `points` - 1.
   ClearanceMemory(const Solid& solid, std::size_t points) : solid_(solid), known_(points) {}
 
-  /// The solid's surface has moved: none of its points farther than this, meters.
+  /// Reports a motion of the solid's surface; no surface point moved farther than this, meters.
   void SurfaceMoved(double farthest_m) { traveled_ += farthest_m; }
 
-  /// How far point i, now at `point`, is outside the solid at least, meters; zero or less where
-  /// that is not known, as around the holes of one that is not closed.
+  /// Lower bound of the distance of point i, now at `point`, outside the solid, meters. Zero or
+  /// less if unknown, as near the holes of a solid that is not closed.
   double OutsideBy(std::size_t i, const Eigen::Vector3d& point) const {
     return Clear(known_[i]) - (point - known_[i].place).norm();
   }
 
-  /// How far it is from the surface at most, inside or outside; infinity where that is not known.
+  /// Upper bound of the distance from the surface, inside or outside; infinity if unknown.
   double AtMost(std::size_t i, const Eigen::Vector3d& point) const {
     const Known& k = known_[i];
     return k.distance + (traveled_ - k.traveled) + (point - k.place).norm();
   }
 
-  /// What the solid says, which is remembered; outside where its surface does not go around the
-  /// point, though the nearest face may be seen from behind.
+  /// Queries the solid and caches the result. The point is outside if the surface does not enclose
+  /// it, even if the back of the nearest face is seen.
   SignedDistance::Result Query(std::size_t i, const Eigen::Vector3d& point);
 
  private:
   struct Known {
     Eigen::Vector3d place = Eigen::Vector3d::Zero();
     double distance = std::numeric_limits<double>::infinity();
-    double clear = 0.0;     // how far it is outside for sure
-    double traveled = 0.0;  // of the surface, by then
+    double clear = 0.0;     // lower bound of the distance outside
+    double traveled = 0.0;  // of the surface, at the time of the query
     int face = -1;
   };
 
@@ -65,8 +64,8 @@ class ClearanceMemory {
   double traveled_ = 0.0;
 };
 
-/// Points (3 x n, copied) in a tree of balls around halves of them: what is far from a surface is
-/// left out ball by ball.
+/// Points (3 x n, copied) in a binary tree of bounding balls: points far from a surface are culled
+/// ball by ball.
 class BallTree {
  public:
   explicit BallTree(Eigen::Matrix3Xd points)
@@ -78,8 +77,8 @@ class BallTree {
   const Eigen::Matrix3Xd& Points() const { return points_; }
   std::size_t NumBalls() const { return balls_.size(); }
 
-  /// Calls visit(column) for the points of every ball that reaches(center, radius, ball) is true
-  /// for, and for those around it; the order is always the same. `ball` is below NumBalls().
+  /// Calls visit(column) for the points of every ball for which reaches(center, radius, ball) is
+  /// true for the ball and its ancestors. The order is always the same. `ball` is below NumBalls().
   template <typename Reaches, typename Visit>
   void ForPoints(const Reaches& reaches, const Visit& visit) const {
     if (!order_.empty()) Descend(0, 0, static_cast<int>(order_.size()), reaches, visit);

@@ -18,20 +18,20 @@ namespace {
 
 using ExactPoint = CGAL::Exact_predicates_inexact_constructions_kernel::Point_3;
 
-// What outlines may lack, as a share of their length, and area vectors of their area.
+// Maximum gap of outlines relative to their length, and of area vectors relative to the area.
 constexpr double kOutlineGap = 1e-7;
 
-// Where an edge passes through a face of the other solid.
+// Intersection of an edge with a face of the other solid.
 struct Crossing {
-  int low, high, face;  // the edge's vertices
-  double share;         // of the way from low to high
-  bool enters;          // on that way
+  int low, high, face;  // vertices of the edge
+  double share;         // fraction of the way from low to high
+  bool enters;          // in that direction
   Eigen::Vector3d point;
 
   auto Edge() const { return std::pair(low, high); }
 };
 
-// The outline of what of a face is inside the other solid.
+// Outline of the part of a face inside the other solid.
 struct Outline {
   Eigen::Vector3d corner;
   Eigen::Vector3d area = Eigen::Vector3d::Zero(), gap = Eigen::Vector3d::Zero();
@@ -48,7 +48,7 @@ int SideOf(const std::array<ExactPoint, 3>& face, const ExactPoint& point) {
   return CGAL::orientation(face[0], face[1], face[2], point);
 }
 
-// The faces of one solid that count, and what is found on them.
+// The overlapping faces of one solid, with their crossings and outlines.
 class ClippedFaces {
  public:
   ClippedFaces(const TriangleMesh& mesh, const std::vector<int>& faces)
@@ -71,8 +71,8 @@ class ClippedFaces {
     return corners;
   }
 
-  // The edge from corner k of `face` to the next, with ends on either side of `plane`, the other
-  // solid's face; `side` is that of corner k. Gives the place.
+  // Adds the crossing of the edge from corner k of `face` to the next, whose ends are on different
+  // sides of `plane`, a face of the other solid; `side` is corner k's. Returns the crossing point.
   Eigen::Vector3d AddCrossing(int face, int k, int side, const TriangleMesh& other, int plane) {
     Crossing crossing{mesh_.faces(k, face), mesh_.faces((k + 1) % 3, face), plane, 0, side > 0, {}};
     if (crossing.low > crossing.high) {
@@ -90,7 +90,7 @@ class ClippedFaces {
     return crossing.point;
   }
 
-  // Adds what of the edges is inside `other`; false where crossings contradict each other.
+  // Adds the parts of edges inside `other`. Returns false if crossings contradict each other.
   bool AddEdges(const SignedDistance& other) {
     SortCrossings();
     std::vector<int> ids;
@@ -102,12 +102,12 @@ class ClippedFaces {
     const auto local = [&](int v) {
       return static_cast<int>(std::ranges::lower_bound(ids, v) - ids.begin());
     };
-    // Vertices joined by an edge without crossings are on one side.
+    // Vertices joined by an edge without crossings are on the same side.
     DisjointSets sets(static_cast<int>(ids.size()));
     ForEdges([&](Outline&, int from, int to, const auto& crossings) {
       if (crossings.empty()) sets.Merge(local(from), local(to));
     });
-    std::vector<int> side(ids.size(), 0);  // of each set: 1 inside, -1 outside, 0 not known
+    std::vector<int> side(ids.size(), 0);  // of each set: 1 inside, -1 outside, 0 unknown
     const auto agrees = [&](int vertex, bool inside) {
       int& known = side[sets.Find(local(vertex))];
       if (known == 0) known = inside ? 1 : -1;
@@ -141,7 +141,7 @@ class ClippedFaces {
   }
 
  private:
-  // Each was found from both faces beside its edge.
+  // Removes duplicates: each crossing was found from both faces of its edge.
   void SortCrossings() {
     std::ranges::sort(crossings_, [](const Crossing& a, const Crossing& b) {
       return std::tie(a.low, a.high, a.face) < std::tie(b.low, b.high, b.face);
@@ -174,7 +174,7 @@ class ClippedFaces {
   std::vector<Crossing> crossings_;
 };
 
-// Adds the segment that two faces share, if any; false where they meet otherwise.
+// Adds the common segment of two faces, if any. Returns false for any other kind of intersection.
 bool AddCommonSegment(ClippedFaces& a, int face_a, ClippedFaces& b, int face_b) {
   ClippedFaces* const solids[2] = {&a, &b};
   const int faces[2] = {face_a, face_b};
@@ -204,7 +204,7 @@ bool AddCommonSegment(ClippedFaces& a, int face_a, ClippedFaces& b, int face_b) 
     }
   }
   if (found != 2) return found == 0;
-  // What is inside b is to its left on a's face.
+  // On a's face, the part inside b is to the left.
   const Eigen::Vector3d along = FaceCross(a.Mesh(), face_a).cross(FaceCross(b.Mesh(), face_b));
   if (along.dot(ends[1] - ends[0]) < 0.0) std::swap(ends[0], ends[1]);
   a.OutlineOf(face_a).Add(ends[0], ends[1]);

@@ -21,18 +21,17 @@
 namespace holdfast {
 namespace {
 
-using Cubes = Eigen::Matrix<long long, 3, 1>;  ///< a place on the grid
+using Cubes = Eigen::Matrix<long long, 3, 1>;  ///< grid coordinates
 
 /// Counts cubes whose centers are inside two solids. Blocks of cubes are halved until a block's
-/// center is farther from a surface than from its own corners' cubes: the whole block is then on
-/// one side, as distances change no faster than their point. The count is that of testing every
-/// cube.
+/// center is farther from a surface than from its own corner cubes: the whole block is then on one
+/// side, as distance is 1-Lipschitz. The count equals that of testing every cube.
 class SharedCubes {
  public:
-  /// A triangle's box and plane.
+  /// Bounding box and plane of a triangle.
   struct Face {
     Eigen::AlignedBox3d box;
-    Eigen::Vector3d normal;  // of any length
+    Eigen::Vector3d normal;  // not normalized
     double offset;
 
     explicit Face(const Eigen::Matrix3d& corners)
@@ -40,7 +39,7 @@ class SharedCubes {
           normal((corners.col(1) - corners.col(0)).cross(corners.col(2) - corners.col(0))),
           offset(normal.dot(corners.col(0))) {}
 
-    /// False only where it is not in the cube; told with room for rounding.
+    /// Conservative test whether the face intersects the cube, with a margin for rounding.
     bool MayMeet(const Eigen::Vector3d& center, double half_edge) const {
       constexpr double kRounding_m = 1e-9;
       const double reach = half_edge + kRounding_m;
@@ -54,12 +53,13 @@ class SharedCubes {
   SharedCubes(const SignedDistance& a, const SignedDistance& b, double voxel,
               const Eigen::AlignedBox3d& box)
       : solids_{&a, &b}, voxel_(voxel), box_(box) {
-    // First the one whose side is told at once.
+    // Test the watertight solid first: its side test is cheap.
     if (a.SignMethod() == SignedDistance::Sign::kWindingNumber) std::swap(solids_[0], solids_[1]);
   }
 
-  /// Cubes [low, low + size) per axis, `size` a power of two. Nothing outside the box is inside
-  /// both. `faces`, if known: of the faces that bound what is inside both, at least those here.
+  /// Counts cubes [low, low + size) per axis, `size` a power of two. No point outside the box is
+  /// inside both. `faces`, if known: at least those faces bounding the intersection that reach this
+  /// block.
   long long Count(const Cubes& low, long long size, bool in_a, bool in_b, const Faces* faces) {
     const Eigen::Vector3d center =
         voxel_ * (low.cast<double>().array() + 0.5 * static_cast<double>(size)).matrix();
@@ -74,14 +74,14 @@ class SharedCubes {
                            [&](const Face& face) { return face.MayMeet(center, half_edge); });
       faces = &faces_here;
     }
-    // All on one side where no face is between.
+    // Without a face between, all cubes are on one side.
     const bool alike = faces != nullptr && faces->empty();
     const double reach = alike ? 0.0 : std::sqrt(3.0) * half_edge;
     bool inside[2] = {in_a, in_b};
     for (int s = 0; s < 2; ++s) {
       if (inside[s]) continue;
-      // The side matters only where no surface can be between: telling it is most of the work where
-      // a surface is open.
+      // The side is only needed if no surface can be in between. Testing the side is most of the
+      // work for an open surface.
       const TriangleTree::Hit nearest = solids_[s]->Tree().Closest(center, hints_[s]);
       hints_[s] = nearest.face;
       if (nearest.squared_distance < reach * reach) continue;
@@ -158,7 +158,7 @@ HoleFill::HoleFill(const TriangleMesh& mesh) {
       throw Error("mesh", fmt::format("face {} repeats a corner", f), "Repair the mesh first");
     }
   }
-  // Copies of vertices where fans touch carry the numbers of what they copy.
+  // Duplicated vertices where fans touch are labeled with the ids of their sources.
   const int given = static_cast<int>(mesh.NumVertices());
   TriangleMesh parted{Eigen::Matrix3Xd::Zero(3, given), mesh.faces};
   for (int v = 0; v < given; ++v) parted.vertices(0, v) = v;
@@ -222,7 +222,7 @@ double CountedVolume(const SignedDistance& a, const SignedDistance& b, double vo
     }
     return count;
   };
-  // Counts are whole numbers: their sum does not depend on the order.
+  // Counts are integers: the sum does not depend on the order.
   const long long first_layer = block_of(low.z());
   std::atomic<long long> count = 0;
   ParallelFor(static_cast<int>(block_of(high.z()) - first_layer + 1), threads,

@@ -11,74 +11,74 @@
 
 namespace holdfast {
 
-/// How contact is measured. Numbers can be compared only when this and the resolution of both
-/// meshes are the same: reports carry it along.
+/// Parameters of contact measurement. Metrics are comparable only for equal parameters and equal
+/// mesh resolutions, so reports include the protocol.
 struct ContactProtocol {
-  double contact_threshold_mm = 5.0;  ///< a vertex is in contact when |signed distance| is below
-  double voxel_mm = 2.0;              ///< edge of the cubes that the shared volume is counted in
-  int threads = 1;                    ///< the results do not depend on it
+  double contact_threshold_mm = 5.0;  ///< a vertex is in contact if |signed distance| is below
+  double voxel_mm = 2.0;              ///< edge of the cubes for the intersection volume
+  int threads = 1;                    ///< does not change the results
   bool operator==(const ContactProtocol&) const = default;
 };
 
-/// Contact of one hand with one object in one frame. Depths and distances are those of the hand's
-/// vertices to the object's surface: one way. Both ways is HandObjectFrame
-/// (geometry/score/hand_object_score.h), what clips are measured by.
+/// Contact of one hand with one object in one frame. Depths and distances are one-sided: from the
+/// hand's vertices to the object's surface. Clips are measured by HandObjectFrame
+/// (geometry/score/hand_object_score.h), which is two-sided.
 struct ContactMetrics {
   double max_penetration_mm = 0.0;   ///< depth of the deepest vertex inside the object; 0 if none
   double mean_penetration_mm = 0.0;  ///< mean depth of the vertices inside; 0 if none
-  double penetrating_ratio = 0.0;    ///< share of the vertices that are inside
-  double contact_ratio = 0.0;        ///< share of the vertices in contact
+  double penetrating_ratio = 0.0;    ///< fraction of the vertices inside
+  double contact_ratio = 0.0;        ///< fraction of the vertices in contact
   bool in_contact = false;           ///< whether any vertex is in contact or inside
   double min_distance_mm = 0.0;      ///< smallest signed distance, negative inside
-  double intersection_volume_cm3 = 0.0;  ///< shared by the solid hand and object; 0 if not measured
+  double intersection_volume_cm3 = 0.0;  ///< of hand and object; 0 if not measured
   bool operator==(const ContactMetrics&) const = default;
 };
 
-/// Metrics of a hand's vertices by their signed distances (meters) from the object, without the
-/// volume. Throws Error for no vertices.
+/// Computes the metrics of a hand from its vertices' signed distances (meters) to the object,
+/// without the volume. Throws Error for no vertices.
 ContactMetrics ContactFromDistances(const Eigen::VectorXd& distances_m,
                                     const ContactProtocol& protocol = {});
 
-/// Metrics of hand vertices (3 x n, meters, in the object's coordinate frame), without the volume.
-/// Throws Error for no vertices.
+/// Computes the metrics of hand vertices (3 x n, meters, in the object's coordinate frame), without
+/// the volume. Throws Error for no vertices.
 ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,
                               const SignedDistance& object, const ContactProtocol& protocol = {});
 
-/// The same for a hand's mesh, with the volume. A hand cut from a body is open at the wrist: it is
-/// closed first (CloseHoles), which adds to the volume only.
+/// Computes the metrics of a hand mesh, including the volume. A hand cut from a body is open at the
+/// wrist; it is closed first (CloseHoles), which only affects the volume.
 ContactMetrics MeasureContact(const TriangleMesh& hand_in_object, const SignedDistance& object,
                               const ContactProtocol& protocol = {});
 
-/// Closes every boundary loop by a fan around a new vertex at the mean of the loop's, oriented like
-/// the faces beside it. New vertices come behind the given ones; where the boundary touches itself
-/// in a vertex that is doubled. Throws Error for edges of more than two faces or faces that
-/// disagree.
+/// Closes every boundary loop by a fan around a new vertex at the mean of the loop's vertices,
+/// oriented like the adjacent faces. New vertices are appended. Vertices where the boundary touches
+/// itself are duplicated. Throws Error for edges of more than two faces or inconsistent
+/// orientation.
 TriangleMesh CloseHoles(const TriangleMesh& mesh);
 
-/// What CloseHoles does to a mesh, for other places of its vertices too: a hand from frame to
-/// frame.
+/// The result of CloseHoles, reusable for other vertex positions of the same mesh, such as a hand
+/// from frame to frame.
 class HoleFill {
  public:
   /// Throws Error as CloseHoles.
   explicit HoleFill(const TriangleMesh& mesh);
 
-  /// Of the closed mesh; those of the given one come first.
+  /// Faces of the closed mesh; those of the input come first.
   const Eigen::Matrix3Xi& Faces() const { return faces_; }
-  /// The vertices, and behind them those that were added.
+  /// Returns the vertices followed by the added vertices.
   Eigen::Matrix3Xd Vertices(const Eigen::Matrix3Xd& vertices) const;
 
  private:
   Eigen::Matrix3Xi faces_;
-  std::vector<std::vector<int>> added_;  // each the mean of these
+  std::vector<std::vector<int>> added_;  // each added vertex is the mean of these
 };
 
-/// Volume (m^3) of what two solids share: cubes of edge `voxel_m`, on a grid fixed to the origin of
-/// the coordinate frame, whose centers are inside both. Without bias; off by about the area of the
-/// shared boundary times half a voxel divided by the root of the number of cubes there.
+/// Intersection volume (m^3) of two solids: the volume of the cubes of edge `voxel_m`, on a grid
+/// fixed to the origin, whose centers are inside both. Unbiased; the error is about the area of the
+/// common boundary times half a voxel divided by the root of the number of cubes there.
 double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
                           int threads = 1);
 
-/// The same where nothing is inside both outside `box`: the cubes of it alone are looked at.
+/// IntersectionVolume for an intersection inside `box`: only cubes in the box are tested.
 double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
                           const Eigen::AlignedBox3d& box, int threads = 1);
 

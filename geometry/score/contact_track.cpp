@@ -9,7 +9,7 @@
 namespace holdfast {
 namespace {
 
-// Mean and maximum of what was seen; nothing of nothing.
+// Mean and maximum of the values added; none if no value was added.
 struct Spread {
   double sum = 0.0;
   double max = 0.0;
@@ -67,7 +67,7 @@ ContactTrack TrackContact(std::span<const Touch> frames, std::span<const std::ui
   track.steps.resize(frames.size());
   track.drift_mm.resize(frames.size());
   std::map<int, Contact> contacts;  // by vertex
-  std::map<int, double> drift;      // by vertex, greatest of its contacts
+  std::map<int, double> drift;      // by vertex, maximum over its contacts
   Spread iou, slip_means, slip_all;
   for (int t = 0; t < static_cast<int>(frames.size()); ++t) {
     if (!counts.empty() && !counts[t]) continue;

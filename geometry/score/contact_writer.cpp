@@ -18,7 +18,7 @@ namespace {
 
 std::uint8_t HandBit(Side side) { return side == Side::kRight ? kHoldsRight : kHoldsLeft; }
 
-// 4 x 4, row by row.
+// 4 x 4, row-major.
 void Append(const Eigen::Isometry3d& pose, std::vector<double>& values) {
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> matrix = pose.matrix();
   values.insert(values.end(), matrix.data(), matrix.data() + matrix.size());
@@ -132,10 +132,10 @@ void WriteContactsCsv(const ClipContactPoints& contacts, const std::filesystem::
 
 namespace {
 
-// Fingers in the order of a hand's joints, as places in kHandParts.
+// Fingers in the order of a hand's joints, as indices into kHandParts.
 constexpr std::array<int, 5> kPartOfFinger = {2, 3, 5, 4, 1};
 
-// What stays the same in all frames.
+// Data that is constant over all frames.
 struct Hand {
   Hand(std::shared_ptr<const BodyModel> body, const Eigen::VectorXd& betas, Side side)
       : model(std::move(body), betas, side) {

@@ -33,16 +33,16 @@ using SurfaceMesh = CGAL::Surface_mesh<Kernel::Point_3>;
 using FaceId = SurfaceMesh::Face_index;
 using EdgeId = SurfaceMesh::Edge_index;
 
-// A piece this close to the other surface, as a share of the size, lies on it.
+// A piece this close to the other surface, relative to the size, lies on it.
 constexpr double kOnSurface = 1e-11;
-// Faces of a piece that are asked for its side; the one farthest from the other surface decides.
+// Faces of a piece tested for its side; the one farthest from the other surface decides.
 constexpr std::size_t kWitnesses = 6;
-// What the vector areas of closed pieces may sum to, as a share of their areas.
+// Tolerance for the sum of the vector areas of closed pieces, relative to their area.
 constexpr double kClosed = 1e-7;
 
 Eigen::Vector3d ToEigen(const Kernel::Point_3& p) { return {p.x(), p.y(), p.z()}; }
 
-// Some faces as a mesh of their own without touching fans.
+// Returns some faces as a separate mesh, with touching fans split.
 TriangleMesh PartOf(const TriangleMesh& mesh, std::span<const int> faces) {
   TriangleMesh part;
   std::vector<int> new_id(static_cast<std::size_t>(mesh.NumVertices()), -1);
@@ -88,15 +88,15 @@ Kernel::Triangle_3 CgalTriangle(const TriangleMesh& mesh, Eigen::Index face) {
   return {point(0), point(1), point(2)};
 }
 
-// What the pieces of one surface add to the integrals over the shared volume's boundary.
+// Contribution of the pieces of one surface to the integrals over the intersection's boundary.
 struct Boundary {
   double volume_m3 = 0.0;
   double area_m2 = 0.0;
   Eigen::Vector3d area_vector = Eigen::Vector3d::Zero();
 };
 
-// Sums the pieces of a cut surface that lie inside the other body. Pieces on its surface count when
-// `count_shared` and both face the same way.
+// Sums the pieces of a cut surface that lie inside the other body. Pieces on its surface count if
+// `count_shared` is set and both have the same orientation.
 template <typename CutMap>
 void AddPiecesInside(const SurfaceMesh& mesh, const CutMap& is_cut, const SignedDistance& other,
                      const Eigen::Vector3d& origin, bool count_shared, Boundary& sum) {
@@ -172,7 +172,7 @@ bool AnyInside(const Eigen::Matrix3Xd& points, const SignedDistance& body) {
 
 ExactVolume Failed(VolumeStatus status) { return {status, 0.0}; }
 
-// Cuts the faces of an overlap, where it has to, and sums the pieces inside.
+// Computes the volume of an overlap, cutting faces only if necessary.
 ExactVolume CutVolume(const Solid& solid, const Solid& other, const SolidOverlap& overlap) {
   if (const std::optional<double> clipped = ClippedVolume(solid, other, overlap)) {
     return {VolumeStatus::kExact, *clipped};
@@ -182,8 +182,8 @@ ExactVolume CutVolume(const Solid& solid, const Solid& other, const SolidOverlap
   auto cut_a = mesh_a.add_property_map<EdgeId, bool>("e:cut", false).first;
   auto cut_b = mesh_b.add_property_map<EdgeId, bool>("e:cut", false).first;
   try {
-    // CGAL 5.5's own check for self-intersections refuses sound meshes that have a border, as
-    // these have. Crossings that count were looked for above; that pieces close is checked below.
+    // CGAL 5.5's own self-intersection check rejects valid meshes with a border, such as these.
+    // Relevant self-intersections were tested above; closure of the pieces is checked below.
     pmp::corefine(mesh_a, mesh_b, CGAL::parameters::edge_is_constrained_map(cut_a),
                   CGAL::parameters::edge_is_constrained_map(cut_b));
   } catch (const pmp::Corefinement::Triple_intersection_exception&) {
@@ -220,7 +220,7 @@ std::string_view Describe(VolumeStatus status) {
   return "";
 }
 
-// What a variant holds, if it is that: of Boost in CGAL 5, of the standard in CGAL 6.
+// Value of a variant if it has this type; boost::variant in CGAL 5, std::variant in CGAL 6.
 template <typename Held, typename Variant>
 const Held* IfHolds(const Variant& variant) {
   if constexpr (requires { std::get_if<Held>(&variant); }) {
@@ -248,13 +248,13 @@ Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, std::span<const int> fa
   for (const auto& [first, second] : pairs) {
     const Kernel::Triangle_3 a = triangle(first);
     const Kernel::Triangle_3 b = triangle(second);
-    // Faces that share a corner meet there in any case: the far end of the segment is the place.
+    // Faces with a common corner always meet there, so the midpoint of the segment is used.
     Eigen::Vector3d place = (ToEigen(CGAL::centroid(a)) + ToEigen(CGAL::centroid(b))) / 2.0;
     if (const auto common = CGAL::intersection(a, b)) {
       if (const auto* segment = IfHolds<Kernel::Segment_3>(*common)) {
         place = (ToEigen(segment->source()) + ToEigen(segment->target())) / 2.0;
       } else if (const auto* point = IfHolds<Kernel::Point_3>(*common)) {
-        // Fans that only touch in a corner were parted: they meet there and cross nowhere.
+        // Split fans touch only in a corner; this is not a crossing.
         if (has_corner(a, *point) && has_corner(b, *point)) continue;
         place = ToEigen(*point);
       }
@@ -283,7 +283,7 @@ SolidOverlap FindOverlap(const Solid& a, const Solid& b, const Eigen::VectorXd& 
     const double longest2 = std::max({(corners.col(1) - corners.col(0)).squaredNorm(),
                                       (corners.col(2) - corners.col(1)).squaredNorm(),
                                       (corners.col(0) - corners.col(2)).squaredNorm()});
-    // Each point of a triangle is as near to a corner as its longest edge over the root of 3.
+    // Each point of a triangle is within (longest edge / sqrt(3)) of a corner.
     if (3.0 * distances.cwiseAbs2().minCoeff() > longest2) continue;
     const Kernel::Triangle_3 triangle = CgalTriangle(b.mesh, f);
     for (const int other :
@@ -316,8 +316,8 @@ struct ExactIntersection::Crossings {
 ExactIntersection::ExactIntersection(const Solid& solid)
     : solid_(&solid), all_(std::make_shared<Crossings>()) {}
 
-// Faces that cross inside the other are among those that overlap it: where these are few, they are
-// looked at first. A part's rim may seem to cross itself where the whole does not.
+// Faces that intersect each other inside the other solid are among the overlapping faces; if these
+// are few, they are tested first. The rim of a part may falsely seem to intersect itself.
 bool ExactIntersection::CrossesItselfIn(const Solid& other, const SolidOverlap& overlap) const {
   constexpr std::size_t kFew = 200;
   if (overlap.faces_a.size() <= kFew &&
@@ -353,7 +353,7 @@ ExactVolume ExactIntersection::With(const Solid& other, const SolidOverlap& over
     const ExactVolume volume = CutVolume(*solid_, other, overlap);
     if (volume.Known()) return volume;
   }
-  // Where the faces that count do not do, those beside them may: all in the box of both.
+  // If the overlapping faces do not suffice, retry with all faces in the common bounding box.
   SolidOverlap whole = overlap;
   const Eigen::Vector3d low = a.Min().cwiseMax(b.Min());
   const Eigen::Vector3d high = a.Max().cwiseMin(b.Max());

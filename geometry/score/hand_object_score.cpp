@@ -26,10 +26,10 @@ Eigen::Matrix3Xd HandInObject(const Clip& clip, HandState& state, int t) {
   return object_from_world * (state.Vertices().colwise() - clip.object->trans.col(t));
 }
 
-// No place in a hand is farther from its skin.
+// Maximum depth of a point in a hand below its skin.
 constexpr double kThickest_m = 0.025;
 
-// What all frames share.
+// Data shared by all frames.
 struct Measured {
   const Clip& clip;
   const HandModel& hand;
@@ -40,7 +40,7 @@ struct Measured {
   BallTree object_vertices;
 };
 
-// Measures frame after frame; one per thread. What it keeps from one to the next is for speed.
+// Measures frame after frame; one per thread. State kept between frames only affects speed.
 class FrameMeasurer {
  public:
   explicit FrameMeasurer(const Measured& all)
@@ -78,8 +78,8 @@ class FrameMeasurer {
   }
 
  private:
-  // Distances of the closed hand's vertices from the object. One that is neither below the
-  // threshold nor the least may be less than it is.
+  // Distances of the closed hand's vertices from the object. A distance that is neither below the
+  // threshold nor the minimum may be a lower bound.
   Eigen::VectorXd FindNearest(double threshold_m) {
     const Eigen::AlignedBox3d box(all_.object.distance.Min(), all_.object.distance.Max());
     Eigen::VectorXd distances(closed_.mesh.NumVertices());
@@ -100,7 +100,7 @@ class FrameMeasurer {
       }
       distances[i] = query.distance;
     };
-    measure(nearest_);  // the last frame's: most others need not be asked for then
+    measure(nearest_);  // last frame's nearest: most other queries are then skipped
     for (int i = 0; i < distances.size(); ++i) measure(i);
     return distances;
   }
@@ -113,12 +113,12 @@ class FrameMeasurer {
     closed_.distance.Move(vertices);
   }
 
-  // Gives the object's vertices that are inside the hand.
+  // Returns the object's vertices that are inside the hand.
   std::vector<int> MeasureObjectInHand(HandObjectFrame& frame) {
     std::vector<int> inside;
     const Eigen::AlignedBox3d box(closed_.distance.Min(), closed_.distance.Max());
-    // No point of a ball is inside when the surface is farther than its radius. Where fingers are
-    // in each other, the nearest skin may be seen from outside: no point of a hand is so far in.
+    // A ball has no point inside if the surface is farther away than its radius. Where fingers
+    // overlap, the sign may be wrong; no point of a hand is deeper than kThickest_m.
     const auto reaches = [&](const Eigen::Vector3d& center, double radius, std::size_t ball) {
       if (box.squaredExteriorDistance(center) > radius * radius) return false;
       if (!closed_.IsClosed() || from_hand_.AtMost(ball, center) <= radius) return true;
@@ -158,10 +158,10 @@ class FrameMeasurer {
   const Measured& all_;
   HandState state_;
   Solid closed_;
-  Eigen::Matrix3Xd surface_ = closed_.mesh.vertices;  // where closed_.distance has it
+  Eigen::Matrix3Xd surface_ = closed_.mesh.vertices;  // as last passed to closed_.distance
   std::vector<SignedDistance::Result> queries_;
-  // Of the hand's vertices from the object; of balls of the object's vertices, and behind them
-  // these vertices, from the hand.
+  // Distances of the hand's vertices from the object; and from the hand, of the balls of the
+  // object's vertices, followed by these vertices.
   ClearanceMemory from_object_, from_hand_;
   int nearest_ = 0;  // hand vertex in the last frame
 };

@@ -37,7 +37,7 @@ ObjectPoseError ObjectPoseComparer::Compare(
   error.translation_mm = 1e3 * (a * symmetry_.center - b * symmetry_.center).norm();
   error.rotation_deg = kDegrees * AngleBetween(a.linear(), b.linear());
   error.rotation_modulo_deg = kDegrees * AngleModulo(a.linear(), b.linear(), symmetry_);
-  // Distances in the reference's object frame, where the tree of its vertices stays as it is.
+  // Distances in the reference's object frame, so that the tree of its vertices can be reused.
   const Eigen::Isometry3d reference_from_object = b.inverse() * a;
   const Eigen::Matrix3Xd moved =
       (reference_from_object.linear() * vertices_).colwise() + reference_from_object.translation();
@@ -50,16 +50,16 @@ ObjectPoseError ObjectPoseComparer::Compare(
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-// Moments of inertia this close, as a share of the largest, may be those of a symmetric object.
+// Moments of inertia this close, relative to the largest, may belong to a symmetric object.
 constexpr double kEqualMoments = 0.12;
 constexpr Eigen::Index kCoarseSamples = 48;
 constexpr Eigen::Index kFineSamples = 120;
 constexpr std::array<int, 5> kFolds = {2, 3, 4, 5, 6};
-constexpr std::size_t kLargestGroup = 60;  // of the icosahedron
+constexpr std::size_t kLargestGroup = 60;  // icosahedral group
 constexpr double kSameRotation = 6.0 * kPi / 180.0;
 constexpr double kSameAxis = 10.0 * kPi / 180.0;
 constexpr std::size_t kTries = 14;         // refinements per fold
-constexpr double kGoldenAngle = 2.399963;  // its multiples are no fractions of a turn
+constexpr double kGoldenAngle = 2.399963;  // its multiples are not fractions of a turn
 
 Eigen::Matrix3d Turn(const Eigen::Vector3d& axis, double angle) {
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
@@ -76,7 +76,7 @@ class SymmetrySearch {
       : tree_(mesh), moments_(MeasureMoments(mesh)) {
     tolerance_ = options.tolerance * Diameter(mesh.vertices);
     const Eigen::Matrix3Xd points = SampleSurface(mesh, options.samples);
-    // In an order that makes any first part a spread sample: most candidates fail on few points.
+    // Ordered such that any prefix is an evenly spread sample: most candidates fail on few points.
     samples_.resize(3, points.cols());
     const Eigen::Index n = points.cols();
     Eigen::Index step = static_cast<Eigen::Index>(0.618 * static_cast<double>(n)) | 1;
@@ -97,8 +97,8 @@ class SymmetrySearch {
     };
     const bool low_pair = moment[1] - moment[0] < kEqualMoments * moment[2];
     const bool high_pair = moment[2] - moment[1] < kEqualMoments * moment[2];
-    // Different moments allow half turns about their axes; two equal ones any turn about the third
-    // and half turns across it; three equal ones anything.
+    // Distinct moments allow half turns about their axes. Two equal ones allow any turn about the
+    // third axis and half turns across it; three equal ones allow any rotation.
     std::vector<Found> found;
     if (low_pair && high_pair) {
       const std::vector<Eigen::Vector3d> directions = HalfSphere(500);
@@ -120,8 +120,8 @@ class SymmetrySearch {
   }
 
  private:
-  // The farthest that `rotation` carries the first `count` samples off the surface. Stops, with
-  // what it has found by then, above `limit`.
+  // Largest distance by which `rotation` moves the first `count` samples off the surface. Stops
+  // early, with the value so far, above `limit`.
   double Leaves(const Eigen::Matrix3d& rotation, double limit,
                 Eigen::Index count = std::numeric_limits<Eigen::Index>::max()) const {
     double farthest = 0.0;
@@ -141,7 +141,7 @@ class SymmetrySearch {
     return sum / static_cast<double>(n);
   }
 
-  // Moves the axis to where a turn by `angle` leaves the surface least.
+  // Adjusts the axis to minimize the deviation from the surface after a turn by `angle`.
   Eigen::Vector3d Refine(Eigen::Vector3d axis, double angle) const {
     double best = MeanSquare(Turn(axis, angle), kFineSamples);
     for (double step = 3.0 * kPi / 180.0; step > 0.05 * kPi / 180.0;) {
@@ -181,10 +181,10 @@ class SymmetrySearch {
   void Search(const std::vector<Eigen::Vector3d>& candidates, int fold,
               std::vector<Found>& found) const {
     const double angle = 2.0 * kPi / fold;
-    std::vector<std::pair<double, int>> order;  // by how little a turn leaves the surface
+    std::vector<std::pair<double, int>> order;  // by deviation from the surface after the turn
     for (std::size_t i = 0; i < candidates.size(); ++i) {
       const double squared = MeanSquare(Turn(candidates[i], angle), kCoarseSamples);
-      // What a candidate a few degrees off moves a point by is forgiven until it is refined.
+      // Before refinement, allow for the displacement due to an axis a few degrees off.
       const double forgiven = tolerance_ + 0.1 * std::sqrt(moments_.covariance.trace());
       if (squared < forgiven * forgiven) order.emplace_back(squared, static_cast<int>(i));
     }
@@ -208,7 +208,7 @@ class SymmetrySearch {
     }
   }
 
-  // An axis with symmetries by 1/3, 1/4 and 1/5 of a turn has them by 1/60: it is taken as round.
+  // An axis with symmetries by 1/3, 1/4 and 1/5 of a turn has 1/60 of a turn: treated as round.
   bool FindRoundAxis(const std::vector<Found>& found, ObjectSymmetry& result) const {
     for (const Found& five : found) {
       if (five.fold != 5) continue;
@@ -224,7 +224,7 @@ class SymmetrySearch {
     return false;
   }
 
-  // All products of the symmetries found that are symmetries themselves.
+  // Adds all products of the found symmetries that are themselves symmetries.
   void CloseGroup(const std::vector<Found>& found, ObjectSymmetry& result) const {
     std::vector<Eigen::Matrix3d>& group = result.rotations;
     for (std::size_t i = 0; i < group.size() && group.size() < kLargestGroup; ++i) {
@@ -257,7 +257,7 @@ class SymmetrySearch {
     return farthest;
   }
 
-  // Directions spread evenly over half a sphere.
+  // Directions spread evenly over a hemisphere.
   static std::vector<Eigen::Vector3d> HalfSphere(int count) {
     std::vector<Eigen::Vector3d> directions;
     for (int k = 0; k < count; ++k) {
@@ -271,7 +271,7 @@ class SymmetrySearch {
   TriangleTree tree_;
   SurfaceMoments moments_;
   double tolerance_ = 0.0;
-  Eigen::Matrix3Xd samples_;  // about the center
+  Eigen::Matrix3Xd samples_;  // relative to the center
 };
 
 }  // namespace
@@ -283,7 +283,7 @@ ObjectSymmetry DetectSymmetry(const TriangleMesh& mesh, const SymmetryOptions& o
 std::string Describe(const ObjectSymmetry& symmetry) {
   if (symmetry.sphere) return "any rotation";
   if (symmetry.axis) {
-    // Rounding is no news, and neither is the sign of an axis.
+    // Hide rounding errors and the arbitrary sign of the axis.
     Eigen::Vector3d axis = *symmetry.axis;
     Eigen::Index largest = 0;
     axis.cwiseAbs().maxCoeff(&largest);
@@ -337,8 +337,8 @@ SurfaceMoments MeasureMoments(const TriangleMesh& mesh) {
 double Diameter(const Eigen::Matrix3Xd& vertices) {
   const Eigen::Index n = vertices.cols();
   if (n < 2) return 0.0;
-  // Farthest from the middle first: a pair's distance is at most the sum of its radii, so most
-  // pairs of an elongated object are never looked at.
+  // Farthest from the middle first: the distance of a pair is at most the sum of its radii, so most
+  // pairs of an elongated object are never tested.
   const Eigen::Vector3d middle =
       0.5 * (vertices.rowwise().minCoeff() + vertices.rowwise().maxCoeff());
   const Eigen::VectorXd radius = (vertices.colwise() - middle).colwise().norm().transpose();

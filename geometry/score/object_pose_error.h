@@ -13,56 +13,55 @@
 
 namespace holdfast {
 
-/// The rotations about `center` that carry an object's surface onto itself: its poses R and R S
-/// cannot be told apart by shape. Mirror images are not among them: no motion makes one.
+/// The rotations about `center` that map an object's surface onto itself: poses R and R S are
+/// indistinguishable by shape. Mirror images are excluded: no rigid motion produces one.
 struct ObjectSymmetry {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< object's frame, meters
-  /// The finite part, the identity first. With an axis: one of each class (identity, and the half
-  /// turn that swaps its ends if that is one).
+  /// The finite part, the identity first. With an axis: one representative of each class (the
+  /// identity, and the half turn that swaps the ends if it is a symmetry).
   std::vector<Eigen::Matrix3d> rotations = {Eigen::Matrix3d::Identity()};
-  std::optional<Eigen::Vector3d> axis;  ///< unit; any turn about it is a symmetry
-  bool sphere = false;                  ///< any rotation is one
-  /// The farthest that any of them carries a point of the surface off the surface, mm.
+  std::optional<Eigen::Vector3d> axis;  ///< unit; any rotation about it is a symmetry
+  bool sphere = false;                  ///< whether any rotation is a symmetry
+  /// Largest distance of a surface point from the surface under any of the symmetries, mm.
   double deviation_mm = 0.0;
 
   bool Any() const { return sphere || axis || rotations.size() > 1; }
 };
 
 struct SymmetryOptions {
-  /// A rotation is a symmetry when no sample of the surface leaves it by more than this share of
-  /// the diameter.
-  /// Small enough for a mug's handle, large enough for the thread of a bulb and the dents of a can.
+  /// A rotation is a symmetry if no surface sample leaves the surface by more than this fraction of
+  /// the diameter: small enough to detect a mug's handle, large enough to ignore the thread of a
+  /// bulb and the dents of a can.
   double tolerance = 0.015;
   int samples = 1500;  ///< on the surface, evenly spread
 };
 
-/// Looks for rotational symmetries: about the axes of inertia, about all axes perpendicular to one
-/// where two moments are equal, and about all axes where three are; turns by any angle, and by
-/// 1/2 ... 1/6 of a turn. What is found is closed under composition. Throws Error for a mesh
-/// without area.
+/// Detects rotational symmetries. Tests the axes of inertia, all axes perpendicular to one of them
+/// if two moments are equal, and all axes if three are equal; rotations by any angle, and by 1/2
+/// ... 1/6 of a turn. The result is closed under composition. Throws Error for a mesh without area.
 ObjectSymmetry DetectSymmetry(const TriangleMesh& mesh, const SymmetryOptions& options = {});
 
-/// "none", "any turn about (0, 0, 1), ends alike", "4 rotations", "any rotation".
+/// Returns e.g. "none", "any turn about (0, 0, 1), ends alike", "4 rotations", "any rotation".
 std::string Describe(const ObjectSymmetry& symmetry);
 
-/// Least angle (radians) between R_a and R_b S over all symmetries S.
+/// Minimum angle (radians) between R_a and R_b S over all symmetries S.
 double AngleModulo(const Eigen::Matrix3d& R_a, const Eigen::Matrix3d& R_b,
                    const ObjectSymmetry& symmetry);
 
-/// How far one pose of an object is from another.
+/// Error of one pose of an object relative to another.
 struct ObjectPoseError {
-  double translation_mm = 0.0;       ///< distance of the two places of the object's center
+  double translation_mm = 0.0;       ///< distance between the two positions of the object's center
   double rotation_deg = 0.0;         ///< angle between the rotations
-  double rotation_modulo_deg = 0.0;  ///< least angle over the object's symmetries
+  double rotation_modulo_deg = 0.0;  ///< minimum angle over the object's symmetries
   double add_mm = 0.0;               ///< mean over vertices of |A x - B x| (Hinterstoisser 2012)
-  double add_s_mm = 0.0;  ///< mean over vertices of the distance of A x to the nearest B y: no
-                          ///< correspondence, for symmetric objects
+  double add_s_mm = 0.0;  ///< mean over vertices of the distance of A x to the nearest B y, without
+                          ///< correspondence: for symmetric objects
 };
 
 /// Compares poses of one object. Const after construction and shareable.
 class ObjectPoseComparer {
  public:
-  /// Of the mesh in the object's own frame: all its vertices are compared. Throws Error for a mesh
+  /// `mesh` is in the object's own frame; all its vertices are compared. Throws Error for a mesh
   /// without area.
   ObjectPoseComparer(const TriangleMesh& mesh, ObjectSymmetry symmetry);
 
@@ -79,17 +78,17 @@ class ObjectPoseComparer {
   double diameter_m_;
 };
 
-/// First and second moments of a surface, by its area: defined for open meshes as well.
+/// First and second moments of a surface, by area; also defined for open meshes.
 struct SurfaceMoments {
   double area_m2 = 0.0;
   Eigen::Vector3d center = Eigen::Vector3d::Zero();      ///< mean point, meters
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();  ///< about the center, m^2
 };
 
-/// Exact integrals over the triangles. Throws Error for a mesh without area.
+/// Integrates exactly over the triangles. Throws Error for a mesh without area.
 SurfaceMoments MeasureMoments(const TriangleMesh& mesh);
 
-/// Greatest distance between two vertices, meters.
+/// Largest distance between two vertices, meters.
 double Diameter(const Eigen::Matrix3Xd& vertices);
 
 }  // namespace holdfast

@@ -15,13 +15,13 @@
 namespace holdfast {
 namespace {
 
-// Skin farther than this from all that is asked for is left out; nothing of interest is farther.
+// Skin farther than this from all queries is culled; no relevant skin is farther.
 constexpr double kMargin_m = 0.3;
 
 constexpr std::uint8_t kBothArms = kHoldsRight | kHoldsLeft;
 
-// The deepest of points seen so far, and where no deeper one can be: depth changes no faster than
-// its point moves.
+// Tracks the deepest of the points so far, and where no deeper point is possible: depth is
+// 1-Lipschitz.
 class Deepest {
  public:
   explicit Deepest(const OwnBody::Posed& body) : body_(body) {}
@@ -30,7 +30,7 @@ class Deepest {
   bool Reaches(const Eigen::Vector3d& center, double radius) {
     if (last_depth_ + (center - last_).norm() + radius <= depth_) return false;
     const std::optional<OwnBody::Touch> touch = body_.Query(center);
-    // No skin near, or the rim of an arm left out: nothing is known about points beside.
+    // No skin nearby, or at the rim of an excluded arm: nothing is known about neighboring points.
     if (!touch) return radius > 0.0;
     last_ = center;
     last_depth_ = touch->depth;
@@ -42,7 +42,7 @@ class Deepest {
 
  private:
   const OwnBody::Posed& body_;
-  Eigen::Vector3d last_ = Eigen::Vector3d::Zero();  // a place, and how deep it is
+  Eigen::Vector3d last_ = Eigen::Vector3d::Zero();  // a position and its depth
   double last_depth_ = std::numeric_limits<double>::infinity();
   double depth_ = 0.0;
 };
@@ -83,7 +83,7 @@ void Summarize(BodyDepth& depth) {
   depth.mean_mm /= static_cast<double>(depth.depth_mm.size());
 }
 
-// Neighbors in space beside each other.
+// Sorts vertices such that spatial neighbors are adjacent.
 std::vector<int> InOrder(const BodySurface& body, const std::vector<int>& vertices) {
   std::vector<int> ordered;
   BallTree(body.RestVertices()(Eigen::all, vertices))

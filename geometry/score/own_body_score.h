@@ -16,39 +16,39 @@ namespace holdfast {
 
 class BallTree;
 
-/// Points of an object's surface that are looked for in the body, besides all its vertices: spread
+/// Number of object surface points tested against the body, in addition to all vertices; spread
 /// evenly by area (SampleSurface).
 inline constexpr int kOwnBodySamples = 2000;
 
-/// How deep something is in the person's own body, frame by frame.
+/// Penetration depth into the person's own body per frame.
 struct BodyDepth {
-  std::vector<double> depth_mm;  ///< T, of the deepest point; 0 where none is inside
+  std::vector<double> depth_mm;  ///< T, of the deepest point; 0 if none is inside
   double max_mm = 0.0, mean_mm = 0.0;
-  int worst_frame = 0;  ///< the first with the greatest depth
+  int worst_frame = 0;  ///< the first with the largest depth
 
-  /// Share of frames deeper than this.
+  /// Fraction of frames deeper than this.
   double DeepRatio(double deep_mm) const;
 };
 
-/// The object and the arms in the person's own body over a clip.
+/// Penetration of the object and the arms into the person's own body over a clip.
 struct OwnBodyScore {
-  /// The object's vertices and kOwnBodySamples points of its surface in trunk, neck, head, legs
-  /// and any arm that holds it in no frame. Nothing without an object.
+  /// The object's vertices and kOwnBodySamples points of its surface, in trunk, neck, head, legs
+  /// and any arm that never holds it. None without an object.
   std::optional<BodyDepth> object;
   /// Skin of both forearms and hands (OwnBody::ForearmAndHand) in trunk, neck, head and legs.
   BodyDepth arms;
   int object_points = 0;
 };
 
-/// What measures a person and an object, for any of their clips. Const and shared by threads.
+/// Measures a person and an object, for any of their clips. Const and shareable between threads.
 class OwnBodyMeter {
  public:
-  /// `body` has all vertices, must outlive this and is no hand alone; `object` may be null.
-  /// `holders`: arms that hold the object in some frame (bits as in Clip::holding_hand).
+  /// `body` has all vertices, must outlive this object and is not a hand alone; `object` may be
+  /// null. `holders`: arms that hold the object in some frame (bits as in Clip::holding_hand).
   OwnBodyMeter(const BodySurface& body, const TriangleMesh* object, std::uint8_t holders);
 
-  /// Measures every frame. Frames are shared among `threads`; the result does not depend on them.
-  /// `progress` (frames done, frames) may be empty, is called one at a time, and stops the
+  /// Measures every frame. Frames are distributed over `threads`; the result does not depend on it.
+  /// `progress` (frames done, frames) may be empty, is never called concurrently, and stops the
   /// measurement by returning false.
   OwnBodyScore Measure(const Clip& clip, int threads = 1,
                        const std::function<bool(int, int)>& progress = {}) const;
@@ -57,10 +57,10 @@ class OwnBodyMeter {
   const BodySurface& body_;
   std::vector<int> arms_;  // vertices
   OwnBody for_arms_, for_object_;
-  std::shared_ptr<const BallTree> points_;  // of the object, if there is one
+  std::shared_ptr<const BallTree> points_;  // of the object, if present
 };
 
-/// OwnBodyMeter for one clip; nothing for a hand alone.
+/// Applies OwnBodyMeter to one clip; returns nothing for a hand-only model.
 std::optional<OwnBodyScore> MeasureOwnBody(const Clip& clip, const BodySurface& body,
                                            const TriangleMesh* object, std::uint8_t holders,
                                            int threads = 1,

@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kStill = 1e-3;  // m/s^2 or rad/s^2
 
-// Mean norm of difference(t) over the t in [before, frames - after) whose frames all count.
+// Mean norm of difference(t) over the t in [before, frames - after) whose frames are all included.
 template <typename Difference>
 std::optional<double> MeanNorm(int frames, int before, int after,
                                std::span<const std::uint8_t> counts, const Difference& difference) {

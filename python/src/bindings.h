@@ -46,62 +46,62 @@ void BindRobot(py::module_& module);
 void BindStudies(py::module_& module);
 void BindTraining(py::module_& module);
 
-/// Thrown for work that the caller's progress stopped: holdfast.Stopped, a RuntimeError.
+/// Thrown if the progress callback stopped the work: holdfast.Stopped, a RuntimeError.
 struct Stopped : std::runtime_error {
   Stopped() : std::runtime_error("stopped by progress") {}
 };
 
-/// A text of the library, with its options as Python names them: "--object-scale" is object_scale.
+/// Converts option names in a text of the library to Python: "--object-scale" becomes object_scale.
 std::string PythonText(const std::string& text);
 
-/// Sets the options that are given by name. Throws TypeError for names that the table does not have
-/// and values of a wrong type, and ValueError for values out of range.
+/// Sets options by name. Throws TypeError for unknown names and values of a wrong type, and
+/// ValueError for values out of range.
 void SetOptions(const py::kwargs& given, const OptionTable& table);
 
-/// Throws Error for a file or folder that is there already, unless `force`. What writes calls this
-/// before its work.
+/// Throws Error if a file or folder exists, unless `force`. Called by writing functions before
+/// their work.
 void RequireNew(const std::filesystem::path& path, bool force);
 
-/// Notes of the library go to logging.getLogger("holdfast") at level INFO.
+/// Logs notes of the library to logging.getLogger("holdfast") at level INFO.
 void LogNotes(const std::vector<std::string>& notes);
 
-/// A clip argument: a Clip, or what LoadClip takes (path or embedded name), with its body.
+/// A clip argument: a Clip, or an argument of LoadClip (path or embedded name), with its body.
 struct ClipArgument {
   ClipPtr clip;
   ClipBody body;
   std::string name;            ///< for messages
-  std::filesystem::path file;  ///< the clip's own, as of LoadedClip
-  bool imported = false;       ///< of another program's file
-  std::string other_body;      ///< BodyChange::from, where the file's clip was brought onto `body`
+  std::filesystem::path file;  ///< of the clip, as in LoadedClip
+  bool imported = false;       ///< from a file of another program
+  std::string other_body;      ///< BodyChange::from, if the clip was converted to `body`
 };
-/// Throws TypeError for neither, and Error for a Clip whose numbers are out of range or whose
-/// arrays differ in length. `model` is None for the embedded body. `options` are of files.
+/// Converts a clip argument. Throws TypeError for other types, and Error for a Clip with invalid
+/// numbers or array lengths. `model` is None for the embedded body. `options` apply to files.
 ClipArgument ClipOf(const py::handle& value, const py::object& model, const char* name = "clip",
                     ImportFileOptions options = {});
 
-/// `clip` (ClipOf, or a result that has one) with its body, and the mesh of its object where that
-/// is given, the result's or found.
+/// Returns `clip` (ClipOf, or a result with a clip) with its body, and the mesh of its object: the
+/// given one, that of the result, or the one found.
 ReportInput SceneOf(const py::object& clip, const py::object& object, double object_scale,
                     const py::object& body, const char* name = "clip");
 
-/// The same as LoadClip gives it.
+/// Returns the clip in the form of LoadClip.
 LoadedClip LoadedOf(const ClipArgument& clip);
 
-/// The mesh of the clip's object, from its track, its file or by its name.
+/// Returns the mesh of the clip's object, from its track, its file or its name.
 ClipObject OwnObject(const ClipArgument& clip, double scale = 1.0);
-/// The clip, with this mesh as its object's: what a result is of.
+/// Returns the clip with this mesh as that of its object, for results.
 ClipPtr WithSurface(Clip clip, const TriangleMesh& mesh);
 
-/// An object argument: a path or embedded name, or (vertices (V, 3), faces (F, 3)).
+/// Converts an object argument: a path or embedded name, or (vertices (V, 3), faces (F, 3)).
 LoadedObject ObjectOf(const py::handle& value, double scale = 1.0, const char* name = "object");
-/// The same, or where it is None the clip's own. Throws Error where there is none.
+/// Same; None means the clip's own object. Throws Error if it has none.
 LoadedObject ObjectOf(const py::handle& value, const ClipArgument& clip, double scale);
-/// The same as a surface, a file's or arrays' as they are, nothing repaired.
+/// Converts an object argument to a surface as it is in the file or arrays, without repairs.
 TriangleMesh MeshArgument(const py::handle& value, const char* name, double scale = 1.0);
-/// (vertices (V, 3), faces (F, 3)), copied.
+/// Returns (vertices (V, 3), faces (F, 3)), copied.
 py::tuple MeshTuple(const TriangleMesh& mesh);
 
-/// "right" and the like as an enum; ValueError lists what is known.
+/// Converts "right" etc. to an enum. The ValueError for other texts lists the choices.
 template <typename Enum>
 Enum Choice(const std::string& value, const char* name,
             const std::vector<std::pair<const char*, Enum>>& choices) {

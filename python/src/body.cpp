@@ -21,8 +21,8 @@ using namespace py::literals;
 
 using JointColumns = Eigen::Matrix<double, 3, kNumJoints>;
 
-// What calls of a model work on, kept with it from call to call: in a loop of an optimizer, betas
-// and vertices stay the same, and preparing them takes longer than a frame.
+// Surface kept with a model between calls: in an optimizer loop betas and vertices do not change,
+// and preparing them takes longer than a frame.
 struct PersonSurface {
   Eigen::VectorXd betas;
   std::optional<std::vector<int>> vertex_ids;
@@ -56,7 +56,7 @@ PersonSurface SurfaceOf(const py::object& self, const py::object& betas,
   return person;
 }
 
-// A motion as both calls take it.
+// Motion argument of both calls.
 struct Motion {
   Motion(const py::object& poses, const py::object& trans_or_none)
       : pose(Poses(poses, "poses")), trans(Eigen::Matrix3Xd::Zero(3, Frames())) {
@@ -68,16 +68,15 @@ struct Motion {
   Eigen::Matrix3Xd trans;
 };
 
-// The frames are divided into as many blocks whatever the threads: sums over a block, and of these
-// in their order, are then the same for any number of threads.
+// The number of blocks does not depend on the number of threads, so neither do sums over blocks.
 constexpr py::ssize_t kBlocks = 64;
 
 py::ssize_t BlockBegin(py::ssize_t block, py::ssize_t frames) {
   return block * frames / std::min(frames, kBlocks);
 }
 
-// run(begin, states) for all frames, posed: runs of up to kFramesTogether frames from `begin` on,
-// those of a block in their order and by one thread.
+// Calls run(begin, states) for posed runs of up to kFramesTogether frames from `begin` on. The
+// frames of a block are processed in order by one thread.
 void ForFrames(const Motion& motion, const BodySurface& surface, int threads,
                const std::function<void(py::ssize_t, std::span<const BodyState>)>& run) {
   const py::ssize_t frames = motion.Frames(), blocks = std::min(frames, kBlocks);
@@ -86,7 +85,7 @@ void ForFrames(const Motion& motion, const BodySurface& surface, int threads,
   RunWithProgress(py::none(), [&](const StagedProgress& progress) {
     const auto groups = static_cast<int>((blocks + together - 1) / together);
     ParallelFor(groups, threads, [&](int group) {
-      thread_local std::vector<BodyState> states(kFramesTogether);  // of a thread that ends soon
+      thread_local std::vector<BodyState> states(kFramesTogether);  // the thread ends soon
       const py::ssize_t last = std::min(blocks, (group + 1) * together);
       const py::ssize_t end = BlockBegin(last, frames);
       for (py::ssize_t t = BlockBegin(group * together, frames); t < end; t += kFramesTogether) {

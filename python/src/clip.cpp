@@ -78,7 +78,7 @@ py::array_t<double> PoseColumns(const py::object& self, int begin, int end) {
                              clip.pose.front().data() + begin, self);
 }
 
-// The arguments of smplx's forward, by its names (use_pca=False, flat_hand_mean=True).
+// Arguments of smplx's forward, by name (use_pca=False, flat_hand_mean=True).
 py::dict ToSmplx(const py::object& self) {
   const auto columns = [&](int first, int count) {
     return PoseColumns(self, 3 * first, 3 * (first + count));
@@ -94,7 +94,7 @@ py::dict ToSmplx(const py::object& self) {
                   "transl"_a = RowsOf(clip.trans, self), "betas"_a = betas);
 }
 
-// A clip of any kind, with the mesh of its object where the file holds or names one.
+// Loads a clip of any kind, with its object mesh if the file has or names one.
 LoadedClip Load(const std::string& path, const py::object& body, ImportFileOptions options = {}) {
   if (!body.is_none()) options.parameters.body = body.cast<ModelPtr>();
   LoadedClip loaded = RunAside([path, options] {
@@ -103,7 +103,7 @@ LoadedClip Load(const std::string& path, const py::object& body, ImportFileOptio
       if (ClipObject own = FindClipObject(clip); own.mesh && !own.by_name) {
         clip.clip.object->surface = std::make_shared<const TriangleMesh>(std::move(*own.mesh));
       }
-    } catch (const Error& error) {  // a fault where the mesh is needed
+    } catch (const Error& error) {  // an error only if the mesh is needed
       clip.notes.push_back(error.what());
       clip.clip.object->mesh =
           std::filesystem::absolute(clip.file.parent_path() / clip.clip.object->mesh).string();
@@ -174,7 +174,7 @@ void BindTrack(py::module_& module) {
       .def("__len__", [](const ObjectTrack& track) { return track.trans.cols(); });
 }
 
-// A clip's track stays as long as the clip: arrays and tracks that were given out point into it.
+// Copies the clip, since existing arrays and tracks point into the track of the original.
 ClipPtr WithObject(const Clip& self, const py::object& track) {
   auto clip = std::make_shared<Clip>(self);
   clip->object.reset();

@@ -26,7 +26,7 @@ struct ConvertedMotion {
 };
 using ConvertedPtr = std::shared_ptr<ConvertedMotion>;
 
-// A file of another program is imported with its world left alone.
+// Imports files of other programs without changing their world frame.
 ClipArgument SourceOf(const py::object& clip, const py::object& from_body,
                       const std::string& from_hands) {
   ImportFileOptions import;
@@ -68,7 +68,7 @@ ConvertedPtr Convert(const py::object& clip, const py::object& to_body, const py
   return converted;
 }
 
-// A part of ConversionJson; None where it has none of this name.
+// A part of ConversionJson, or None if there is no part of this name.
 py::object Part(const ConvertedMotion& self, const char* name) {
   return ToPython(ConversionJson(self.conversion).value(name, nlohmann::json()));
 }

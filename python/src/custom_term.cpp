@@ -16,7 +16,7 @@ namespace {
 
 using namespace py::literals;
 
-// Terms are copied and dropped by threads that do not hold the interpreter.
+// Terms are copied and destroyed by threads that do not hold the interpreter lock.
 using SharedObject = std::shared_ptr<const py::object>;
 SharedObject Share(py::object object) {
   return {new py::object(std::move(object)), [](const py::object* kept) {
@@ -25,8 +25,8 @@ SharedObject Share(py::object object) {
           }};
 }
 
-// A callable as a cost function: function(frame, *blocks) gives residuals, or residuals and the
-// list of their Jacobians by the blocks; without those, Ceres differentiates numerically.
+// Cost function from a callable: function(frame, *blocks) returns residuals, or residuals and a
+// list of their Jacobians per block. Without Jacobians, Ceres differentiates numerically.
 class CallableCost final : public ceres::CostFunction {
  public:
   CallableCost(SharedObject function, int frame, int num_residuals, std::vector<int> sizes)
@@ -56,7 +56,7 @@ class CallableCost final : public ceres::CostFunction {
   };
   using Numeric = ceres::DynamicNumericDiffCostFunction<Values, ceres::CENTRAL>;
 
-  // Whether the function gave Jacobians. Throws what it raised, as text.
+  // Returns whether the function gave Jacobians. Rethrows its exceptions as text.
   bool Call(double const* const* parameters, double* residuals, double** jacobians) const {
     const py::gil_scoped_acquire locked;
     try {
@@ -87,11 +87,11 @@ class CallableCost final : public ceres::CostFunction {
       }
       return true;
     } catch (const py::error_already_set& error) {
-      throw std::runtime_error(error.what());  // while the interpreter is held
+      throw std::runtime_error(error.what());  // while the lock is held
     }
   }
 
-  // Numbers as they are: those that are not finite are for the solver's own check.
+  // Copies numbers unchecked: the solver checks whether they are finite.
   static void Copy(const py::object& value, const char* name, const Shape& shape, double* to) {
     const auto array =
         py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);

@@ -8,7 +8,7 @@
 
 namespace holdfast::python {
 
-/// None, or a list of holdfast.CustomTerm.
+/// Converts None, or a list of holdfast.CustomTerm.
 std::vector<CustomTerm> CustomTermsOf(const py::object& terms);
 
 }  // namespace holdfast::python

@@ -19,7 +19,7 @@ using namespace py::literals;
 
 constexpr int kMaxNested = 200;
 
-// The numbers (or texts) with the type and shape that they have, uncopied.
+// The numbers (or texts) with their type and shape, without a copy.
 py::array ArrayOf(NpyMember member) {
   auto owned = std::make_unique<NpyArray>(std::move(member.array));
   const NpyArray& array = *owned;
@@ -48,8 +48,8 @@ py::str TextOf(const DataValue& value) {
       PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "replace"));
 }
 
-// Values of one file as Python's own. What the file has once and refers to twice is one object
-// here, too; so the work is bounded by the file's size, and lists may hold themselves.
+// Converts the values of one file to Python objects. A value that the file references twice becomes
+// one object, so the work is bounded by the file size, and lists may contain themselves.
 class Converter {
  public:
   py::object operator()(const DataValue& value, int depth = 0) {

@@ -59,7 +59,7 @@ py::dict Export(const py::object& clip, const std::filesystem::path& path, const
     protocol.threads = options.threads;
     try {
       physics = PhysicsOfClip(scene, density, protocol);
-    } catch (const Error& error) {  // of a mesh that is not cut into pieces
+    } catch (const Error& error) {  // if decomposition of the mesh fails
       LogNotes({fmt::format("the object is one hull and hands only push: it {}", error.Problem())});
       if (density) options.density_kg_m3 = *density;
     }

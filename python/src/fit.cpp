@@ -26,7 +26,7 @@ namespace {
 
 using namespace py::literals;
 
-// The job of fit(), with the options that are given by name.
+// Runs fit() with the options given by name.
 CarriedPtr Fit(const py::object& clip, const py::object& object, const py::object& at,
                const py::object& region, const py::object& avoid, const py::object& weights,
                const py::object& custom_terms, const py::object& body, std::uint64_t seed,
@@ -83,7 +83,7 @@ FitFailure where no hand can hold the object or none touches it, Stopped, and Er
 Options:
 )";
 
-// One number of each frame.
+// One number per frame.
 template <typename Number, typename Frame, typename Get>
 py::array_t<Number> PerFrame(const std::vector<Frame>& frames, const Get& get) {
   py::array_t<Number> array(static_cast<py::ssize_t>(frames.size()));
@@ -108,7 +108,7 @@ py::dict EnergiesOf(const CarriedClip& self) {
   return energies;
 }
 
-// A list of each name as the array of its type.
+// Converts each list to an array of its type.
 py::dict PerFrameDict(const CarriedClip& self) {
   const nlohmann::json columns =
       FitFramesJson(self.run.report.fit, self.run.report.contact, self.run.report.clearance);

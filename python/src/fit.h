@@ -18,7 +18,7 @@
 
 namespace holdfast::python {
 
-// The parts of BindFit and BindMotion.
+// Parts of BindFit and BindMotion.
 void BindRefine(py::module_& module);
 void BindTransfer(py::module_& module);
 void BindGrasp(py::module_& module);
@@ -26,7 +26,7 @@ void BindCustomTerm(py::module_& module);
 void BindFrameFitter(py::module_& module);
 void BindSynthesize(py::module_& module);
 
-/// ValueError unless `low` <= `value` <= `high`; NaN is not.
+/// Throws ValueError unless `low` <= `value` <= `high`; NaN is rejected.
 template <typename Number>
 void RequireBetween(Number value, const char* name, Number low, Number high) {
   if (value >= low && value <= high) return;
@@ -37,10 +37,10 @@ inline void RequirePositive(double value, const char* name) {
   throw py::value_error(fmt::format("{}: expected more than 0, got {}", name, value));
 }
 
-/// A body argument: a BodyModel, or None for the embedded one. Throws TypeError for neither.
+/// Converts a body argument: a BodyModel, or None for the embedded one. Throws TypeError otherwise.
 ModelPtr ModelOf(const py::object& body, const char* name = "body");
 
-/// Where a hand is to take hold; nothing where all are None. Parts are MeshArgument with `scale`.
+/// Returns the grasp location, or nullopt if all are None. Parts are MeshArgument with `scale`.
 std::optional<GraspPlace::Wanted> PlaceOf(const py::object& at, const py::object& region,
                                           const py::object& avoid, double scale);
 
@@ -51,7 +51,7 @@ void SetWeights(const py::object& weights, FitOptions& options);
 py::dict GraspDict(const Grasp& grasp);
 nlohmann::json EnergiesJson(const FrameReport& frame);
 
-/// A fit that came to something: FitResult.
+/// FitResult: a successful fit.
 struct CarriedClip {
   ClipPtr clip;
   FitJob job;
@@ -59,11 +59,11 @@ struct CarriedClip {
 };
 using CarriedPtr = std::shared_ptr<CarriedClip>;
 
-/// PrepareObject, aside (RunAside): of large meshes it takes longer than all the rest.
+/// Calls PrepareObject on another thread (RunAside), since it is slow for large meshes.
 std::shared_ptr<const PreparedObject> PrepareAside(const LoadedObject& object, int vertices,
                                                    int threads);
 
-/// RunFit of an object that is prepared; without the interpreter's lock. Adds what is to be logged
+/// Calls RunFit for a prepared object, without the interpreter lock. Appends messages for the log
 /// to `notes`.
 CarriedPtr Carry(const FitJob& job, LoadedClip motion, bool made,
                  std::shared_ptr<const PreparedObject> object, const StagedProgress& progress,

@@ -19,7 +19,7 @@ namespace {
 
 using namespace py::literals;
 
-// GoalFollower: one motion, which grows by a frame a call.
+// GoalFollower: one motion, which grows by one frame per call.
 class Follower {
  public:
   Follower(ReachPerson person, const wandr::NetworkWeights& network, const FollowOptions& options)
@@ -27,7 +27,7 @@ class Follower {
     states_.push_back(person_.states.rightCols<1>());
   }
 
-  // (55, 3) axis-angles and (3,) trans.
+  // Returns (55, 3) axis-angles and (3,) trans.
   py::tuple Step(const py::object& goal) {
     const py::array_t<double> numbers = Floats(goal, "goal", {3});
     const Eigen::Vector3d at = Eigen::Map<const Eigen::Vector3d>(numbers.data());

@@ -19,15 +19,15 @@ namespace {
 
 using namespace py::literals;
 
-// One frame as it was solved.
+// Result of one frame.
 struct LiveFrame {
   ObjectPose object;
-  std::vector<FingerPose> fingers;  // of each hand
+  std::vector<FingerPose> fingers;  // per hand
 };
 
 using HandModels = std::vector<std::unique_ptr<const HandModel>>;
 
-// Right, then left, as FitClip has them.
+// Right, then left, as in FitClip.
 HandModels HandsOf(const ClipBody& body, std::uint8_t bits) {
   HandModels hands;
   for (const Side side : {Side::kRight, Side::kLeft}) {
@@ -43,7 +43,7 @@ std::vector<const HandModel*> Pointers(const HandModels& hands) {
   return pointers;
 }
 
-// FrameFitter with all that it looks at; its calls wait for each other.
+// FrameFitter with everything it refers to. Calls are serialized.
 class LiveFitter {
  public:
   LiveFitter(std::shared_ptr<const PreparedObject> object, const ClipBody& body, std::uint8_t bits,
@@ -74,7 +74,7 @@ class LiveFitter {
     return Frame();
   }
 
-  // What the last frame came to.
+  // Report on the last frame.
   struct Account {
     FrameReport report;
     JointPose body = JointPose::Zero();
@@ -106,7 +106,7 @@ class LiveFitter {
   Account last_;
 };
 
-// "right", "left", "both", or a list of the first two, as bits.
+// Converts "right", "left", "both", or a list of the first two, to bits.
 std::uint8_t HandBits(const py::object& hand) {
   const auto bit_of = [](const std::string& name) {
     return Choice<std::uint8_t>(
@@ -143,7 +143,7 @@ JointPose PoseOf(const py::object& value) {
   return pose;
 }
 
-// (3, 3), or axis-angle (3,).
+// Converts (3, 3), or axis-angle (3,).
 Eigen::Quaterniond RotationOf(const py::object& value, const char* name) {
   if (Dimensions(value) == 1) {
     const Eigen::Vector3d turn = Eigen::Map<const Eigen::Vector3d>(Floats(value, name, {3}).data());

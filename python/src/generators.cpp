@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// What the evaluations of holdfast.evaluate ask of the generators: motions by the batch, and
-// measures that need the body's surface.
+// Functions of the generators for holdfast.evaluate: batches of motions, and measures that need the
+// body surface.
 #include <algorithm>
 #include <map>
 #include <mutex>
@@ -41,7 +41,7 @@ using namespace py::literals;
 
 constexpr double kMotionRate = 30.0;  // Hz
 
-// The embedded body of mean shape.
+// The embedded body with mean shape.
 struct MeanBody {
   BodyMeasures measures = MeasureBody(*BodyModel::Default(), {});
   wandr::BoneOffsets<float> bones = wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>();
@@ -53,7 +53,7 @@ struct MeanBody {
   }
 };
 
-// A network, ready to run. Those asked for last stay in memory: batches are small.
+// Returns a network prepared to run. Networks stay in memory, since batches are small.
 template <typename Ready>
 std::shared_ptr<const Ready> Kept(const std::string& file) {
   static std::mutex mutex;
@@ -259,7 +259,7 @@ py::list ReachMotions(const std::string& method, const py::object& states,
   return motions;
 }
 
-// Where the joints of all frames are, (T, 22, 3).
+// Joint positions of all frames, (T, 22, 3).
 py::array JointsArray(std::span<const BodyPlacement> placed) {
   Eigen::MatrixXd joints(3 * kNumBodyJoints, std::ssize(placed));
   for (std::size_t t = 0; t < placed.size(); ++t) {
@@ -282,7 +282,7 @@ double SkatingOf(std::span<const BodyFrame> frames, const Eigen::Matrix3Xd& rest
   return wandr::SkatingOfLowestVertex(lowest, states);
 }
 
-// Of the hand that gets farther from where it was, as the pelvis and its heading have it.
+// Kinematics of the hand with the larger displacement, in the heading frame of the pelvis.
 py::dict HandWayDict(std::span<const BodyFrame> frames, std::span<const BodyPlacement> placed) {
   Eigen::Matrix3Xd farther;
   double farthest = -1.0;
@@ -367,11 +367,11 @@ py::dict WalkOf(const py::object& clip, const py::object& body, bool skating) {
   return walk;
 }
 
-// ActionCase: the case, and what is loaded where it is needed.
+// ActionCase: the case, and the data it needs.
 struct BoundCase {
   ActionCase one;
 
-  // Thresholds as `score` has them, without the volumes.
+  // Uses the thresholds of `score`, without volumes.
   py::dict Score(const Clip& clip) const {
     ScoreOptions options;
     options.hand_object.measure_voxels = false;
@@ -405,7 +405,7 @@ std::unique_ptr<BoundCase> LoadCase(const std::string& path, const std::string& 
   made->one.sequence.name = file.stem().string();
   made->one.sequence.source = path;
   ClipScene& scene = made->one.scene;
-  // By its file, which fits find the mesh by: not with the mesh in the clip.
+  // Loaded from its file, by which fits find the mesh, instead of with the mesh in the clip.
   LoadedClip loaded = LoadClip(path);
   ClipObject own = FindClipObject(loaded);
   scene.source = path;

@@ -31,7 +31,7 @@ struct HeldObject {
 };
 using HeldPtr = std::shared_ptr<HeldObject>;
 
-// One hand of a standing person, or a hand alone.
+// Grasps with one hand, of a standing person or by itself.
 void HoldInOneHand(const ModelPtr& body, Side side, GraspOptions options,
                    const std::optional<GraspPlace::Wanted>& place, const py::object& progress,
                    HeldObject& result) {
@@ -54,7 +54,7 @@ void HoldInOneHand(const ModelPtr& body, Side side, GraspOptions options,
   result.numbers.attr("update")(ToPython(numbers));
 }
 
-// Between both hands: of a person who stands with the forearms forward, or of a clip's first frame.
+// Grasps between both hands: of a person with forearms forward, or of a clip's first frame.
 void HoldInTwoHands(const ClipBody& person, Clip clip, const BothHandsOptions& options,
                     const std::optional<GraspPlace::Wanted>& place, const py::object& progress,
                     HeldObject& result) {

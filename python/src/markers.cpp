@@ -38,7 +38,7 @@ py::dict Read(const std::filesystem::path& path) {
   return RecordingDict(RunAside([path] { return ReadMarkers(path); }));
 }
 
-// NaN in all three where a marker is not seen.
+// Missing markers are NaN in all three coordinates.
 Eigen::MatrixXd MarkerPositions(const py::handle& value, std::size_t markers,
                                 const std::string& name) {
   const auto array = py::array_t<double, py::array::c_style | py::array::forcecast>::ensure(value);
@@ -116,7 +116,7 @@ ObjectMarkers PlacesOf(const py::dict& given) {
   return markers;
 }
 
-// Markers of an object, by a table's file, names, or a dict of places; its mesh where there is one.
+// Sets the markers of an object from a table file, names, or a dict of places, and its mesh.
 void SetObject(const py::object& object, const py::object& object_markers, double scale,
                const MarkerRecording& recording, const std::string& where,
                SolveMarkersOptions& options, std::optional<LoadedObject>& mesh) {
@@ -147,7 +147,7 @@ void SetObject(const py::object& object, const py::object& object_markers, doubl
   mesh = ObjectOf(object, scale);
 }
 
-// Names of those at the end of a finger.
+// Names of the markers at fingertips.
 py::list FingertipMarkers(const MarkerReport& report) {
   py::list names;
   for (const SolvedMarker& marker : report.markers) {

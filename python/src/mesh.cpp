@@ -32,7 +32,7 @@ namespace {
 using namespace py::literals;
 namespace fs = std::filesystem;
 
-constexpr double kMinCell = 1e-5;  // meters: below, grids and voxels are beyond counting
+constexpr double kMinCell = 1e-5;  // meters; smaller cells give too many grid cells and voxels
 
 TriangleMesh MeshOfArrays(const py::handle& vertices, const py::handle& faces,
                           const std::string& name) {
@@ -53,7 +53,7 @@ TriangleMesh MeshOfArrays(const py::handle& vertices, const py::handle& faces,
   return mesh;
 }
 
-// (vertices, faces), or what has both as attributes.
+// Converts (vertices, faces), or an object with both attributes.
 TriangleMesh MeshOfPair(const py::handle& value, const std::string& name) {
   if (py::hasattr(value, "vertices") && py::hasattr(value, "faces")) {
     return MeshOfArrays(value.attr("vertices"), value.attr("faces"), name);
@@ -106,7 +106,7 @@ py::dict Check(const py::object& value) {
                   "suggested_scale"_a = report.suggested_scale, "description"_a = Describe(report));
 }
 
-// A folder that goes with what is in it.
+// A folder that is removed with its content.
 struct TemporaryFolder {
   TemporaryFolder() {
     std::string pattern = (fs::temp_directory_path() / "holdfast_XXXXXX").string();
@@ -125,7 +125,7 @@ struct TemporaryFolder {
   fs::path path;
 };
 
-// What is no file, as one in `folder`; `path` itself when nothing is embedded by that name.
+// Writes embedded data to a file in `folder`; returns `path` if nothing is embedded by that name.
 fs::path WriteEmbedded(const fs::path& path, const fs::path& folder) {
   for (const auto& [kind, extension] : {std::pair("clips", ".npz"), {"objects", ".ply"}}) {
     const std::string name = path.string() + extension;
@@ -162,7 +162,7 @@ py::list Doctor(const py::object& value) {
     for (auto at = line.find(prefix); at != std::string::npos; at = line.find(prefix)) {
       line.erase(at, prefix.size());
     }
-    // What a file holds may be no UTF-8.
+    // Texts in the file may not be UTF-8.
     return py::reinterpret_steal<py::str>(
         PyUnicode_DecodeUTF8(line.data(), static_cast<py::ssize_t>(line.size()), "replace"));
   };
@@ -197,7 +197,7 @@ double Volume(const py::object& mesh_a, const py::object& mesh_b, bool exact, do
   });
 }
 
-// Signed distance as Python has it: exact, or sampled on a grid.
+// Signed distance, exact or sampled on a grid.
 class MeshDistance {
  public:
   MeshDistance(const TriangleMesh& mesh, double cell, double padding, int threads) : exact_(mesh) {
@@ -212,7 +212,7 @@ class MeshDistance {
   bool Watertight() const { return exact_.SignMethod() == SignedDistance::Sign::kPseudonormal; }
   double Cell() const { return grid_ ? grid_->CellSize() : 0.0; }
 
-  /// Distances (N), and gradients (3 x N) where there is place for them.
+  /// Computes distances (N), and gradients (3 x N) if requested.
   void Query(const Eigen::Matrix3Xd& points, int threads, Eigen::Map<Eigen::VectorXd> distances,
              Eigen::Map<Eigen::Matrix3Xd>* gradients) const {
     constexpr Eigen::Index kBlock = 1024;

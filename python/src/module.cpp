@@ -16,7 +16,7 @@ PYBIND11_MODULE(_core, module) {
   static const pybind11::exception<holdfast::FitFailure> failure(module, "FitFailure",
                                                                  PyExc_RuntimeError);
   pybind11::register_exception<hf::Stopped>(module, "Stopped", PyExc_RuntimeError);
-  // The library names options as the command line does.
+  // The library names options as on the command line.
   pybind11::register_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);

@@ -12,17 +12,17 @@
 
 namespace holdfast::python {
 
-/// What is to be taken, checked and prepared.
+/// A take, checked and prepared.
 struct TakeCall {
   TakeRequest request;
   std::shared_ptr<const PreparedObject> object;
 };
 
-/// `goals`: middles of the object's bottom, where it stands, then where it shall be.
+/// `goals`: centers of the object's bottom, first the initial place, then the targets.
 TakeCall TakeOf(const py::object& object, const ReachJob& job,
                 const std::vector<Eigen::Vector3d>& goals, const ReachOptions& options);
 
-/// ReachAndTake as a TakeResult. Throws FitFailure where nothing came of it, and Stopped.
+/// Runs ReachAndTake and returns a TakeResult. Throws FitFailure if it fails, and Stopped.
 py::object Take(const TakeCall& call, const ReachPerson& person,
                 const wandr::NetworkWeights& network, const ReachOptions& options,
                 std::vector<std::string> warnings, const py::object& progress);

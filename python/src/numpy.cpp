@@ -54,7 +54,7 @@ bool IsPath(const py::handle& value) {
 std::string TypeText(const py::handle& value) { return py::str(py::type::of(value)); }
 
 py::ssize_t Dimensions(const py::handle& value) {
-  const py::array any = py::array::ensure(value);  // clears what it raises
+  const py::array any = py::array::ensure(value);  // clears exceptions
   return any ? any.ndim() : 0;
 }
 
@@ -94,7 +94,7 @@ py::array_t<int> Integers(const py::handle& value, const char* name, const Shape
   py::array_t<int> array(std::vector<py::ssize_t>(any.shape(), any.shape() + any.ndim()));
   for (py::ssize_t i = 0; i < wide.size(); ++i) {
     const std::int64_t number = wide.data()[i];
-    // Of unsigned ones, those beyond int64 come out negative.
+    // Unsigned numbers beyond int64 become negative.
     if (number != static_cast<int>(number) || (number < 0 && any.dtype().kind() == 'u')) {
       throw py::value_error(fmt::format("{}: {} is out of range", name, number));
     }

@@ -29,7 +29,7 @@ namespace {
       fmt::format("{}: expected {}, got {}", option.name, expected, TypeText(given)));
 }
 
-// The value as a C++ number or bool; TypeError for what is none.
+// Converts a value to a C++ number or bool; throws TypeError if that is not possible.
 template <typename T>
 T Converted(const Option& option, const char* expected, const py::handle& given) {
   try {

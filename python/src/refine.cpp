@@ -24,7 +24,7 @@ struct RefinedClip {
 };
 using RefinedPtr = std::shared_ptr<RefinedClip>;
 
-// The object whose trajectory the clip has, which `given` may not contradict.
+// Object of the clip's trajectory. `given` has to be the same object.
 LoadedObject RefinedObject(const ClipArgument& clip, const py::object& given, double scale) {
   LoadedObject object = ObjectOf(given, clip, scale);
   if (given.is_none()) return object;
@@ -93,7 +93,7 @@ nlohmann::json TouchesOfRefined(const RefinedClip& self) {
   return HoldsJson(self.report.result)["touches"];
 }
 
-// The least distance of skin and object in each frame.
+// Minimum distance between skin and object in each frame.
 py::array_t<double> LeastDistances(const ContactScore& contact) {
   py::array_t<double> distances(static_cast<py::ssize_t>(contact.frames.size()));
   double* out = distances.mutable_data();

@@ -25,7 +25,7 @@ using namespace py::literals;
 struct NamedClip {
   std::string name;
   py::object clip;
-  bool told = false;  // the user gave the name
+  bool told = false;  // name given by the user
 };
 
 std::vector<NamedClip> ClipsOf(const py::object& clips) {

@@ -24,7 +24,7 @@ namespace {
 
 using namespace py::literals;
 
-// What the transfers of one clip to one robot share.
+// Shared data of the transfers of one clip to one robot.
 struct RobotCase {
   RobotTransferSetup setup;
   RobotTransferOptions options;
@@ -106,7 +106,7 @@ py::object TryIt(const TransferredPtr& self, bool human, double friction) {
                   "grip_N"_a = trial->grip_N);
 }
 
-// (T, joints) of those that move on their own.
+// (T, joints) of the independent joints.
 py::array_t<double> Joints(const TransferredRobot& self) {
   const RobotHand& robot = self.Setup().robot;
   Eigen::MatrixXd angles(robot.NumDofs(), static_cast<Eigen::Index>(self.transfer.poses.size()));

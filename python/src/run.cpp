@@ -15,7 +15,7 @@
 namespace holdfast::python {
 namespace {
 
-// Work that Ctrl-C has left behind; touched with the interpreter's lock held.
+// Work left running after Ctrl-C; accessed only with the interpreter lock held.
 std::vector<std::future<void>>& LeftBehind() {
   static std::vector<std::future<void>> left;
   return left;
@@ -58,7 +58,7 @@ void RunWithProgress(const py::object& progress,
     throw py::type_error("progress: expected None or a callable (stage, done, total)");
   }
   std::atomic<bool> stop{false};
-  std::exception_ptr raised;  // by the callback; touched with the lock held
+  std::exception_ptr raised;  // by the callback; accessed with the lock held
   const bool calls = !progress.is_none();
   const StagedProgress watched = [&](const char* stage, int done, int total) {
     if (stop) return false;

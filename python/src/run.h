@@ -15,22 +15,22 @@ namespace holdfast::python {
 
 namespace py = pybind11;
 
-/// Runs `work` on a thread of its own, without the interpreter's lock, while this one looks for
-/// Ctrl-C. `work` is to stop when the progress it is given returns false; so does every ParallelFor
-/// in it (StopOn). `progress` is None or a
-/// callable (stage, done, total); False from it stops the work too. What it raises, and
-/// KeyboardInterrupt, is raised here when the work has stopped; so is what `work` throws, and
-/// Stopped after False.
+/// Runs `work` on a separate thread without the interpreter lock, while this thread checks for
+/// Ctrl-C. `work` has to stop when its progress callback returns false; ParallelFor inside it stops
+/// as well (StopOn). `progress` is None or a callable (stage, done, total); if it returns False,
+/// the work stops too. Exceptions of `progress` and KeyboardInterrupt are raised here after the
+/// work has stopped, as are exceptions of `work`, and Stopped after False.
 void RunWithProgress(const py::object& progress,
                      const std::function<void(const StagedProgress&)>& work);
 
-/// Runs `work` on a thread of its own, without the interpreter's lock. On Ctrl-C the caller goes on
-/// with KeyboardInterrupt, and the work is left to end by itself; the interpreter waits for it
-/// before it exits.
+/// Runs `work` on a separate thread without the interpreter lock. On Ctrl-C this call raises
+/// KeyboardInterrupt and the work continues in the background; the interpreter waits for it at
+/// exit.
 void LeaveOnInterrupt(std::function<void()> work);
 
-/// What `work` returns, or throws: for work that cannot be stopped half way. It must own all that
-/// it uses, and nothing of Python's, since Ctrl-C ends this call and not the work.
+/// Returns the result of `work`, or throws its exception, for work that cannot be stopped. `work`
+/// must own everything it uses, and no Python objects, since Ctrl-C ends this call but not the
+/// work.
 template <typename Work>
 auto RunAside(Work work) {
   using Result = std::invoke_result_t<Work&>;
@@ -40,10 +40,10 @@ auto RunAside(Work work) {
   return result.get();
 }
 
-/// Waits at exit for what LeaveOnInterrupt has left.
+/// Makes the interpreter wait at exit for work left by LeaveOnInterrupt.
 void BindRun();
 
-/// Threads to use for the argument `threads`: 0 means all that the process may use.
+/// Returns the number of threads for the argument `threads`; 0 means all available to the process.
 int ThreadsOf(int threads);
 
 }  // namespace holdfast::python

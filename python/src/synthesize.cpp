@@ -27,11 +27,11 @@ struct SynthesisAnswer {
   double seconds_per_key_frame = 0.0;
   std::optional<int> switch_frame;
   std::optional<double> at_face_m;
-  std::vector<std::pair<int, double>> samples;  // number and faults, best first
+  std::vector<std::pair<int, double>> samples;  // number and fault score, best first
 };
 using SynthesisPtr = std::shared_ptr<SynthesisAnswer>;
 
-// One call, checked.
+// Checked arguments of one call.
 struct SynthesisCall {
   SynthesisJob job;
   std::string action, weights, action_embeddings;
@@ -64,7 +64,7 @@ HoldingStart StartOf(const SynthesisCall& call, std::string_view action) {
                    call.job.standing);
 }
 
-// The object fitted to all frames of the motion.
+// Fits the object to all frames of the motion.
 CarriedPtr FitMotion(const SynthesisCall& call, const SynthesizedMotion& made, const Clip& motion,
                      const StagedProgress& progress, std::vector<std::string>& notes) {
   const FitJob job = FitOf(call.job, made, call.object.name);

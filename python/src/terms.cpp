@@ -21,10 +21,10 @@ using namespace py::literals;
 
 using RowTable = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// What the terms of pairs are functions of.
+// Arguments of pairwise terms.
 struct PairInput {
   Eigen::Matrix3Xd hand, object;                        // (3 x N), (3 x M)
-  py::array_t<double> reference_array;                  // keeps the numbers of `reference`
+  py::array_t<double> reference_array;                  // owns the data of `reference`
   Eigen::Map<const RowTable> reference{nullptr, 0, 0};  // (N x M)
 };
 
@@ -36,8 +36,8 @@ PairInput PairsOf(const py::object& hand, const py::object& object, const py::ob
   return in;
 }
 
-// Short work at once, as threads cost more to start than a million pairs; other work so that Ctrl-C
-// stops it. What it writes belongs to the caller: both wait for its end.
+// Runs short work directly, since threads cost more to start than a million pairs. Other work can
+// be stopped by Ctrl-C. Both wait for the end, because the caller owns the output.
 void ForPairs(Eigen::Index pairs, const std::function<void(bool many)>& work) {
   if (pairs > 1'000'000) {
     RunWithProgress(py::none(), [&](const StagedProgress&) { work(true); });
@@ -59,7 +59,7 @@ py::array_t<double> PairDistances(const py::object& hand, const py::object& obje
   return distances;
 }
 
-// An energy and its gradients, as Python has them.
+// An energy and its gradients, in the form returned to Python.
 struct PairEnergy {
   double energy = 0.0;
   Eigen::Matrix3Xd hand, object;
@@ -67,7 +67,7 @@ struct PairEnergy {
   py::tuple Tuple() const { return py::make_tuple(energy, Rows(hand), Rows(object)); }
 };
 
-// The energy of the points against the targets, and its gradient at the points.
+// Energy of the points against the targets, and its gradient with respect to the points.
 double DistanceGradient(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& targets,
                         const RowTable& reference, int threads, Eigen::Matrix3Xd& gradient) {
   constexpr int kChunk = 128;

@@ -19,8 +19,8 @@
 #include "python/src/numpy.h"
 #include "python/src/run.h"
 
-// What holdfast.train takes from the library: data sets, networks to begin with, and the protocol
-// that a network in training is evaluated by. Names begin with "_": they are the package's own.
+// Functions for holdfast.train: data sets, initial networks, and the protocol that evaluates a
+// network in training. Names begin with "_", since they are private to the package.
 namespace holdfast::python {
 namespace {
 
@@ -57,7 +57,7 @@ Side SideOf(const std::string& wrist) {
   return Choice<Side>(wrist, "wrist", {{"right", Side::kRight}, {"left", Side::kLeft}});
 }
 
-// (states (F, 135), goals (K, 3), their frames (K,), whether it was made for goals).
+// (states (F, 135), goals (K, 3), their frames (K,), whether it was generated for goals).
 py::tuple ClipTuple(const wandr::CorpusClip& clip) {
   const auto frames = static_cast<Eigen::Index>(clip.poses.size());
   const auto count = static_cast<Eigen::Index>(clip.goals.size());
@@ -105,7 +105,7 @@ py::list ReadClips(const std::string& folder, const std::string& wrist) {
   return clips;
 }
 
-// The adaptive protocol on starts that no table is made of, one sample a goal.
+// Runs the adaptive protocol with one sample per goal, on starts not used in any table.
 py::dict EvaluateReach(const std::string& path, const py::object& body, const std::string& wrist,
                        int threads) {
   const BodyMeasures measures = MeasuresOf(body);
@@ -128,7 +128,7 @@ py::dict EvaluateReach(const std::string& path, const py::object& body, const st
                   "airborne"_a = summary.airborne, "acceleration"_a = summary.acceleration_m_s2);
 }
 
-// One row a sequence: what networks of IMoS learn from.
+// Training data of IMoS networks, one row per sequence.
 py::dict SequenceArrays(std::span<const imos::ActionSequence> sequences) {
   constexpr py::ssize_t kFrames = imos::kNumKeyFrames, kJoints = imos::kNumPoseJoints;
   const auto count = static_cast<py::ssize_t>(sequences.size());

@@ -25,7 +25,7 @@ struct TransferredClip {
 };
 using TransferredPtr = std::shared_ptr<TransferredClip>;
 
-// One factor, or one for each axis.
+// One factor, or one per axis.
 Eigen::Vector3d ScaleOf(const py::object& scale) {
   if (scale.is_none()) return Eigen::Vector3d::Ones();
   if (const py::array any = py::array::ensure(scale); any && any.ndim() == 0) {
@@ -68,7 +68,7 @@ TransferredPtr Transfer(const py::object& clip, const py::object& object, const 
   const LoadedObject first = ObjectOf(from_object, input, 1.0);
   auto result = std::make_shared<TransferredClip>();
   result->object = object.is_none() ? first : ObjectOf(object, object_scale);
-  const SurfaceMap scaled = SurfaceMap::Scaled(first.mesh, factors);  // refuses what is none
+  const SurfaceMap scaled = SurfaceMap::Scaled(first.mesh, factors);  // throws if invalid
   result->object.mesh.vertices = factors.asDiagonal() * result->object.mesh.vertices;
   RequireHandheld(result->object);
   ClipBody to = input.body;

@@ -39,7 +39,7 @@ class ActionBodySolver {
         return new ActionFrameBlock(chain_, base_[static_cast<std::size_t>(t)], TermsOf(t), basis);
       });
     }
-    // The arm is where it should be already.
+    // The arm is already near its target.
     change_.AddPrior(problem, UpperBodySigma({0.03, 0.04, 0.02}, 4.0 * kDegree, 12.0 * kDegree),
                      0.35);
     const ceres::Solver::Summary summary =
@@ -61,7 +61,7 @@ class ActionBodySolver {
     terms.hand.share = wanted.share;
     terms.hand.in_world = wanted.world.translation();
     terms.hand.in_head = wanted.head.translation();
-    // A hand that is free again is nowhere in particular.
+    // A hand that is free again has no target.
     terms.hand.sigma_m = time < path_end_s_ ? options_.hand_sigma_m : 1.0;
     const Isometry3d head = placed.WorldFromJoint(kHead);
     const Vector3d eyes = head * Vector3d(0.0, 0.05, 0.08);
@@ -77,7 +77,7 @@ class ActionBodySolver {
     return terms;
   }
 
-  // The frames with the change made, legs and all.
+  // Applies the change to the frames, legs included.
   void Finish(ActionBodyReport& report) {
     for (int t = 0; t < static_cast<int>(base_.size()); ++t) {
       BodyFrame frame = chain_.Changed(base_[static_cast<std::size_t>(t)], change_.At(t));

@@ -27,24 +27,24 @@ struct ActionBodyOptions {
 };
 
 struct ActionBodyReport {
-  double worst_hand_m = 0.0;    ///< from where it is wanted, before the arm is made exact
+  double worst_hand_m = 0.0;    ///< distance to its target, before the exact arm IK
   double worst_missed_m = 0.0;  ///< of an ankle
   int iterations = 0;
   bool usable = false;
 };
 
-/// Trunk, head, right arm and pelvis of a whole clip, so that the right wrist goes along `path`
-/// (until `path_end_s`; later it is free), the face turns and the chest leans as the script says:
-/// least squares over all frames at once (Ceres), HeldAtFace, Gaze, TrunkLean, LegReach, Balance,
-/// JointRange and a prior over a cubic B-spline change of `frames`, a person who stands idle. Feet
-/// stay where `feet` says: the legs follow by two-bone inverse kinematics. Captured idling stays
+/// Solves trunk, head, right arm and pelvis of a whole clip so that the right wrist follows `path`
+/// (until `path_end_s`; free afterwards) and the face turns and the chest leans as scripted: least
+/// squares over all frames at once (Ceres) with HeldAtFace, Gaze, TrunkLean, LegReach, Balance,
+/// JointRange and a prior, over a cubic B-spline change of `frames`, an idling person. Feet stay at
+/// `feet`: the legs follow by two-bone inverse kinematics. The captured idle motion is preserved
 /// underneath.
 ActionBodyReport MoveActionBody(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet,
                                 const ActionScript& script, const ActionPath& path,
                                 double path_end_s, const ActionBodyOptions& options,
                                 std::vector<BodyFrame>& frames);
 
-/// All that is asked of a body in one frame of an action: 26 residuals.
+/// All terms on the body in one frame of an action: 26 residuals.
 struct ActionFrameTerms {
   HeldAtFace hand;
   Gaze gaze;

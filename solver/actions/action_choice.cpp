@@ -18,15 +18,15 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kTouch_m = 0.0008;  // that a push leaves
+constexpr double kTouch_m = 0.0008;  // remaining depth accepted after a push
 constexpr int kPushes = 6;
 constexpr double kFarPush_m = 0.05;
-constexpr double kEasyShortfall_m = 0.04;  // the trunk gives that much
-constexpr double kWorst = 200.0;           // of one key: beyond that all are equally bad
+constexpr double kEasyShortfall_m = 0.04;  // compensated by the trunk
+constexpr double kWorst = 200.0;           // per key; beyond this all poses count as equally bad
 
 double Square(double x) { return x * x; }
 
-// A pose that is tried at a key.
+// A candidate pose at a key.
 struct Candidate {
   Isometry3d object;  // relative to the anchor
   Isometry3d world;   // of the object, for the nominal body
@@ -43,7 +43,7 @@ class ActionKeySearch {
     }
   }
 
-  // The best keys for one grasp; every `every`-th pose is tried.
+  // Returns the best keys for one grasp; tries every `every`-th pose.
   ActionChoice Choose(const ActionGrasp& grasp, int every) const {
     std::vector<int> chain;
     std::vector<std::vector<Candidate>> tried;
@@ -95,7 +95,7 @@ class ActionKeySearch {
     const NominalStance& stance = stances_[static_cast<std::size_t>(k)];
     std::vector<Candidate> candidates;
     for (std::size_t i = 0; i < key.poses.size(); ++i) {
-      // Small sets are tried whole: each of their poses is another idea.
+      // Small sets are tried in full: their poses differ more.
       if (key.poses.size() > 12 && static_cast<int>(i) % every != 0) continue;
       Candidate candidate;
       candidate.object = key.poses[i];
@@ -114,7 +114,7 @@ class ActionKeySearch {
     return candidates;
   }
 
-  // Moves the object off the head, with the hand that holds it; what that costs.
+  // Pushes the object, with the holding hand, off the head; returns the cost.
   double PushOff(const ActionGrasp& grasp, const Vector3d& direction, Isometry3d& object) const {
     double pushed = 0.0, depth = 0.0;
     for (int k = 0; k < kPushes; ++k) {
@@ -151,13 +151,13 @@ class ActionKeySearch {
       const double shortfall = std::max(0.0, arm.shortfall_m - kEasyShortfall_m);
       least = std::min(least, arm.discomfort + Square(shortfall / 0.02));
     }
-    // Hands that come near the trunk squeeze the elbow out.
+    // Hands close to the trunk push the elbow outwards.
     const Vector3d from_chest = wrist.translation() - stance.chest_position;
     const double near = std::max(0.0, 0.24 - from_chest.head<2>().norm());
     return least + Square(near / 0.05);
   }
 
-  // Hand and forearm keep above the table.
+  // Keeps hand and forearm above the table.
   double TableCost(const Grasp& grasp, const Isometry3d& object,
                    const NominalStance& stance) const {
     const Isometry3d wrist = object * grasp.wrist_from_object.inverse();
@@ -217,8 +217,8 @@ using Eigen::Vector3d;
 
 constexpr double kAlike_m = 0.02, kAlike_rad = 20.0 * std::numbers::pi / 180.0;
 
-// World's up in the wrist's frame: thumb up, back of the hand up, and between them; fingers level,
-// a little up, or down.
+// World up direction in the wrist's frame: thumb up, back of the hand up, and in between; fingers
+// level, slightly up, or down.
 std::vector<Vector3d> UpsInWrist(const HandAxes& axes) {
   const Vector3d back = -axes.PalmNormal();
   std::vector<Vector3d> ups;
@@ -237,7 +237,7 @@ bool Alike(const Grasp& a, const Grasp& b) {
          AngleBetween(from.linear(), to.linear()) < kAlike_rad;
 }
 
-// The clean ones, best first, no two nearly alike.
+// Accepted candidates, best first, no two similar.
 std::vector<Grasp> Differing(const GraspReport& report, int most) {
   std::vector<Grasp> kept;
   for (const GraspReport::Candidate& candidate : report.candidates) {
@@ -271,7 +271,7 @@ std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionObject& o
   options.up_in_wrist = UpsInWrist(HandAxes(hand));
   options.upright_weight = 1.0;
   options.table_weight = 1.5;
-  options.handle_weight = 0.5;  // handles are welcome, not a must
+  options.handle_weight = 0.5;  // handles are preferred, not required
   options.closings = 160;
   options.refinements = 36;
   GraspReport report;
@@ -302,7 +302,7 @@ void AddTurnedOver(const ObjectMarks& marks, std::vector<Grasp>& grasps) {
   for (std::size_t k = 0; k < count; ++k) {
     Grasp turned = grasps[k];
     turned.wrist_from_object = turned.wrist_from_object * TurnedOver();
-    turned.certificate.reset();  // of the other one
+    turned.certificate.reset();  // belongs to the original orientation
     grasps.push_back(std::move(turned));
   }
 }

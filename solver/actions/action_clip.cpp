@@ -20,9 +20,9 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kVariety = 4.0;     // of cost, by which a worse grasp may be chosen
-constexpr std::uint64_t kBlows = 7;  // the stream that a hammer's blows are drawn from
-constexpr double kInHand = 0.35;     // share of clips that start without a table
+constexpr double kVariety = 4.0;     // random cost range, for variety of grasps
+constexpr std::uint64_t kBlows = 7;  // random stream of hammer blows
+constexpr double kInHand = 0.35;     // fraction of clips that start without a table
 
 ActionScene SceneOf(const ActionClipRequest& request, const BodyPlacement& start) {
   const Eigen::Matrix3Xd& rest = request.actor.Measures().rest_joints;
@@ -36,7 +36,7 @@ ActionScene SceneOf(const ActionClipRequest& request, const BodyPlacement& start
   return scene;
 }
 
-// The motion as a clip: fingers as the hands have them, the object's track, who holds.
+// Converts the motion to a clip: finger angles, object track, holding_hand.
 Clip ClipOf(const ActionActor& actor, const ActionMotion& motion, const ActionGrasp& grasp) {
   const Eigen::Matrix3Xd& rest = actor.Measures().rest_joints;
   Clip clip = ToClip(motion.frames, kActionRate, rest, JointPose::Zero());
@@ -59,7 +59,7 @@ Clip ClipOf(const ActionActor& actor, const ActionMotion& motion, const ActionGr
   return clip;
 }
 
-// Object and fingers by the fit's own code; the receiving hand of a handover has its grasp.
+// Fits object and fingers with FitClip; the receiving hand of a handover has its own grasp.
 Clip Fitted(const ActionClipRequest& request, const ActionGrasp& grasp, const Clip& clip) {
   std::vector<const HandModel*> hands = {&request.actor.Hand(Side::kRight)};
   if (grasp.left != nullptr) hands.push_back(&request.actor.Hand(Side::kLeft));
@@ -73,7 +73,7 @@ Clip Fitted(const ActionClipRequest& request, const ActionGrasp& grasp, const Cl
   return FitClip(clip, hands, request.prop.fit, clip.holding_hand, FitOptions(), grasps).clip;
 }
 
-// What is done, how the object is held and where it is at the keys; null with a fault in `made`.
+// Script, grasp and key poses of a clip; `grasp` is null if `made` has a fault.
 struct Chosen {
   ActionScript script;
   ActionChoice choice;
@@ -112,7 +112,7 @@ Chosen Choose(const ActionClipRequest& request, std::optional<bool> in_hand, Act
   return chosen;
 }
 
-// The table on which the object stands in the first frame, where it does.
+// Adds the table on which the object stands in the first frame, if any.
 void SetTable(const ActionScript& script, Clip& clip) {
   if (!script.table_m) return;
   const Vector3d low = clip.object->trans.col(0);
@@ -129,7 +129,7 @@ ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool>
   Chosen chosen = Choose(request, in_hand, made);
   if (chosen.grasp == nullptr) return made;
   const ActionActor& actor = request.actor;
-  // The first key alone, for as long as the whole body takes to settle in it.
+  // Only the first key, for as long as the whole body takes to settle.
   constexpr double kStill_s = 0.5;
   ActionScript& script = chosen.script;
   script.duration_s = kStill_s;
@@ -167,7 +167,7 @@ ActionClip MakeActionClip(const ActionClipRequest& request) {
   made.quality.shortfall_m = motion.worst_shortfall_m;
 
   Clip clip = ClipOf(actor, motion, grasp);
-  // The scripts have the other rhythms themselves, of the wrist alone.
+  // Other strokes, and wrist-only blows, are already part of the scripts.
   if (request.action == "use" && !request.wrist_blows) {
     AddStrokes(actor.Measures().rest_joints, request.action, request.prop.marks,
                MixSeed(request.seed, kBlows), clip.NumFrames(), clip);

@@ -21,7 +21,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr int kEvery = 3;  // frames between looks at the whole body
+constexpr int kEvery = 3;  // frames between whole-body measurements
 
 double DeepestIn(const DistanceGrid& grid, const Isometry3d& grid_from_points,
                  const Eigen::Matrix3Xd& points) {
@@ -48,7 +48,7 @@ class ActionQualityMeter {
   }
 
  private:
-  // From the grid: within a tenth of a millimeter of the exact ones, for a hundredth of the time.
+  // From the grid: within 0.1 mm of the exact distances, in a hundredth of the time.
   Eigen::VectorXd DistancesTo(const Isometry3d& object_from_world,
                               const Eigen::Matrix3Xd& points) const {
     Eigen::VectorXd distances(points.cols());
@@ -58,7 +58,7 @@ class ActionQualityMeter {
     return distances;
   }
 
-  // Vertices of holding hands in the object, frame by frame: one way, which is quick.
+  // Vertices of holding hands in the object, per frame: one direction only, which is fast.
   void Hands() {
     int penetrating = 0, touching = 0, held = 0;
     std::vector<HandState> states = {HandState(actor_.Hand(Side::kRight)),
@@ -188,7 +188,7 @@ using Eigen::Vector3d;
 
 constexpr int kSpine = 3;
 
-// Between two directions, by the shortest arc.
+// Interpolates between two directions along the shortest arc.
 Vector3d Slerp(const Vector3d& from, const Vector3d& to, double share) {
   return Quaterniond::Identity().slerp(share, RotationBetween(from, to)) * from;
 }

@@ -14,31 +14,30 @@
 
 namespace holdfast {
 
-/// Fills in what can be measured on the finished clip (of a right-handed person): contact,
-/// penetration, body, limits, skating.
+/// Measures the finished clip (of a right-handed person): contact, penetration, body, limits,
+/// skating.
 void MeasureAction(const ActionActor& actor, const ActionProp& prop, const Clip& clip,
                    ActionQuality& quality);
 
-/// Why a clip of this quality is not to be used: a few words, and with numbers. Both empty when it
-/// may be.
+/// Why a clip of this quality is rejected: brief, and with numbers. Both empty if it is accepted.
 struct ActionFault {
   std::string fault, detail;
 };
 ActionFault FaultOf(const ActionQuality& quality, std::string_view action);
 
-/// Where a face is wanted to point at a time of a script; `object` is what it may look at, `eyes`
-/// where from (world). Unit, world.
+/// Target direction of the face at a time of a script: unit vector, world. `object`: what the
+/// person may look at; `eyes`: position of the eyes (world).
 Eigen::Vector3d GazeAt(const ActionScript& script, double time_s, const Eigen::Vector3d& eyes,
                        const Eigen::Vector3d& object);
 
-/// How the chest leans: forward, then to the left, radians.
+/// Lean of the chest: forward, then to the left, radians.
 Eigen::Vector2d LeanAt(const ActionScript& script, double time_s);
 
-/// The turn (world) of a trunk that leans so; forward is -y.
+/// Rotation (world) of a trunk with this lean; forward is -y.
 Eigen::Matrix3d LeanRotation(const Eigen::Vector2d& lean);
 
-/// Roughly where chest, shoulders and head are when a body does as the script says: the start's,
-/// turned at the lowest spine joint, the face turned to where it is asked to look.
+/// Approximate chest, shoulders and head of a body that follows the script: those of the start,
+/// rotated about the lowest spine joint, with the face turned to its target.
 struct NominalStance {
   Eigen::Matrix3d chest = Eigen::Matrix3d::Identity();  ///< world rotation of spine3
   Eigen::Vector3d chest_position = Eigen::Vector3d::Zero();

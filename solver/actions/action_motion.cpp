@@ -24,7 +24,7 @@ Quaterniond Relative(const Matrix3d& parent, const Matrix3d& child) {
   return Quaterniond(Matrix3d(parent.transpose() * child)).normalized();
 }
 
-// Strokes of the object as its wrist makes them.
+// Transforms object strokes to the wrist's frame.
 std::vector<Stroke> InWrist(const std::vector<Stroke>& strokes,
                             const Isometry3d& wrist_from_object) {
   std::vector<Stroke> result = strokes;
@@ -37,7 +37,7 @@ std::vector<Stroke> InWrist(const std::vector<Stroke>& strokes,
   return result;
 }
 
-// A hand that has just let go, or is about to take hold: back and off the palm.
+// Retracted wrist before grasping or after release: backwards and off the palm.
 Isometry3d BackedOff(const Isometry3d& wrist, Side side) {
   Isometry3d away = wrist;
   away.translation() -= kBackOff_m * (0.75 * PalmDirection(wrist.linear()) +
@@ -105,7 +105,7 @@ class ActionMotionBuilder {
     return ActionPath(std::move(keys), InWrist(script_.strokes, grasp.wrist_from_object));
   }
 
-  // How much of a hand's way is its path's: the rest is the idle arm's.
+  // Weight of the scripted path of a hand; the remainder is the idle arm's motion.
   double Share(Side side, double time) const {
     if (!script_.handover) return side == Side::kRight ? 1.0 : 0.0;
     const HandoverKey& handover = *script_.handover;
@@ -135,7 +135,7 @@ class ActionMotionBuilder {
     }
   }
 
-  // The right arm about where it will be, on the idle trunk: the body's solver starts from there.
+  // Approximate right arm on the idle trunk, as initialization of the body solver.
   void RoughArm() {
     for (std::size_t t = 0; t < frames_.size(); ++t) {
       const double time = static_cast<double>(t) / kActionRate;
@@ -160,7 +160,7 @@ class ActionMotionBuilder {
     const std::vector<double> swivels = arm.Track(targets, kActionRate);
     for (std::size_t t = 0; t < frames_.size(); ++t) {
       const double time = static_cast<double>(t) / kActionRate;
-      // Style never makes a wrist bend farther than it can.
+      // The style must not bend a wrist beyond its limits.
       ArmChoice chosen = arm.At(targets[t], swivels[t] + script_.swivel_rad);
       if (chosen.hand_error_rad > 0.01) chosen = arm.At(targets[t], swivels[t]);
       SetArm(side, placed[t], chosen, Share(side, time), frames_[t]);
@@ -176,7 +176,7 @@ class ActionMotionBuilder {
                                 : time >= script_.handover->both_begin_s;
   }
 
-  // The object goes where the hand that has it goes.
+  // The object follows the holding hand.
   void Hold(ActionMotion& made) const {
     for (std::size_t t = 0; t < frames_.size(); ++t) {
       const double time = static_cast<double>(t) / kActionRate;

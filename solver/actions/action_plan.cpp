@@ -78,7 +78,7 @@ std::vector<ActionJob> PlanActions(const ActionSetOptions& options) {
   std::map<std::string, int> numbers;
   std::vector<ActionJob> jobs;
   for (int index = 0; index < options.count; ++index) {
-    // The action that lags its share the most.
+    // The action that is furthest behind its share.
     std::size_t next = 0;
     for (std::size_t k = 0; k < choices.size(); ++k) {
       if (made[k] / choices[k].share < made[next] / choices[next].share) next = k;
@@ -90,7 +90,7 @@ std::vector<ActionJob> PlanActions(const ActionSetOptions& options) {
     job.seed = MixSeed(options.seed, static_cast<std::uint64_t>(index));
     RandomDraws draws(MixSeed(job.seed, kDraws));
     job.action = choice.action;
-    // An action's own turn, so that subjects and actions do not beat against each other.
+    // Separate counter per action, so that subjects and actions do not become correlated.
     job.subject = (turns[next]++ + static_cast<int>(next)) % options.subjects;
     const double u = draws.Uniform(0.0, 1.0);
     const auto objects = static_cast<double>(choice.objects.size());
@@ -112,7 +112,7 @@ std::vector<ActionJob> PlanActions(const ActionSetOptions& options) {
 std::vector<CapturedJob> PlanCaptured(const ActionSetOptions& options) {
   if (options.captured.empty()) return {};
   const std::vector<MarkerTrialFiles> trials = FindMarkerTrials(options.captured);
-  std::vector<std::string> people;  // in order: so are the trials
+  std::vector<std::string> people;  // sorted, as are the trials
   for (const MarkerTrialFiles& trial : trials) {
     if (people.empty() || people.back() != trial.Person()) people.push_back(trial.Person());
   }

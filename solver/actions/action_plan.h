@@ -18,34 +18,34 @@ struct ActionSetOptions {
   double left_share = 0.2;           ///< of left-handed subjects
   bool wrist_blows = false;          ///< as in ActionScene
   std::vector<std::string> actions;  ///< empty: all
-  std::vector<std::string> objects;  ///< embedded names; empty: all that an action has
-  /// Folder of recorded markers with people who drink and comb (FindMarkerTrials): each trial is
-  /// made once seated and once standing, besides `count`; empty: none.
+  std::vector<std::string> objects;  ///< embedded names; empty: all objects of each action
+  /// Folder of marker recordings of people who drink and comb (FindMarkerTrials): each trial adds a
+  /// seated and a standing clip to `count`; empty: none.
   std::string captured = {};
   std::uint64_t seed = 1;
-  int threads = 1;       ///< the result does not depend on them
-  bool replace = false;  ///< a set in the folder that was made from something else
-  /// Of the program, for the manifest: a set is resumed by the version that began it.
+  int threads = 1;       ///< does not affect the result
+  bool replace = false;  ///< replace a set in the folder that has other provenance
+  /// Program version, for the manifest: a set can only be resumed by the version that began it.
   std::string version = {};
 };
 
-/// One clip that is to be made.
+/// A clip to synthesize.
 struct ActionJob {
   int index = 0;
-  std::string action, object;  ///< object by its embedded name
+  std::string action, object;  ///< embedded name of the object
   int subject = 0;             ///< 0 is s1
   bool left = false;
   std::uint64_t seed = 0;
-  std::string name;  ///< "s1/mug_drink_3": below the set's folder, without .npz
+  std::string name;  ///< "s1/mug_drink_3": relative to the set's folder, without .npz
 };
 
-/// The clips of a set, by index. A longer set begins with a shorter one's. Actions by their shares,
-/// objects with the first of each action's the oftenest, subjects in turn (each subject passes two
-/// objects from hand to hand, no more: hands that fit each other are dear). Throws Error for an
-/// unknown action, and for objects that no action is made with.
+/// Returns the clips of a set, by index. A shorter set is a prefix of a longer one. Actions follow
+/// their shares; the first objects of an action are the most frequent; subjects alternate. Each
+/// subject passes only two objects from hand to hand, because pairs of grasps are expensive. Throws
+/// Error for an unknown action, and for objects that no action uses.
 std::vector<ActionJob> PlanActions(const ActionSetOptions& options);
 
-/// One clip that is to be made of a captured trial.
+/// A clip to synthesize from a captured trial.
 struct CapturedJob {
   int index = 0;
   MarkerTrialFiles files;
@@ -55,21 +55,21 @@ struct CapturedJob {
   std::uint64_t seed = 0;
 };
 
-/// Two clips of each trial in options.captured, one after the other: seated, and standing. By
-/// index, from the largest ActionSetOptions::count on, so that scripted clips can be added later.
-/// The last fifth of the people, at least one of several, is for held-out subjects, the others' are
-/// made with the others; subjects in turn. None for an empty folder name. Throws what
+/// Returns two consecutive clips per trial in options.captured: seated and standing. Indices start
+/// at the largest ActionSetOptions::count, so that scripted clips can be added later. The last
+/// fifth of the people (at least one of several) is assigned to held-out subjects, the others to
+/// the remaining subjects; subjects alternate. Empty for an empty folder name. Throws as
 /// FindMarkerTrials does.
 inline constexpr int kMaxScripted = 1'000'000;
 std::vector<CapturedJob> PlanCaptured(const ActionSetOptions& options);
 
-/// Whether a subject is left-handed: evenly spread, the last one among them where any is.
+/// Whether a subject is left-handed: evenly spread, including the last subject if there are any.
 bool IsLeftHanded(int subject, double share);
 
-/// The last fifth of the subjects, at least one: made from other people's starts.
+/// The last fifth of the subjects, at least one: synthesized from other people's starts.
 bool IsHeldOut(int subject, int subjects);
 
-/// Shape of a subject: `count` coefficients, normal with standard deviation 0.9, at most 2.
+/// Shape of a subject: `count` normal coefficients, standard deviation 0.9, clamped to 2.
 Eigen::VectorXd SubjectBetas(int subject, int count, std::uint64_t seed);
 
 }  // namespace holdfast

@@ -27,7 +27,7 @@ json StoredGrasp(const Grasp& grasp) {
           {"score", grasp.score}};
 }
 
-// Nothing where the entry is not a grasp.
+// Returns nothing if the entry is not a grasp.
 std::optional<Grasp> GraspOf(const json& entry) {
   const auto numbers = [&](const char* name, std::size_t count) {
     return entry.contains(name) && entry[name].is_array() && entry[name].size() == count;
@@ -50,8 +50,8 @@ std::optional<Grasp> GraspOf(const json& entry) {
   return grasp;
 }
 
-// The grasps of a file with this key, a multiple of `together`; nothing where there is no such
-// file, or another's.
+// Returns the grasps of a file with this key, in groups of `together`; nothing if the file is
+// missing or has another key.
 std::optional<std::vector<Grasp>> ReadGrasps(const fs::path& path, const json& key,
                                              std::size_t together) {
   const json file = ReadJson(path);
@@ -69,8 +69,8 @@ std::optional<std::vector<Grasp>> ReadGrasps(const fs::path& path, const json& k
   });
 }
 
-// Grasps that are kept in a file, to the last bit; `key` says what they are of. Where they are not
-// there, `make` gives them and they are written.
+// Grasps cached in a file, exact to the last bit; `key` identifies them. If they are missing,
+// `make` creates them and they are written.
 template <typename Make>
 std::vector<Grasp> KeptGrasps(const fs::path& path, const json& key, std::size_t together,
                               const Make& make) {
@@ -132,7 +132,7 @@ ActionGrasps ActionShelf::GraspsOf(const ActionJob& job, bool both) {
   std::vector<GraspPair> pairs;
   if (both) {
     key["pairs_tried"] = kPairTries;
-    // In the file, a right and a left one in turn.
+    // Stored alternately: right, left.
     const std::vector<Grasp> flat = KeptGrasps(stem.string() + "_pairs.json", key, 2, [&] {
       const ActionProp& prop = Prop(job.object, job.left);
       std::vector<Grasp> in_turn;

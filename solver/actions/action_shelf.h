@@ -15,7 +15,7 @@
 
 namespace holdfast {
 
-/// What clips share, each made when it is first asked for. Threads may ask at the same time.
+/// Thread-safe cache of shared values, each created on first use.
 template <typename Key, typename Value>
 class Shelf {
  public:
@@ -40,25 +40,25 @@ class Shelf {
   std::map<Key, Place> places_;
 };
 
-/// Subjects, objects and grasps of a set, for clips made on any number of threads. Grasps are kept
-/// in FOLDER/grasps, and taken from there by a later run with the same body, shape and seed.
+/// Subjects, objects and grasps of a set, shared by clips on any number of threads. Grasps are
+/// stored in FOLDER/grasps and reused by later runs with the same body, shape and seed.
 class ActionShelf {
  public:
-  /// All three are kept by reference.
+  /// All arguments are kept by reference.
   ActionShelf(const std::shared_ptr<const BodyModel>& body, const std::filesystem::path& folder,
               const ActionSetOptions& options)
       : body_(body), folder_(folder), options_(options) {}
 
   /// 0 is s1.
   const ActionActor& Actor(int subject);
-  /// By its embedded name, as it is or in a mirror.
+  /// `object`: embedded name; as it is or mirrored.
   const ActionProp& Prop(const std::string& object, bool mirrored);
   /// For CarryObject.
   const PreparedObject& Prepared(const std::string& object);
 
-  /// How the subject of a job holds its prop with the right hand, and with both where `both`.
+  /// Grasps of a job's prop by its subject: right hand, and also both hands if `both`.
   ActionGrasps GraspsOf(const ActionJob& job, bool both);
-  /// How a subject holds an object as it is with one hand.
+  /// One-handed grasps of an object, not mirrored, by a subject.
   std::vector<Grasp> GraspsOf(int subject, const std::string& object, Side side);
 
  private:

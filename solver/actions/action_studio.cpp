@@ -43,7 +43,7 @@ std::vector<int> VerticesWhere(const BodySurface& body, int every, auto&& wanted
   return ids;
 }
 
-// The trunk's skin, closed at neck, shoulders and hips, about spine3.
+// Skin of the trunk, closed at neck, shoulders and hips, relative to spine3.
 TriangleMesh TrunkOf(const BodySurface& body) {
   const auto in_trunk = [](int joint) {
     return joint == 0 || joint == 3 || joint == 6 || joint == 9 || joint == 13 || joint == 14;
@@ -131,12 +131,12 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kComfortable = 25.0;  // of both arms' discomfort together
+constexpr double kComfortable = 25.0;  // sum of both arms' discomfort
 constexpr int kTurns = 36;
 
 Matrix3d FacingFront() { return (Matrix3d() << 1, 0, 0, 0, 0, -1, 0, 1, 0).finished(); }
 
-// A person who stands upright, facing -y, and holds something before the chest.
+// An upright person facing -y who holds an object in front of the chest.
 class Meeting {
  public:
   Meeting(const Eigen::Matrix3Xd& rest_joints, const TriangleMesh& mesh)
@@ -168,7 +168,7 @@ class Meeting {
   std::vector<Isometry3d> poses_;
 };
 
-// The other side's wrist, where a mirror in the middle of the body has it.
+// Pose of the other side's wrist, mirrored at the body's midplane.
 Isometry3d Mirrored(const Isometry3d& wrist) {
   const Vector3d flip(-1.0, 1.0, 1.0);
   return RigidTransform(flip.asDiagonal() * wrist.linear() * flip.asDiagonal(),

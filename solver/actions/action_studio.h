@@ -20,24 +20,24 @@
 
 namespace holdfast {
 
-/// What hands choose from that carry an action: grasps of one hand, how many of them a grasp of the
-/// other hand is found for, and the vertices of the object that both are found on.
+/// Number of one-handed grasps per action, number of them tried for a second hand, and number of
+/// object vertices used for both.
 inline constexpr int kGraspChoice = 14, kPairTries = 5, kPairVertices = 300;
 
-/// Two hands that can hold the object at once: what it changes hands with.
+/// Two hands that can hold the object at once, for a handover.
 struct GraspPair {
   Grasp right, left;
 };
 
-/// Grasps of the left hand that takes the object over from the right one (TransferGrasp) before the
-/// chest of a person who stands upright, the object upright in whichever turn suits both arms. The
-/// right hand's most comfortable grasps there are tried first, `tries` of them; kept are pairs that
-/// leave both wrists within their limits.
+/// Returns grasps of the left hand that takes over the object from the right one (TransferGrasp) in
+/// front of the chest of an upright person; the upright object has the yaw that suits both arms.
+/// The `tries` most comfortable right-hand grasps are tried; pairs that keep both wrists within
+/// their limits are returned.
 std::vector<GraspPair> FindGraspPairs(const HandModel& right_hand, const HandModel& left_hand,
                                       const ActionObject& object, const std::vector<Grasp>& right,
                                       std::uint64_t seed, int tries);
 
-/// A person who acts, of one shape: const and shared by clips.
+/// An acting person of one shape: const and shared by clips.
 class ActionActor {
  public:
   /// Throws Error for a body without a head or hands.
@@ -49,7 +49,7 @@ class ActionActor {
   const FaceMarks& Face() const { return face_; }
   const HandModel& Hand(Side side) const { return side == Side::kRight ? right_ : left_; }
   const ActionPerson& Person() const { return person_; }
-  /// Skin that an object must keep out of: all but forearms and hands, every other vertex.
+  /// Skin that the object must not penetrate: all but forearms and hands, every other vertex.
   const BodySurface& Skin() const { return skin_; }
   /// Signed distances of the closed trunk in the frame of spine3 at rest: origin at the joint.
   const DistanceGrid& Trunk() const { return trunk_; }
@@ -68,24 +68,24 @@ class ActionActor {
   ActionPerson person_;
 };
 
-/// An object that is acted with, as it is or in a mirror (ReflectX): const and shared by clips.
+/// An object of an action, as it is or mirrored (ReflectX): const and shared by clips.
 struct ActionProp {
   std::string name;  ///< embedded name
   TriangleMesh mesh;
   SignedDistance surface;
   FitObject fit;
   ObjectMarks marks;
-  Eigen::Matrix3Xd samples;  ///< some hundred points of the surface, object frame
+  Eigen::Matrix3Xd samples;  ///< a few hundred surface points, object frame
 };
 
 /// `simplified`: 300 vertices, for the fit.
 ActionProp MakeActionProp(std::string name, const TriangleMesh& mesh,
                           const TriangleMesh& simplified, bool mirrored, int threads);
 
-/// How one actor can hold one prop: with the right hand, and in both at once.
+/// Grasps of one prop by one actor: right hand, and both hands at once.
 class ActionGrasps {
  public:
-  /// `right`: FindActionGrasps of the prop; `pairs`: FindGraspPairs, where clips need both hands.
+  /// `right`: FindActionGrasps of the prop; `pairs`: FindGraspPairs, if clips need both hands.
   ActionGrasps(const ActionActor& actor, std::vector<Grasp> right, std::vector<GraspPair> pairs);
 
   /// One for each grasp of the right hand.

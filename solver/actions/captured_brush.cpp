@@ -21,15 +21,15 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
 constexpr double kGiveWay_s = 0.6;
-constexpr double kSmooth_s = 0.1;  // of the bristles' way over the head
+constexpr double kSmooth_s = 0.1;  // smoothing of the bristles' path over the head
 constexpr double kOffSkin_m = 0.001;
-constexpr int kLooks = 7;  // frames in which a way of holding is judged
+constexpr int kLooks = 7;  // frames sampled to rate a candidate
 constexpr int kSkinOfHand = 6;
 
-// How the brush lies on the head.
+// Grasp and orientation of the brush on the head.
 struct BrushWay {
   const Grasp* grasp = nullptr;
-  double turn_rad = 0.0;  // about the skin's normal
+  double turn_rad = 0.0;  // about the skin normal
   double tilt_rad = 0.0;  // of the handle off the head
 };
 
@@ -77,7 +77,7 @@ class BrushServer {
     return state.WorldFromJoint(joint);
   }
 
-  // Where the bristles go, and the skin's normal there: the head's frame, smooth over time.
+  // Path of the bristles and skin normals along it: head frame, smoothed over time.
   void FindWay() {
     const int count = end_ - begin_;
     Matrix3Xd at(3, count), normal(3, count);
@@ -105,7 +105,7 @@ class BrushServer {
     }
   }
 
-  // The wrist that lays the brush on the head in frame begin_ + k, near the one it has.
+  // Returns the wrist pose that places the brush on the head in frame begin_ + k, near `wrist`.
   Isometry3d WristFor(const BrushWay& way, int k, const Isometry3d& head,
                       const Isometry3d& wrist) const {
     const Vector3d normal = head.linear() * normal_.col(k);
@@ -144,7 +144,7 @@ class BrushServer {
     return cost;
   }
 
-  // From the head's skin, of points in a frame that moves with it.
+  // Minimum distance of points, fixed to the head's frame by the given pose, from its skin.
   double Nearest(const Isometry3d& head_from_points, const Matrix3Xd& points) const {
     double nearest = 1e9;
     const DistanceGrid& head = actor_.Person().head;
@@ -161,7 +161,7 @@ class BrushServer {
   void Move(const BrushWay& way, BrushReport& report) {
     const int frames = clip_.NumFrames(), last = end_ - begin_ - 1;
     const double give_way = kGiveWay_s * clip_.frame_rate;
-    // Of the wrist in its own frame while it goes over the head.
+    // Wrist displacement and rotation while it is over the head.
     std::vector<Vector3d> shift, turn;
     for (int k = 0; k <= last; ++k) {
       const Isometry3d was = InWorld(begin_ + k, WristJoint(side_));

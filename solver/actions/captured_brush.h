@@ -8,19 +8,19 @@
 
 namespace holdfast {
 
-/// How a brush came into a hand that goes over the head.
+/// Result of placing a brush in a hand that passes over the head.
 struct BrushReport {
-  const Grasp* grasp = nullptr;  ///< of those given; null: there was none
+  const Grasp* grasp = nullptr;  ///< one of the given grasps; null if none was found
   double cost = 0.0;
-  double wrist_shift_m = 0.0, wrist_turn_rad = 0.0;  ///< most, from the clip's own
+  double wrist_shift_m = 0.0, wrist_turn_rad = 0.0;  ///< maximum deviation from the clip
 };
 
-/// Puts a brush into the hand that goes over the head in frames [begin, end), for CarryObject to
-/// fit: held in every frame, its bristles (ObjectMarks::tip and facing) on the skin of the head
-/// where the palm is nearest to it, pointing into it. The wrist is adjusted for that, over 0.6 s
-/// before and after. Of the grasps, of the brush's turns about the skin's normal and of its tilts,
-/// that is taken for which the wrist leaves the capture least, bends least and keeps hand and brush
-/// out of the head best. The clip gets object, holding_hand and fingers.
+/// Places a brush in the hand that passes over the head in frames [begin, end), for CarryObject to
+/// fit. The brush is held in every frame; its bristles (ObjectMarks::tip and facing) lie on the
+/// skin of the head nearest to the palm and point into it. The wrist is adjusted, blending over 0.6
+/// s before and after. Grasp, rotation about the skin normal and tilt are chosen to minimize wrist
+/// displacement, wrist bending and penetration of the head by hand and brush. Sets object,
+/// holding_hand and fingers of the clip.
 BrushReport ServeBrush(const ActionActor& actor, const ActionProp& brush,
                        std::span<const Grasp> grasps, Side side, int begin, int end, Clip& clip);
 

@@ -41,7 +41,7 @@ std::vector<std::string> CapturedParts(const std::vector<int>& unmarked) {
   return parts;
 }
 
-// What the object stands on before it is lifted.
+// Adds the surface on which the object stands before it is lifted.
 void AddTable(const ActionProp& prop, Clip& clip) {
   const Eigen::Isometry3d stands = clip.object->Pose(0);
   Eigen::Vector3d at = stands.translation();
@@ -65,7 +65,7 @@ void MeasureKey(const ActionActor& actor, const ActionProp& prop, const CarryRep
   }
 }
 
-// The clip with its object; false with a fault in `made`.
+// Adds the object to the clip; returns false with a fault in `made`.
 bool Carry(const CapturedClipRequest& request, CapturedClip& made, CarryReport& carried) {
   CarryOptions options;
   options.seed = request.seed;
@@ -165,14 +165,14 @@ using Eigen::Vector3d;
 
 constexpr double kOnHead_m = 0.1;
 constexpr double kBehindEyes_m = 0.08;
-constexpr double kStillShare = 0.1;                // of the highest speed
+constexpr double kStillShare = 0.1;                // of the maximum speed
 constexpr double kRest_s = 0.3;                    // kept before the reach and after the return
-constexpr double kPlaced_m = 0.15, kFree_m = 0.4;  // of the palm from the face
+constexpr double kPlaced_m = 0.15, kFree_m = 0.4;  // distance of the palm from the face
 
-// Of the palm of one side in all frames.
+// Position of one palm relative to the head in all frames.
 struct OverHead {
-  Eigen::VectorXd from_skin;  // meters; far where the palm is lower than the mouth
-  bool behind_eyes = false;   // somewhere near the head
+  Eigen::VectorXd from_skin;  // meters; large if the palm is below the mouth
+  bool behind_eyes = false;   // at some frame near the head
 };
 
 OverHead OverHeadOf(const PalmTracks& tracks, const FaceMarks& face, const SignedDistance& head,
@@ -190,7 +190,7 @@ OverHead OverHeadOf(const PalmTracks& tracks, const FaceMarks& face, const Signe
   return over;
 }
 
-// The first and last frame of [0, count) for which `is` holds.
+// Returns the first and last frame of [0, count) for which `is` holds.
 template <typename Is>
 std::optional<std::pair<int, int>> Span(int count, const Is& is) {
   int first = 0, last = count - 1;

@@ -31,7 +31,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr int kClipTries = 4;  // of a clip, before it is given up
+constexpr int kClipTries = 4;  // per clip, before it is given up
 constexpr std::uint64_t kStartSeed = 0x57A7;
 
 json ActionQualityJson(const ActionQuality& quality) {
@@ -51,7 +51,7 @@ json ActionQualityJson(const ActionQuality& quality) {
           {"slipped_mm", quality.slipped_mm}};
 }
 
-// What was kept and dropped, and why.
+// Counts of kept and dropped clips, with reasons.
 json SummaryOf(const ManifestLines& lines) {
   std::map<std::string, std::map<std::string, int>> actions;
   std::map<std::string, int> reasons, subjects;
@@ -87,7 +87,7 @@ json SummaryOf(const ManifestLines& lines) {
   return summary;
 }
 
-// Jobs that share subject, object and hand; in an order in which a set grows evenly.
+// Groups jobs by subject, object and hand, in an order in which a set grows evenly.
 std::vector<std::vector<ActionJob>> GroupsOf(const std::vector<ActionJob>& jobs,
                                              const ManifestLines& done, std::uint64_t seed) {
   std::map<std::tuple<int, std::string, bool>, std::vector<ActionJob>> groups;
@@ -102,7 +102,7 @@ std::vector<std::vector<ActionJob>> GroupsOf(const std::vector<ActionJob>& jobs,
   return list;
 }
 
-// What is still to be made of each trial.
+// Groups the remaining jobs by trial.
 std::vector<std::vector<CapturedJob>> TrialsOf(const std::vector<CapturedJob>& jobs,
                                                const ManifestLines& done) {
   std::vector<std::vector<CapturedJob>> trials;
@@ -116,7 +116,7 @@ std::vector<std::vector<CapturedJob>> TrialsOf(const std::vector<CapturedJob>& j
   return trials;
 }
 
-// A person first, then a moment: who was captured for longer is not seen the oftener.
+// Draws a person first, then a frame, so that longer captures are not overrepresented.
 const StandingStart& DrawStart(const std::vector<StandingStart>& starts, std::uint64_t seed) {
   RandomDraws draws(MixSeed(seed, kStartSeed));
   std::map<std::string, std::vector<const StandingStart*>> people;
@@ -126,7 +126,7 @@ const StandingStart& DrawStart(const std::vector<StandingStart>& starts, std::ui
   return *moments[static_cast<std::size_t>(draws.Index(static_cast<int>(moments.size())))];
 }
 
-// Makes the clips of a set, from any number of threads.
+// Synthesizes the clips of a set; thread-safe.
 class ActionSetMaker {
  public:
   ActionSetMaker(const std::shared_ptr<const BodyModel>& body, const ActionStarts& starts,
@@ -139,7 +139,7 @@ class ActionSetMaker {
 
   ActionShelf& Things() { return shelf_; }
 
-  // Writes the clip unless all tries have a fault; its line of the manifest.
+  // Writes the clip unless all tries are rejected; returns its manifest line.
   json Make(const ActionJob& job, const ActionGrasps& grasps) {
     const bool held_out = IsHeldOut(job.subject, options_.subjects);
     json line = {{"index", job.index},
@@ -178,7 +178,7 @@ class ActionSetMaker {
     return line;
   }
 
-  // The same of one trial's clips: a line each.
+  // Writes the clips of one trial; returns a line for each.
   std::vector<json> Make(std::span<const CapturedJob> jobs) {
     std::vector<json> lines;
     std::optional<CapturedTrial> trial;
@@ -212,7 +212,7 @@ class ActionSetMaker {
     line["tries_dropped"] = json::array({{{"reason", reason}, {"detail", detail}}});
   }
 
-  // The first of the action's objects that is asked for; empty: none is, or not the action.
+  // First requested object of a requested action; otherwise empty.
   std::string ObjectFor(const std::string& action) const {
     const auto asked = [](const std::vector<std::string>& list, std::string_view name) {
       return list.empty() || std::ranges::find(list, name) != list.end();
@@ -268,14 +268,14 @@ class ActionSetMaker {
   ActionShelf shelf_;
 };
 
-// Of a folder, however its path is written.
+// Name of a folder, independent of how its path is written.
 std::string CapturedName(const std::string& folder) {
   const fs::path path = fs::path(folder).lexically_normal();
   return (path.has_filename() ? path : path.parent_path()).filename().string();
 }
 
-// The lines of an earlier run whose clips are still there; `had` counts all. `head` of the manifest
-// is filled in, and folders are made.
+// Returns the lines of an earlier run whose clips still exist; `had` counts all of them. Fills in
+// `head` of the manifest and creates the folders.
 ManifestLines BeginSet(const BodyModel& body, const ActionStarts& starts, const fs::path& folder,
                        const ActionSetOptions& options, std::size_t captured_clips, json& head,
                        int& had) {
@@ -300,7 +300,7 @@ ManifestLines BeginSet(const BodyModel& body, const ActionStarts& starts, const 
   ManifestLines lines = LinesBefore(manifest, head, "make-actions", "starts", options.replace);
   had = static_cast<int>(lines.size());
   UseJson(manifest, [&] {
-    SummaryOf(lines);  // all is there
+    SummaryOf(lines);  // throws if an entry is missing
     DropLost(lines, folder);
   });
   head["note"] = options.captured.empty()

@@ -16,18 +16,18 @@ namespace holdfast {
 
 struct ActionSetReport {
   bool complete = false;  ///< false: stopped by `progress`
-  nlohmann::json head;    ///< of the manifest: what was asked and its "summary"
-  int had = 0;            ///< clips of it that were tried before
-  int made = 0;           ///< tried now
-  double seconds = 0.0;   ///< for these, of all threads together
+  nlohmann::json head;    ///< manifest header: the request and its "summary"
+  int had = 0;            ///< clips tried in earlier runs
+  int made = 0;           ///< clips tried in this run
+  double seconds = 0.0;   ///< of this run, summed over threads
 };
 
-/// Makes a labeled set of people who do things with objects in `folder`: s1/mug_drink_1.npz ...,
-/// manifest.json (schema holdfast/actions/1), and grasps/ with the grasps that a later run need not
-/// look for again. A set that was stopped is resumed, a finished one extended. A clip with a
-/// fault is tried anew from another start, and given up in the end: see MakeActionClip. Progress
-/// (stage "clips") comes as subjects' clips with one object are done. Throws Error as PlanActions
-/// does, for a manifest of something else, and a folder that cannot be written.
+/// Synthesizes a labeled set of people acting with objects in `folder`: s1/mug_drink_1.npz ...,
+/// manifest.json (schema holdfast/actions/1), and grasps/, a cache of grasps for later runs. An
+/// interrupted set is resumed, a complete one extended. A rejected clip is retried from another
+/// start and finally given up: see MakeActionClip. Progress (stage "clips") is reported per subject
+/// and object. Throws Error as PlanActions does, for a manifest with other provenance, and for a
+/// folder that cannot be written.
 ActionSetReport MakeActionSet(const std::shared_ptr<const BodyModel>& body,
                               const ActionStarts& starts, const std::filesystem::path& folder,
                               const ActionSetOptions& options, const StagedProgress& progress = {});

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kMinSwivel = -40.0 * kDegree, kGreatestSwivel = 100.0 * kDegree;
 constexpr double kGrid = 4.0 * kDegree;
-constexpr double kSwivelSpeed = 120.0 * kDegree;  // per second: costs as much as 1 of discomfort
+constexpr double kSwivelSpeed = 120.0 * kDegree;  // per second: costs as much as a discomfort of 1
 constexpr double kBell_s = 0.1;
 
 double Square(double x) { return x * x; }
@@ -57,7 +57,7 @@ ArmChoice ArmIk::Best(const ArmTarget& target) const {
       best = swivel;
     }
   }
-  // Golden section within a step on either side.
+  // Golden-section search within one step on either side.
   double low = best - 10.0 * kDegree, high = best + 10.0 * kDegree;
   while (high - low > 1.0 * kDegree) {
     const double step = (2.0 - std::numbers::phi) * (high - low);
@@ -75,7 +75,7 @@ std::vector<double> ArmIk::Track(std::span<const ArmTarget> targets, double fram
   if (count == 0) return {};
   const int states = static_cast<int>(std::lround((kGreatestSwivel - kMinSwivel) / kGrid)) + 1;
   const auto swivel = [](int s) { return kMinSwivel + kGrid * s; };
-  // Costs are per frame; a change of `kSwivelSpeed` for a second costs as much as discomfort 1.
+  // Costs are per frame; kSwivelSpeed for a second costs as much as a discomfort of 1.
   const double change = Square(kGrid * frame_rate / kSwivelSpeed);
   std::vector<double> cost(static_cast<std::size_t>(states)), next(cost.size());
   std::vector<std::vector<int>> from(targets.size(), std::vector<int>(cost.size(), 0));
@@ -118,11 +118,11 @@ void SwingArms(const Eigen::Matrix3Xd& rest_joints, const std::array<double, 2>&
                BodyFrame& frame) {
   using Eigen::Quaterniond;
   using Eigen::Vector3d;
-  constexpr double kPerMeter = 1.35;  // radians of the upper arm for a meter between the ankles
+  constexpr double kPerMeter = 1.35;  // radians of the upper arm per meter between the ankles
   constexpr double kMost = 0.8;       // radians
-  constexpr double kBend = 0.6;       // of the elbow, for a radian forward
-  constexpr double kHangs = 0.6;      // of the way to an arm that hangs
-  constexpr double kRestBend = 0.25;  // radians, of the elbow of such an arm
+  constexpr double kBend = 0.6;       // of the elbow, per radian forward
+  constexpr double kHangs = 0.6;      // fraction of the rotation to a hanging arm
+  constexpr double kRestBend = 0.25;  // radians, elbow of a hanging arm
   const BodyPlacement placed = Place(rest_joints, frame);
   const double yaw = Yaw(frame);
   const Vector3d forward(std::sin(yaw), -std::cos(yaw), 0.0);
@@ -139,7 +139,7 @@ void SwingArms(const Eigen::Matrix3Xd& rest_joints, const std::array<double, 2>&
     const Vector3d hanging = Vector3d(-Vector3d::UnitZ() + (left ? 0.2 : -0.2) * to_left);
     const Quaterniond hangs =
         Quaterniond::Identity().slerp(share * kHangs, Quaterniond::FromTwoVectors(upper, hanging));
-    // An arm that hangs goes forward about the axis to the right: forward x down.
+    // A hanging arm swings forward about the axis to the right: forward x down.
     const Quaterniond swings(Eigen::AngleAxisd(share * ahead, Vector3d(-to_left)));
     const Quaterniond parent(placed.rotation[kJointParents[arm.root]]);
     frame.local[arm.root] =

@@ -14,29 +14,27 @@
 
 namespace holdfast {
 
-/// An arm that has its hand at a given pose.
+/// Configuration of an arm for a given hand pose.
 struct ArmChoice {
-  double swivel_rad = 0.0;  ///< elbow's way up and out from where it hangs
+  double swivel_rad = 0.0;  ///< elbow rotation, up and outwards from hanging
   /// Sum of squares of swivel / 24 degrees, wrist flexion / 40, ulnar deviation from 8 / 22,
-  /// forearm twist / 55: 1 is what one angle is when it is felt. Beyond the wrist's limits far
-  /// more.
+  /// forearm twist / 55: 1 is a noticeable angle. Much larger beyond the wrist's limits.
   double discomfort = 0.0;
-  double hand_error_rad = 0.0;  ///< of the hand's rotation: the wrist's limits
-  double shortfall_m = 0.0;     ///< how far the wrist stays from its target: the arm is too short
+  double hand_error_rad = 0.0;  ///< of the hand's rotation, from the wrist's limits
+  double shortfall_m = 0.0;     ///< distance of the wrist from its target if the arm is too short
   LimbPose limb;
   WristPose wrist;
 };
 
-/// What an arm is asked in one frame.
+/// Target of an arm in one frame.
 struct ArmTarget {
   Eigen::Vector3d shoulder = Eigen::Vector3d::Zero();       ///< world
   Eigen::Matrix3d chest = Eigen::Matrix3d::Identity();      ///< world rotation of spine3
   Eigen::Isometry3d wrist = Eigen::Isometry3d::Identity();  ///< world pose of the wrist joint
 };
 
-/// Inverse kinematics of an arm: shoulder, elbow and wrist for a hand at a given pose, by two-bone
-/// inverse kinematics with the elbow's swivel free, the forearm's twist shared by elbow and wrist
-/// (SolveWrist).
+/// Inverse kinematics of an arm for a hand pose: two-bone inverse kinematics of shoulder, elbow and
+/// wrist with a free elbow swivel; elbow and wrist share the forearm's twist (SolveWrist).
 class ArmIk {
  public:
   /// `rest_joints` (3 x 55) is copied.
@@ -47,12 +45,12 @@ class ArmIk {
   const Limb& Bones() const { return limb_; }
   double Length() const { return longest_; }  ///< shoulder to wrist, nearly straight, meters
 
-  /// The arm with this swivel.
+  /// Returns the arm with this swivel.
   ArmChoice At(const ArmTarget& target, double swivel_rad) const;
-  /// The swivel of least discomfort.
+  /// Returns the arm with the swivel of least discomfort.
   ArmChoice Best(const ArmTarget& target) const;
-  /// Swivels over time with least discomfort and least change together: dynamic programming over a
-  /// grid of 4 degrees, then a bell of 0.1 s. One for each target.
+  /// Returns one swivel per target, minimizing discomfort plus change over time: dynamic
+  /// programming on a grid of 4 degrees, then Gaussian smoothing of 0.1 s.
   std::vector<double> Track(std::span<const ArmTarget> targets, double frame_rate) const;
 
  private:
@@ -62,10 +60,10 @@ class ArmIk {
   double longest_;
 };
 
-/// Arms that have nothing else to do, frame by frame: they hang more than the motion has it, and
-/// swing against the legs, each forward with the ankle of the other side, bending a little there.
-/// `idle` (left, right; 0 to 1) says how much of it an arm does, `walks` (0 to 1) how much swing
-/// there is. Smooth in all of them.
+/// Makes idle arms hang and swing, frame by frame: they hang lower than in the motion, and swing
+/// opposite to the legs, each forward with the ankle of the other side, with a slightly bent elbow.
+/// `idle` (left, right; 0 to 1) is the amount per arm, `walks` (0 to 1) the amount of swing. Smooth
+/// in all of them.
 void SwingArms(const Eigen::Matrix3Xd& rest_joints, const std::array<double, 2>& idle, double walks,
                BodyFrame& frame);
 

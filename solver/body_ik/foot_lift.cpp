@@ -12,7 +12,7 @@
 namespace holdfast {
 namespace {
 
-// A foot in the air between two stances: frames begin and end are planted.
+// A foot in the air between two stances; it is planted in frames begin and end.
 struct AirborneStep {
   int foot, begin, end;
 };
@@ -171,7 +171,7 @@ void FootPinner::Correct(int foot) {
     it.correction.head<2>() -= drift_[foot];
     it.yaw = std::clamp(it.yaw - turn_[foot], -kMaxYaw, kMaxYaw);
   } else if (it.steps > 0) {
-    // The rest of the way in the rest of the frames, slower at both ends.
+    // The remaining distance over the remaining frames, with eased ends.
     const double before = MinimumJerk(1.0 - static_cast<double>(it.steps) / kStep);
     const double after = MinimumJerk(1.0 - static_cast<double>(it.steps - 1) / kStep);
     it.correction.head<2>() *= (1.0 - after) / (1.0 - before);
@@ -211,7 +211,7 @@ void FootPinner::Pin(BodyFrame& frame) {
   FeetTarget feet = FeetOf(placed);
   for (const int foot : {0, 1}) {
     if (frame_ > 0) Correct(foot);
-    // The foot turns about the point that is pinned.
+    // The foot rotates about its pinned point.
     const int point = 2 * foot + (now_(2, 2 * foot + 1) < kLow ? 1 : 0);
     const Eigen::Matrix3d turn =
         Eigen::AngleAxisd(feet_[foot].yaw, Eigen::Vector3d::UnitZ()).toRotationMatrix();
@@ -224,7 +224,7 @@ void FootPinner::Pin(BodyFrame& frame) {
   frame.pelvis.z() -= sink_;
   const BodyFrame before = frame;
   PlaceLegs(rest_joints_, feet, frame);
-  // Legs placed where they are already need not be bent as they were: not all at once.
+  // Fade in: legs placed at their own position may still bend differently than the input.
   const double share = MinimumJerk(static_cast<double>(frame_) / kFadeIn);
   for (const Side side : {Side::kLeft, Side::kRight}) {
     const Limb leg = Leg(side);

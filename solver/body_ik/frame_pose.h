@@ -15,7 +15,7 @@
 
 namespace holdfast {
 
-/// A network's pose as a frame of the same body; `rest_pelvis` is J_0.
+/// Converts a network's pose to a frame of the same body; `rest_pelvis` is J_0.
 inline BodyFrame FrameOf(const wandr::Pose<double>& pose, const Eigen::Vector3d& rest_pelvis) {
   BodyFrame frame;
   frame.pelvis = pose.translation + rest_pelvis;
@@ -25,7 +25,7 @@ inline BodyFrame FrameOf(const wandr::Pose<double>& pose, const Eigen::Vector3d&
   return frame;
 }
 
-/// The same the other way round.
+/// The inverse of FrameOf.
 inline wandr::Pose<double> PoseOf(const BodyFrame& frame, const Eigen::Vector3d& rest_pelvis) {
   wandr::Pose<double> pose;
   pose.translation = frame.pelvis - rest_pelvis;
@@ -35,11 +35,10 @@ inline wandr::Pose<double> PoseOf(const BodyFrame& frame, const Eigen::Vector3d&
   return pose;
 }
 
-/// The terms of one frame as a function of the four control points of a cubic B-spline that its
-/// change lies between: x = sum_k basis_k c_k (ChangeSpline); or of the change itself, with one
-/// basis of 1. Residuals: each term's kRows, in the order of the members of `Terms` (`Tied()`).
-/// Parameter blocks: the control points (28 each, UpperBodyDofs). The body is evaluated once for
-/// all terms.
+/// The terms of one frame as a function of the four control points of a cubic B-spline: the change
+/// is x = sum_k basis_k c_k (ChangeSpline); or of the change itself, with one basis of 1.
+/// Residuals: each term's kRows, in the order of the members of `Terms` (`Tied()`). Parameter
+/// blocks: the control points (28 each, UpperBodyDofs). The body is evaluated once for all terms.
 template <typename Terms>
 class FrameBlock final : public ceres::CostFunction {
  public:
@@ -47,7 +46,7 @@ class FrameBlock final : public ceres::CostFunction {
     return (std::remove_cvref_t<Term>::kRows + ...);
   }(std::type_identity<decltype(std::declval<const Terms&>().Tied())>());
 
-  /// `chain` and `base` (the frame that is changed) must outlive the block.
+  /// `chain` and `base` (the unchanged frame) must outlive the block.
   FrameBlock(const UpperBodyChain& chain, const BodyFrame& base, const Terms& terms,
              const Eigen::VectorXd& basis)
       : chain_(chain), base_(base), terms_(terms), basis_(basis) {
@@ -93,8 +92,8 @@ class FrameBlock final : public ceres::CostFunction {
   Eigen::VectorXd basis_;
 };
 
-/// A smooth curve that is nowhere below `values`: the largest of those within `radius`, averaged by
-/// a bell of the same width. It begins 2 `radius` before what it covers.
+/// Returns a smooth upper envelope of `values`: the maximum within `radius`, averaged by a
+/// bell-shaped kernel of the same width. It rises from 2 `radius` before a value.
 std::vector<double> Envelope(const std::vector<double>& values, int radius);
 
 }  // namespace holdfast

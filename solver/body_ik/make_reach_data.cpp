@@ -21,10 +21,10 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr int kMaxAtOnce = 32;  // clips between two entries in the manifest
-constexpr int kMaxTries = 6;    // clips tried per clip wanted before giving up
+constexpr int kMaxAtOnce = 32;  // clips between manifest updates
+constexpr int kMaxTries = 6;    // tries per requested clip before giving up
 
-// All that is the same for every clip.
+// Data shared by all clips.
 struct ReachWorkshop {
   const CaptureSet& set;
   const ReachDataOptions& options;
@@ -113,7 +113,7 @@ void WriteReachClip(const ReachWorkshop& shop, const ReachClip& made, const json
   WriteGoalClip(std::move(clip), made.labels, provenance, path);
 }
 
-// The line of one clip in the manifest; the clip is written unless it has a fault.
+// Generates a clip, writes it unless it has a fault, and returns its manifest line.
 json MakeReachLine(const ReachWorkshop& shop, int index) {
   const std::uint64_t seed = MixSeed(shop.options.seed, static_cast<std::uint64_t>(index));
   ReachClipOptions making = shop.making;
@@ -180,7 +180,7 @@ void SetMaking(ReachWorkshop& shop) {
   }
 }
 
-// Over the lines of clips that were not dropped.
+// Sums over the lines of accepted clips.
 struct ReachSums {
   MotionStatistics statistics = {};
   double minutes = 0.0;
@@ -201,13 +201,13 @@ struct ReachSums {
   }
 };
 
-// The next clips in parallel; those beyond the minutes that are wanted are removed again. False
-// when `go_on` states it: nothing is added then.
+// Generates the next clips in parallel and removes those beyond the requested minutes. Returns
+// false, without adding any, if `go_on` returns false.
 template <typename GoOn>
 bool MakeBatch(const ReachWorkshop& shop, double wanted, const GoOn& go_on, ReachSums& made,
                ManifestLines& lines) {
   const int begin = static_cast<int>(lines.size());
-  // About half a minute each; never by the number of threads, so that results are the same.
+  // About half a minute each; independent of the number of threads, for equal results.
   const int count = std::clamp(static_cast<int>(2.0 * (wanted - made.minutes)) + 1, 1, kMaxAtOnce);
   std::vector<json> batch(static_cast<std::size_t>(count));
   std::mutex lock;
@@ -247,7 +247,7 @@ ReachDataReport MakeReachData(const CaptureSet& set, const ReachDataOptions& opt
   ManifestLines lines =
       LinesBefore(manifest, report.head, "make-reach-data", "captures", options.replace);
   ReachSums made;
-  UseJson(manifest, [&] {  // looked at now, not after hours of work
+  UseJson(manifest, [&] {  // checked now, not after hours of work
     for (const auto& [index, line] : lines) made.Add(line);
   });
   report.had = static_cast<int>(lines.size());

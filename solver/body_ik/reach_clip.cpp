@@ -14,10 +14,10 @@
 namespace holdfast {
 namespace {
 
-constexpr int kBefore = 40, kAfter = 41;  // frames around the goal's that may change, at most
-constexpr int kIntoTransition = 6;        // frames of them before the captured reach begins
+constexpr int kBefore = 40, kAfter = 41;  // maximum frames around the goal frame that may change
+constexpr int kIntoTransition = 6;        // of these, frames before the captured reach begins
 
-// Window of the k-th reach: within its own captured stretch, never in that of another one.
+// Window of the k-th reach: within its own captured segment, disjoint from other reaches.
 ReachWarp WindowOf(const MatchedReaches& motion, std::size_t k) {
   const ReachEvent& event = motion.reaches[k];
   const int previous = k > 0 ? motion.reaches[k - 1].end : 0;

@@ -23,15 +23,15 @@ struct ReachLabel {
   Eigen::Vector3d goal = Eigen::Vector3d::Zero();  ///< of the wrist joint, world, meters
   int frame = 0;                                   ///< at which the wrist is there
   Side wrist = Side::kRight;
-  bool warped = false;   ///< carried to the goal; else the goal is where the captured wrist is
-  double carried_m = 0;  ///< how far
+  bool warped = false;   ///< warped to the goal; otherwise the goal is the captured wrist position
+  double carried_m = 0;  ///< distance of the warp
   double error_m = 0;    ///< of the wrist at the frame
-  int source = 0;        ///< clip of the library whose reach it is
+  int source = 0;        ///< library clip of the reach
 };
 
-/// What a synthetic clip must keep to be used.
+/// Acceptance limits of a synthetic clip.
 struct ReachClipLimits {
-  double goal_error_m = 0.01;       ///< a reach that misses more is left as captured
+  double goal_error_m = 0.01;       ///< a reach with a larger error is left as captured
   double foot_correction_m = 0.20;  ///< of a planted foot, by foot locking
   double pelvis_sink_m = 0.12;      ///< for legs to reach
   double ankle_missed_m = 0.03;
@@ -39,17 +39,17 @@ struct ReachClipLimits {
   double lowest_sole_m = -0.05;
   double max_acceleration = 150.0;  ///< m/s^2, of any joint in any frame
   double p99_acceleration = 34.0;
-  double beyond_limits_ratio = 0.01;  ///< share of frames and joints beyond the joint limits
+  double beyond_limits_ratio = 0.01;  ///< fraction of frames and joints beyond the joint limits
 };
 
 struct ReachClipOptions {
   MatchedReachOptions synthesis;
   ReachWarpOptions warp;
   ReachClipLimits limits;
-  bool carry_to_goals = true;  ///< false: reaches stay as captured, goals are where wrists are
+  bool carry_to_goals = true;  ///< false: reaches stay as captured, goals are the wrist positions
 };
 
-/// A synthetic motion with all that is known about it.
+/// A synthetic motion with its annotations and measures.
 struct ReachClip {
   std::vector<BodyFrame> frames;
   std::vector<MotionSegment> segments;
@@ -58,17 +58,17 @@ struct ReachClip {
   MotionStatistics statistics;
   FootLockReport feet;
   int transitions = 0;
-  std::string fault;  ///< why it is not to be used; empty when it is
+  std::string fault;  ///< reason for rejection; empty if accepted
 };
 
-/// Synthesis, locked feet, reaches carried to their goals, and measured. The same library, options
-/// and seed give the same clip.
+/// Synthesizes a motion, locks its feet, warps reaches to their goals and measures it.
+/// Deterministic for library, options and seed.
 ReachClip MakeReachClip(const MotionLibrary& library, const ReachClipOptions& options,
                         std::uint64_t seed);
 
-/// Writes a clip with the goals that it reaches, as networks learn them (wandr::ReadCorpus): arrays
-/// goal (K x 3, world, meters), goal_frame (K), goal_wrist (K; 1 right, 2 left) and a text
-/// provenance. Numbers are rounded to floats. Throws Error for a file that cannot be written.
+/// Writes a clip with its goals as training data for networks (wandr::ReadCorpus): arrays goal (K x
+/// 3, world, meters), goal_frame (K), goal_wrist (K; 1 right, 2 left) and a text provenance. Values
+/// are rounded to float. Throws Error for a file that cannot be written.
 void WriteGoalClip(Clip clip, std::span<const ReachLabel> labels, const nlohmann::json& provenance,
                    const std::filesystem::path& path);
 

@@ -25,17 +25,17 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr int kRoomKnots = 3;            // on either side of a goal: WarpReach asks for them
-constexpr double kMaxToes = 0.6;         // radians: people who walk bend theirs no farther
-constexpr double kMaxSink = 0.08;        // meters: farther would be a squat, and sudden
-constexpr double kStepClearance = 0.03;  // meters: of a foot half-way through its step
+constexpr int kRoomKnots = 3;            // on either side of a goal: required by WarpReach
+constexpr double kMaxToes = 0.6;         // radians: maximum toe flexion in walking
+constexpr double kMaxSink = 0.08;        // meters: more would be a sudden squat
+constexpr double kStepClearance = 0.03;  // meters: of a foot in the middle of its step
 
-// Frames after an arrival, with time slowed down evenly from there to the first in which both feet
-// stand, and to a tenth from then on: who has arrived does not walk on, and is no statue.
+// Slows down time after an arrival, evenly until the first frame in which both feet stand, and to a
+// tenth from then on: the person stops walking but does not freeze.
 void ComeToRest(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles, int arrival,
                 std::vector<BodyFrame>& frames) {
   constexpr double kWaiting = 0.1;
-  constexpr int kEase = 4;  // frames at least
+  constexpr int kEase = 4;  // minimum frames
   const int last = static_cast<int>(frames.size()) - 1;
   const std::vector<SoleBits> stands =
       FindSupports(soles.At(Place(rest_joints, frames)), wandr::kFramesPerSecond);
@@ -57,8 +57,8 @@ void ComeToRest(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles, in
   }
 }
 
-// How much the arm that reaches is taken up by its goals: all of it from half a second before one,
-// nothing of it a second and a half before.
+// Weight of goals on the reaching arm: full from half a second before a goal, zero a second and a
+// half before.
 double Reaching(std::span<const RefitGoal> goals, int t) {
   constexpr int kFree = 15, kRaise = 30;  // frames
   double reaching = 0.0;
@@ -70,7 +70,7 @@ double Reaching(std::span<const RefitGoal> goals, int t) {
   return reaching;
 }
 
-// Arms on the way hang and swing.
+// Makes arms hang and swing while walking.
 void SwingArmsOnTheWay(const Eigen::Matrix3Xd& rest_joints, std::span<const RefitGoal> goals,
                        Side wrist, std::vector<BodyFrame>& frames) {
   constexpr double kWalking = 0.9;          // m/s
@@ -90,12 +90,12 @@ void SwingArmsOnTheWay(const Eigen::Matrix3Xd& rest_joints, std::span<const Refi
   }
 }
 
-// How far the wrist of every frame has to bend up for the fingertip to be off the floor; zero where
-// it is. Smooth over time: the largest of nearby frames, then a bell.
+// Upward bend of the wrist per frame that keeps the fingertip off the floor; zero where none is
+// needed. Smooth over time (Envelope).
 std::vector<double> Bends(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd& rest_joints,
                           int wrist, const Vector3d& tip) {
   constexpr double kClearance = 0.01;           // meters: half a finger
-  constexpr double kFarthest = 70.0 * kDegree;  // a wrist bends back no farther
+  constexpr double kFarthest = 70.0 * kDegree;  // maximum wrist extension
   constexpr int kReach = 4;                     // frames
   const int count = static_cast<int>(frames.size());
   std::vector<double> needed(frames.size(), 0.0);
@@ -112,7 +112,7 @@ std::vector<double> Bends(const std::vector<BodyFrame>& frames, const Eigen::Mat
   return Envelope(needed, kReach);
 }
 
-// Turns the hand up in the vertical plane that it points in.
+// Rotates the hand up in the vertical plane of its direction.
 double LiftHand(const Eigen::Matrix3Xd& rest_joints, int wrist, std::vector<BodyFrame>& frames) {
   const int knuckle = wrist == WristJoint(Side::kLeft) ? 30 : 45;
   const Vector3d tip = 1.13 * (rest_joints.col(knuckle) - rest_joints.col(wrist));
@@ -123,7 +123,7 @@ double LiftHand(const Eigen::Matrix3Xd& rest_joints, int wrist, std::vector<Body
     const Eigen::Matrix3d world = placed.rotation[static_cast<std::size_t>(wrist)];
     const Vector3d hand = world * tip;
     Vector3d level(hand.x(), hand.y(), 0.0);
-    // A hand that hangs straight down bends to its back: palms face the floor then.
+    // A hand that hangs straight down bends to its back, so that the palm faces the floor.
     if (level.norm() < 0.2 * hand.norm()) level = world * Vector3d::UnitY();
     const Vector3d axis = level.cross(Vector3d::UnitZ());
     if (axis.norm() < 1e-6) continue;
@@ -135,7 +135,7 @@ double LiftHand(const Eigen::Matrix3Xd& rest_joints, int wrist, std::vector<Body
   return *std::ranges::max_element(bends);
 }
 
-// Feet are lifted on the way, toes are level, and feet that stand stay where they are.
+// Lifts swinging feet, levels toes and pins stance feet.
 std::vector<FeetTarget> PinFeet(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles,
                                 bool walks, std::vector<BodyFrame>& frames, RefitReport& found) {
   const std::vector<SoleBits> stands =

@@ -13,12 +13,12 @@
 
 namespace holdfast {
 
-/// Where the wrist is to be exactly.
+/// A goal at which the wrist is placed exactly.
 struct RefitGoal {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< world, meters
   int frame = 0;
-  /// The motion ends here: from the frame on the wrist stays, and time slows down until both feet
-  /// stand still.
+  /// The motion ends here: after `frame` the wrist stays, and time slows down until both feet are
+  /// still.
   bool rests = false;
 };
 
@@ -27,26 +27,26 @@ struct RefitOptions {
   bool pin_feet = true;
   bool place_wrist = true;
   bool lift_hands = true;
-  /// Arms swing on the way (SwingArms), feet are lifted (LiftFeet), nobody leans back
+  /// Arms swing while walking (SwingArms), feet are lifted (LiftFeet), the trunk does not lean back
   /// (StraightenTrunk).
   bool walks = true;
-  /// A goal farther than this from the wrist is left alone: the motion did not reach it.
+  /// Goals farther from the wrist are ignored: the motion did not reach them.
   double farthest_m = 0.10;
-  int window_frames = 30;  ///< that change on either side of a goal; all after one that rests
+  int window_frames = 30;  ///< that may change on either side of a goal; all after one that rests
 };
 
 struct RefitReport {
   double max_foot_correction_m = 0.0;  ///< of a planted foot
   double max_pelvis_sink_m = 0.0;
-  std::vector<double> wrist_errors_m;  ///< at the goals' frames, afterwards
+  std::vector<double> wrist_errors_m;  ///< at the goals' frames, after refitting
   double max_hand_bend_rad = 0.0;      ///< of a wrist, to keep a hand off the floor
 };
 
-/// The last touch to a motion that a network made: nobody leans back (StraightenTrunk), arms swing
-/// and feet are lifted on the way, toes near the ground are level (LevelToes), planted feet stay
-/// where they are (LockFeet), the wrist is where it should be to the millimeter (WarpReach) and
-/// stays at a last goal, hands bend at the wrist before their fingers go through the floor (as far
-/// as wrists bend). Changes that much and no more: what the motion is comes from the network.
+/// Final correction of a generated motion: no leaning back (StraightenTrunk), swinging arms and
+/// lifted feet while walking, level toes near the ground (LevelToes), pinned stance feet
+/// (LockFeet), the wrist placed at its goals to the millimeter (WarpReach) and kept at a last one,
+/// and hands bent up at the wrist (as far as wrists bend) before fingers penetrate the floor.
+/// Everything else is kept from the network.
 ///
 /// `states` (135 x F) at 30 fps, floor z = 0, of the body of `measures`. Throws Error for frames
 /// that the motion does not have.
@@ -56,9 +56,9 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
                                       const RefitOptions& options = {},
                                       RefitReport* report = nullptr);
 
-/// RefitReach of a rollout in place, joints as well. `reached`: the goals that it reached and the
-/// frames in which it was closest; the wrist is put there in the nearest frame that leaves it time
-/// to come and go, also where pinning the feet took it away by some centimeters.
+/// Applies RefitReach to a rollout in place, including joints. `reached`: the reached goals with
+/// their closest frames. The wrist is placed in the nearest frame with enough time on both sides,
+/// even if pinning the feet moved it away by centimeters.
 RefitReport RefitRollout(const BodyMeasures& measures, std::span<const RefitGoal> reached,
                          Side wrist, wandr::RolloutTrack& track);
 

@@ -18,7 +18,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// The share of the way to the goal that is added in a frame.
+// Fraction of the goal error that is corrected in a frame.
 double Share(const ReachWarp& warp, int frame) {
   if (warp.rests && frame >= warp.frame) return 1.0;
   const double tau =
@@ -81,7 +81,7 @@ class ReachWarpSolver {
     terms.wrist.sigma_m = t == warp_.frame ? options_.goal_sigma_m
                           : rests          ? options_.rest_sigma_m
                                            : options_.path_sigma_m;
-    // The face turns as the direction from the head to the hand's goal does.
+    // The face rotates like the direction from the head to the hand's target.
     const Vector3d head = placed.joints.col(15);
     const Vector3d face = placed.rotation[15].col(2);
     const Eigen::Quaterniond turn =
@@ -93,7 +93,7 @@ class ReachWarpSolver {
     return terms;
   }
 
-  // The frames with the change made, legs and all.
+  // Applies the change to the frames, legs included.
   void Finish(ReachWarpReport& report) {
     std::vector<BodyFrame> changed;
     for (int t = warp_.begin; t < warp_.end; ++t) {

@@ -21,12 +21,12 @@ namespace holdfast {
 namespace {
 
 constexpr double kFree = 3.0 * kDegree, kMost = 20.0 * kDegree;
-constexpr double kStands = 60.0 * kDegree;  // who leans farther back lies
+constexpr double kStands = 60.0 * kDegree;  // a larger lean is lying down
 constexpr int kEven = 8;                    // frames
 constexpr std::array<int, 3> kSpine = {kSpine1, kSpine2, kSpine3};
 constexpr std::array<double, 3> kShares = {0.4, 0.35, 0.25};
 
-// Bends the trunk forward so that pelvis to neck turns by `angle`.
+// Bends the trunk forward so that pelvis-to-neck rotates by `angle`.
 void BendForward(const BodyPlacement& placed, double yaw, double angle, BodyFrame& frame) {
   const double height = placed.joints(2, kNeck) - placed.joints(2, kPelvis);
   double moved = 0.0;
@@ -77,7 +77,7 @@ double Bend(const BodyPlacement& at, const Limb& arm) {
   return std::atan2(upper.cross(lower).norm(), upper.dot(lower));
 }
 
-// sqrt(1 / weight): how much each angle resists.
+// sqrt(1 / weight): resistance of each angle.
 UpperBodyChange Stiffness() {
   UpperBodyChange weight = UpperBodyChange::Ones();
   weight.segment<6>(Dofs::kSpine).setConstant(0.05);

@@ -97,7 +97,7 @@ class Carrier {
     return *surface_;
   }
 
-  // Puts the object into the hand that drinks: the clip's own from there on.
+  // Puts the object into the drinking hand; from then on it counts as the clip's own object.
   bool Serve() {
     report_.drink = ServeDrink(body_, object_, options_.seed, clip_);
     options_.hands = CarryHands::kAuto;
@@ -111,7 +111,7 @@ class Carrier {
     return report_.drink->status != GraspStatus::kNoRoom;
   }
 
-  // Who is to hold an object that the clip does not have: who held the clip's own in most frames.
+  // Holding hands for an object that the clip lacks: those that held the clip's own in most frames.
   std::uint8_t UsualHolder() const {
     if (const std::optional<Side> lone = body_.model->LoneHand()) return HoldingBit(*lone);
     const auto frames = [&](std::uint8_t bits) {
@@ -121,13 +121,13 @@ class Carrier {
     return frames(kHoldsBoth) > frames(one) ? kHoldsBoth : one;
   }
 
-  // Who holds the object in each frame, before the fit.
+  // Holding hands per frame, before the fit.
   HoldLabels WhoHolds() const {
     const auto frames = static_cast<std::size_t>(clip_.NumFrames());
     const bool has_track = !needs_grasp_;
     const bool switches_given = !options_.handover.switch_frames.empty();
     const bool automatic = options_.hands == CarryHands::kAuto;
-    // Without the object's own trajectory, somebody has to hold it in every frame.
+    // Without an object trajectory, some hand has to hold the object in every frame.
     const bool labeled = !clip_.holding_hand.empty() &&
                          (has_track || std::ranges::count(clip_.holding_hand, 0) == 0);
     HoldLabels holding;
@@ -179,11 +179,11 @@ class Carrier {
     transfer.seed = options_.seed;
     transfer.threads = options_.threads;
     transfer.place = PlaceOfReceiver();
-    transfer.correction_weight = 16.0;  // the clip's motion is what is to be kept
+    transfer.correction_weight = 16.0;  // preserve the clip's motion
     return transfer;
   }
 
-  // A first grasp loses by how far the other wrist has to leave the clip's to take it over.
+  // Penalizes first grasps by how far the receiving wrist has to deviate from the clip.
   void PrepareFirstHandover(FirstGraspOptions& search) {
     const HandSwitch& first = report_.holding.switches.front();
     const GraspTransferOptions transfer = TransferOptions();
@@ -217,8 +217,8 @@ class Carrier {
     };
   }
 
-  // Of the few that promise most, the first grasp that loses least by how the other hand really
-  // takes the object over; none farther down is asked about once a wrist is near the clip's.
+  // Among the few most promising first grasps, selects the one that loses least in the actual
+  // handover. Stops as soon as a wrist stays near the clip's.
   void ChooseFirstHandover(const std::function<GraspTransfer(const Grasp&)>& take_over,
                            const GraspTransferOptions& transfer) {
     constexpr std::size_t kMaxAsked = 4;
@@ -245,7 +245,7 @@ class Carrier {
     return std::make_shared<const GraspPlace>(object_.object.mesh, wanted);
   }
 
-  // Two hands cannot both be at one point; parts of the object are for both.
+  // Two hands cannot both be at one point; parts of the object apply to both.
   std::shared_ptr<const GraspPlace> PlaceOfReceiver() const {
     if (!options_.place) return nullptr;
     GraspPlace::Wanted wanted = *options_.place;
@@ -257,7 +257,7 @@ class Carrier {
   void NameObject() {
     clip_.object->name = object_.object.name;
     clip_.object->mesh = "object.ply";
-    // Betas keep the name of the body they belong to; without any, this is the body's own clip now.
+    // Betas keep the name of their body model; without betas, the clip now belongs to this body.
     if (clip_.betas.size() == 0 || clip_.betas.isZero(0.0)) {
       clip_.body_model = body_.model->Name();
     }
@@ -292,7 +292,7 @@ class Carrier {
     }
   }
 
-  // How hands take hold; of those that the object is handed to, the first as in `made`.
+  // Grasps at the starts of holds; for receiving hands, the first ones are taken from `made`.
   GraspMaker Grasps(bool transfers, std::vector<GraspTransfer> made) {
     const GraspMaker later =
         transfers ? GraspsByTransfer(right_, left_, object_.object.mesh, object_.solid.distance,
@@ -310,13 +310,13 @@ class Carrier {
     return [this](int done, int total) { return GoesOn("fit", done, total); };
   }
 
-  // The clip with both arms at each hand-over where they share the way to each other, as a first
-  // fit of frame after frame finds it; `made`: all transfers.
+  // Returns the clip with both arms sharing the correction at each handover, from a first
+  // frame-by-frame fit. `made` receives all transfers.
   Clip WithHandsMeeting(std::vector<GraspTransfer>& made) {
     FitOptions once = options_.fit;
     once.whole_clip = false;
     const std::vector<std::uint8_t>& holding = report_.holding.hands;
-    int last = 0;  // frame in which a hand takes hold: how it does is all that is asked for
+    int last = 0;  // last start of a hold: only the grasps are needed
     for (int t = 1; t < clip_.NumFrames(); ++t) {
       if ((holding[t] & ~holding[t - 1]) != 0) last = t;
     }
@@ -330,7 +330,7 @@ class Carrier {
     return met;
   }
 
-  // The fit goes from frame to frame: another thread has time for what does not wait for it.
+  // The fit is sequential, so another thread prepares independent data meanwhile.
   void StartClearanceAsync() {
     if (options_.recipe != FitRecipe::kHoldfast || body_.model->LoneHand()) return;
     scene_ = std::async(options_.threads > 1 ? std::launch::async : std::launch::deferred,
@@ -360,7 +360,7 @@ class Carrier {
                      FindFaceMarks(WholeBody()), MarksOf(object_.object.name, object_.object.mesh));
   }
 
-  // Of both wrists, while both hands hold.
+  // Measures the changes of both wrists while both hands hold.
   void MeasureChange(Handover& handover) const {
     const std::vector<std::uint8_t>& hands = report_.holding.hands;
     int end = handover.frame + 1;
@@ -371,7 +371,7 @@ class Carrier {
   }
 
   void Warn() {
-    // A grasp of a clip's own that the terms cannot mend any more: soft tissue gives less.
+    // A grasp in the clip that the terms cannot repair any more: soft tissue compresses less.
     constexpr double kBadGrasp_mm = 3.0;
     if (!needs_grasp_ && report_.contact.penetration_mean_max_mm > kBadGrasp_mm) {
       report_.warnings.push_back(fmt::format(
@@ -409,9 +409,9 @@ class Carrier {
     }
   }
 
-  // Custom terms that did something wrong, each with its first frame.
+  // Warns of errors in custom terms, each with its first frame.
   void WarnOfFaults() {
-    std::map<std::string, std::pair<std::size_t, int>> faults;  // first frame, frames
+    std::map<std::string, std::pair<std::size_t, int>> faults;  // first frame, number of frames
     const std::vector<FrameReport>& frames = report_.fit.frames;
     for (std::size_t t = 0; t < frames.size(); ++t) {
       if (!frames[t].fault.empty())
@@ -436,7 +436,7 @@ class Carrier {
   bool stopped_ = false;
   std::vector<const HandModel*> hands_;
   ReceivingHands receivers_;
-  // Of the first hand-over, before the fit: first grasps by what they promise; the one chosen.
+  // Of the first handover, before the fit: first grasps with their scores, and the selected one.
   std::vector<std::pair<double, Grasp>> to_hand_over_;
   std::optional<std::pair<Grasp, GraspTransfer>> first_handover_;
   CarryReport report_;

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Objects held, as whole jobs. A clip and its body, or a body that is to stand, and an object go
-/// in; the clip with the object held in every frame, and a report, come out.
+/// End-to-end pipelines for held objects. Input: a clip with its body (or a body to be posed
+/// standing) and an object. Output: the clip with the object held in every frame, and a report.
 
 #include <cstdint>
 #include <functional>
@@ -25,7 +25,7 @@
 #include "solver/handover/handover_search.h"
 #include "solver/handover/holds.h"
 
-/// The whole job: who holds the object, how the hand takes it, and every frame fitted.
+/// The complete pipeline: finds the holding hands and the grasp, and fits every frame.
 ///
 ///   LoadedClip motion = LoadClip("walk.npz");
 ///   CarryReport carried = CarryObject(motion.clip, motion.body, PrepareObject(LoadObject("mug")));
@@ -33,90 +33,90 @@
 namespace holdfast {
 
 enum class CarryHands { kAuto, kRight, kLeft, kBoth };
-/// Whose grasp: of the clip where it has one of this object, always a new one, never.
+/// Source of the grasp: the clip if it has one of this object, else new; always new; always the
+/// clip.
 enum class GraspSource { kClipsOrNew, kNew, kClips };
 enum class FitRecipe {
   kHoldfast,  ///< all terms
-  kPaper,     ///< the paper's three
-  kImosCode,  ///< what its authors' code does
+  kPaper,     ///< the paper's three terms
+  kImosCode,  ///< as in the paper's code
 };
 
 struct CarryOptions {
   CarryHands hands = CarryHands::kAuto;
   GraspSource grasp = GraspSource::kClipsOrNew;
-  /// The surface that the clip's object has, where it is known: tells whether it is this one.
+  /// Mesh of the clip's object, if known: decides whether it is the same object.
   std::optional<TriangleMesh> clip_object;
-  /// The model that the clip was made with (BodyChange::from), where it is of another kind than the
-  /// body: the clip's grasp is of another hand. Empty: the body's own clip.
+  /// Model that the clip was made with (BodyChange::from) if it is of another kind than the body,
+  /// so that the clip's grasp belongs to a different hand. Empty: the clip is of this body.
   std::string other_body;
-  double object_scale = 1.0;        ///< that the object was loaded with
-  std::optional<GraspStyle> style;  ///< of a grasp that has to be made
-  std::optional<GraspUse> use;      ///< and what the object is taken for; none: by its shape
-  /// Where hands take hold, with region and avoid of those that the object is handed to as well;
-  /// none: wherever it suits. Its span is set here.
+  double object_scale = 1.0;        ///< scale with which the object was loaded
+  std::optional<GraspStyle> style;  ///< for a new grasp
+  std::optional<GraspUse> use;      ///< for a new grasp; none: inferred from the shape
+  /// Where hands grasp; none: anywhere. Region and avoid also apply to the hands that receive the
+  /// object. The span is set here.
   std::optional<GraspPlace::Wanted> place;
-  /// The clip's person drinks: the object is put into the hand that does (ServeDrink); hands,
-  /// style, place and so on say nothing.
+  /// The person in the clip drinks: the object is put into the drinking hand (ServeDrink); hands,
+  /// style, place etc. are ignored.
   bool drink = false;
   bool hand_over = false;          ///< the object changes hands
-  HandoverSearchOptions handover;  ///< what is known of that
+  HandoverSearchOptions handover;  ///< known facts about it
   FitRecipe recipe = FitRecipe::kHoldfast;
-  /// Where object, hand or forearm would go through the person's own body: measure it only, and
-  /// leave the motion as it is. Recipes other than kHoldfast always do, and do not measure.
+  /// Only measure where object, hand or forearm penetrate the person's own body, without changing
+  /// the motion. Recipes other than kHoldfast never change it for this, and do not measure it.
   bool keep_motion = false;
-  /// Hands that let go in the clip keep off the object on their way (ClearPassages), as after
-  /// hand-overs.
+  /// Keep released hands clear of the object on their way (ClearPassages), as after handovers.
   bool clear_passages = false;
-  FitOptions fit;            ///< threads are those below
-  ContactProtocol protocol;  ///< of the measurements; threads are those below
+  FitOptions fit;            ///< its threads are overridden by `threads`
+  ContactProtocol protocol;  ///< of the measurements; its threads likewise
   std::uint64_t seed = 1;
-  int threads = 1;  ///< the result does not depend on them
+  int threads = 1;  ///< the result does not depend on it
 };
 
 enum class CarryStatus {
   kCarried,
   kStopped,    ///< by `progress`
-  kNoGrasp,    ///< there is nothing to take hold of: grasp.status
+  kNoGrasp,    ///< no grasp exists: see grasp.status
   kNoContact,  ///< no hand touches the object in any frame
 };
 
 struct CarryReport {
   CarryStatus status = CarryStatus::kStopped;
   Clip clip;                 ///< with the object, fitted fingers and arms, and holding_hand
-  std::uint8_t held_by = 0;  ///< bits of all hands that hold at some time
+  std::uint8_t held_by = 0;  ///< bits of all hands that hold in some frame
   HoldLabels holding;        ///< before the fit
   FirstGrasp grasp;
   std::optional<DrinkReport> drink;    ///< with CarryOptions::drink
-  std::optional<DrinkMeasures> drunk;  ///< the same in the result
+  std::optional<DrinkMeasures> drunk;  ///< measured in the result
   std::vector<Handover> handovers;
-  FitResult fit;              ///< its `clip` is moved to the one above
-  ClearanceReport clearance;  ///< how the arms avoided the body; recipe kHoldfast
+  FitResult fit;              ///< its `clip` is moved to `clip` above
+  ClearanceReport clearance;  ///< avoidance of the body by the arms; recipe kHoldfast
   ContactScore contact;
   double fit_s = 0.0;
-  /// The result passes its own checks: grasps are clean, the hands that hold touch the object in
-  /// most frames. Where it does not, `warnings` (or the grasp's) say why.
+  /// The result passes its own checks: grasps are clean and holding hands touch the object in most
+  /// frames. If false, `warnings` (or those of `grasp`) give the reasons.
   bool sound = true;
   std::vector<std::string> warnings;
 };
 
-/// Whether the object that a clip has is this one: of the same surface, where the clip's own is
-/// known (as given or times `scale`), else of the same name.
+/// Whether the object of a clip is this one: the same surface if the clip's mesh is known (as given
+/// or times `scale`), else the same name.
 bool IsObjectOf(const Clip& clip, const std::optional<TriangleMesh>& clip_object,
                 const LoadedObject& object, double scale = 1.0);
 
-/// Whether CarryObject has to make a grasp: the clip has no object, one is asked for (a new one, or
-/// a place), or the clip's is of another object or another body's hand.
+/// Whether CarryObject needs a new grasp: the clip has no object, a new grasp or a place is
+/// requested, or the clip's grasp is of another object or another body's hand.
 bool NeedsGrasp(const Clip& clip, const LoadedObject& object, const CarryOptions& options);
 
-/// Why the grasp that a clip has is not kept, for people, `object` being called `name`. Empty where
-/// it is, where there is none, and where a new one is asked for.
+/// Why the clip's grasp is not kept, as a message that calls the object `name`. Empty if it is
+/// kept, if there is none, and if a new one is requested.
 std::string WhyNewGrasp(const Clip& clip, const LoadedObject& object, const std::string& name,
                         const CarryOptions& options);
 
-/// Carries the object through the clip. A clip that has the object's trajectory keeps it as data;
-/// without, a hand takes the object in the first frame and holds it. `body` is the clip's
-/// (BodyOfClip). Throws Error for hands that the body lacks, an object that no hand holds,
-/// and what GraspPlace, FindHandovers and FitClip throw.
+/// Fits the object to the clip. An object trajectory in the clip is kept as data; without one, a
+/// hand grasps the object in the first frame and holds it. `body` is the clip's (BodyOfClip).
+/// Throws Error for hands that the body lacks, an object that no hand holds, and what GraspPlace,
+/// FindHandovers and FitClip throw.
 CarryReport CarryObject(const Clip& clip, const ClipBody& body, const PreparedObject& object,
                         const CarryOptions& options = {}, const StagedProgress& progress = {});
 

@@ -172,7 +172,7 @@ nlohmann::json FitFramesJson(const FitResult& fit, const ContactScore& contact,
   for (const EnergyTermInfo& info : EnergyTerms()) {
     if (info.metric == nullptr) continue;
     nlohmann::json column = Column(frames, [&](const F& f) { return f.energies[info.term]; });
-    // E_s stands in place of E_d and E_c, in few fits.
+    // E_s replaces E_d and E_c, in few fits.
     const bool is_off = info.term == EnergyTerm::kSlip &&
                         std::ranges::all_of(column, [](const auto& value) { return value == 0.0; });
     if (!is_off) columns[info.metric] = std::move(column);

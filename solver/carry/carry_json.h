@@ -16,48 +16,48 @@
 
 namespace holdfast {
 
-/// How the object came into the hand, units in the names.
+/// The first grasp; units in the names.
 nlohmann::json FirstGraspJson(const FirstGrasp& first);
 
-/// The weights of all terms, "lambda_...".
+/// Weights of all terms, "lambda_...".
 nlohmann::json WeightsJson(const FitOptions& options);
-/// Which solver of Ceres a fit's frames are solved with, and when it stops.
+/// Ceres solver of the fit's frames and its stopping criteria.
 nlohmann::json SolverJson(const FitOptions& options);
-/// How contact and penetration were measured, so that they can be compared.
+/// Protocol of the contact and penetration measurements, for comparability.
 nlohmann::json ProtocolJson(const ContactProtocol& protocol, const Solid& object,
                             const HandModel& hand);
 
-/// Contact and penetration over a clip, units in the names; null where no frame is held.
+/// Contact and penetration over a clip, units in the names; null if no frame is held.
 nlohmann::json ContactJson(const ContactScore& contact);
 
-/// A fit in a few numbers: ContactJson, frames, those that failed, medians over the frames that
-/// were solved.
+/// Summary of a fit: ContactJson, number of frames and of failed frames, medians over the solved
+/// frames.
 nlohmann::json FitSummaryJson(const FitResult& fit, const ContactScore& contact);
 
-/// Every term and metric of a fit: a list over the frames for each, units in the names.
+/// All terms and metrics of a fit, each a list over the frames; units in the names.
 nlohmann::json FitFramesJson(const FitResult& fit, const ContactScore& contact,
                              const ClearanceReport& clearance);
 
-/// How somebody drinks, and what came of it: frames, millimeters, degrees; null for nobody.
+/// Drinking times and measures: frames, millimeters, degrees; null if nobody drinks.
 nlohmann::json DrinkJson(const std::optional<DrinkReport>& drink, const DrinkMeasures& drunk);
 
-/// The hand-overs of a carried clip, a list as in metrics.json: frames, hands, confidence and the
-/// receiving hand's grasp.
+/// Handovers of a clip, a list as in metrics.json: frames, hands, confidence and the receiving
+/// hand's grasp.
 nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handover>& handovers);
 
-/// How the arms avoided the body, and what remains: numbers over the clip, units in the names.
+/// Avoidance of the body by the arms, and remaining collisions; over the clip, units in the names.
 nlohmann::json ClearanceJson(const ClearanceReport& report);
 
-/// Of hands and fingertips in the frames in which hands hold, and of fingers that jump: counts.
+/// Counts of hands and fingertips in the held frames, and of finger jumps.
 nlohmann::json HandsJson(const CarriedQuality& quality);
 
-/// What became of fingers, a list over the hands.
+/// Results of the finger repair, a list over the hands.
 nlohmann::json FingersJson(const std::vector<FingerRepair>& fingers);
 
-/// Frames of a refinement that stay as the clip has them: a list.
+/// Frames that a refinement keeps unchanged: a list.
 nlohmann::json KeptJson(const std::vector<FrameRange>& kept);
 
-/// What a refinement found: {"holds": [...], "rests": [...], "touches": [...]}, units in the names.
+/// Intervals found by a refinement: {"holds": [...], "rests": [...], "touches": [...]}, with units.
 nlohmann::json HoldsJson(const RefineResult& result);
 
 }  // namespace holdfast

@@ -18,12 +18,12 @@ using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
 constexpr double kStep_m = 0.01;
-constexpr int kBack = 6, kAhead = 3, kAside = 4;  // steps tried from the middle of the pads
-constexpr int kTurns = 8;                         // of what is not round
+constexpr int kBack = 6, kAhead = 3, kAside = 4;  // search steps from the center of the pads
+constexpr int kTurns = 8;                         // for objects that are not round
 constexpr std::size_t kFinished = 12;
 constexpr double kRound_m = 0.002;
 constexpr double kMaxDeep_m = 0.0006;  // of an open hand: walls are thin
-constexpr double kFilled = 0.6;        // share of the height, from the rim, that no hand is in
+constexpr double kFilled = 0.6;        // fraction of the height, from the rim, without hands
 
 class StandingHold {
  public:
@@ -64,8 +64,8 @@ class StandingHold {
   }
 
  private:
-  // One that goes through is the last choice: the fit would turn the hand about the cup to get out
-  // of it, and the cup no longer stands upright. A loose one only has to hold what it lifts.
+  // Penetrating grasps are the last choice: the fit would rotate the hand about the cup to resolve
+  // them, and the cup would tilt. A loose grasp only has to hold what it lifts.
   enum { kThrough, kLoose, kClean };
   int Class(const Grasp& grasp) const {
     if (WhyRefused(scene_, grasp).empty()) return kClean;
@@ -79,7 +79,7 @@ class StandingHold {
     return options;
   }
 
-  // Hands closed around the object wherever an open one has room for it.
+  // Hands closed around the object wherever an open hand fits.
   std::vector<GraspAttempt> Closed() {
     const Vector3d ahead =
         (anatomy_.axes.Forward() - anatomy_.axes.Forward().dot(at_.up) * at_.up).normalized();
@@ -120,7 +120,7 @@ class StandingHold {
     return at_.also(attempt.wrist_from_object, evaluation_.At(fingers.data(), false).Vertices());
   }
 
-  // On the table with the middle of its rim over `place`.
+  // On the table with the center of its rim above `place`.
   Isometry3d Stand(const Vector3d& place, const Vector3d& ahead, double turn) const {
     Matrix3d R;
     R << ahead, at_.up.cross(ahead), at_.up;

@@ -13,20 +13,20 @@
 
 namespace holdfast {
 
-/// A hand at something that stands, in the wrist's frame.
+/// A hand at an object that stands on a table, in the wrist frame.
 struct HandAtTable {
-  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();      ///< the world's, unit
-  Eigen::Vector3d between = Eigen::Vector3d::Zero();  ///< of thumb and fingers, meters
-  double table_m = 0.0;  ///< height of what it stands on along `up`, from the wrist
-  /// What a place in the hand (wrist_from_object) with this skin (3 x N, wrist's frame) is worth
-  /// besides the grasp's score.
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();      ///< world up, unit
+  Eigen::Vector3d between = Eigen::Vector3d::Zero();  ///< point between thumb and fingers, meters
+  double table_m = 0.0;                               ///< table height along `up`, from the wrist
+  /// Score of an object pose in the hand (wrist_from_object) with this skin (3 x N, wrist frame),
+  /// added to the grasp's own score.
   std::function<double(const Eigen::Isometry3d&, const Eigen::Matrix3Xd&)> also;
 };
 
-/// Closes a hand around something that stands upright on a table, at that height: places about
-/// `between` and, where it is not round, turns about the vertical are tried (CloseFingers), the
-/// best are refined (RefineGrasp, which may lean and lift it a little) and judged (Assess).
-/// `status` is kFound, kNoCleanGrasp with the least bad one, or kNoRoom.
+/// Closes a hand around an object that stands upright on a table at that height. Tries positions
+/// around `between` and, if the object is not round, rotations about the vertical (CloseFingers);
+/// refines the best (RefineGrasp, which may tilt and lift the object slightly) and assesses them
+/// (Assess). `status` is kFound, kNoCleanGrasp with the least bad grasp, or kNoRoom.
 Grasp HoldStanding(const HandModel& hand, const HandAtTable& at, const PreparedObject& object,
                    const ObjectMarks& marks, std::uint64_t seed, GraspStatus& status);
 

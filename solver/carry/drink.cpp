@@ -27,17 +27,17 @@ using Eigen::Vector3d;
 constexpr double kNearest_m = 0.25, kMinRise_m = 0.1;
 constexpr double kOverEyes_m = 0.08, kFallsBehind_m = 0.04,
                  kBehindEyes_m = 0.08;  // of a palm that combs hair
-constexpr double kApproach_s = 0.4;     // over which the wrist leaves the clip's for the cup
-constexpr double kUpright = 0.7;        // share of the way to the mouth over which it comes back
+constexpr double kApproach_s = 0.4;     // in which the wrist leaves the clip for the cup
+constexpr double kUpright = 0.7;        // fraction of the motion to the mouth in which it returns
 constexpr double kFarTilt = 50.0 * kDegree, kMaxBack = 45.0 * kDegree;
 constexpr double kMaxYaw = 30.0 * kDegree;
-constexpr double kLipsFrom_m = 0.12, kLipsAt_m = 0.02;  // of the rim, beyond its nearest
-constexpr double kLipsNear_m = 0.01;                    // of the rim, for the hand not to give
-constexpr double kHandGives_m = 0.025, kGive = 5.0 * kDegree;  // at most; each time
+constexpr double kLipsFrom_m = 0.12, kLipsAt_m = 0.02;  // of the rim, beyond its minimum
+constexpr double kLipsNear_m = 0.01;                    // of the rim, for the hand not to move
+constexpr double kHandGives_m = 0.025, kGive = 5.0 * kDegree;  // maximum in total; per step
 constexpr int kGives = 4;
 constexpr int kCupPoints = 250;
 
-// From `drink` in steps of `way`: down to the table, and on until the hand is slowest.
+// From `drink` in steps of `way`: down to the table, then until the hand is slowest.
 int RestBeside(const Matrix3Xd& palm, const Eigen::VectorXd& speed, int drink, int way,
                double table_height) {
   const int last = static_cast<int>(speed.size()) - 1;
@@ -51,9 +51,9 @@ int RestBeside(const Matrix3Xd& palm, const Eigen::VectorXd& speed, int drink, i
   return t;
 }
 
-// Somebody who combs goes over the eyes, there behind them or from there down behind the head, or
-// by the side of the head to behind the eyes and down; who drains a cup goes as high with the head
-// laid back, before the face, and comes back the same way.
+// Detects combing: the hand moves over the eyes, and there behind them or down behind the head; or
+// by the side of the head to behind the eyes and down. When a cup is drained, the hand goes as high
+// with the head tilted back, but stays in front of the face and returns the same way.
 bool CombsHair(const PalmTracks& tracks, const Matrix3Xd& palm, const FaceMarks& face) {
   double over_eyes = -1.0, behind_eyes = -1.0, behind_face = -1.0, rearmost = 1e9, falls = 0.0;
   const double top = palm.row(2).maxCoeff();
@@ -103,7 +103,7 @@ std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& f
 
 Vector3d DrinkingEdge(const ObjectMarks& cup, const Isometry3d& world_from_cup,
                       const Vector3d& mouth) {
-  constexpr double kTowardsMouth = 0.15;  // against the sine of the tilt
+  constexpr double kTowardsMouth = 0.15;  // relative to the sine of the tilt
   const Vector3d axis = world_from_cup.linear().col(2), middle = world_from_cup * cup.rim;
   const auto in_plane = [&](const Vector3d& v) { return Vector3d(v - v.dot(axis) * axis); };
   const Vector3d way =
@@ -181,7 +181,7 @@ class DrinkServer {
     return state_->WorldFromWrist();
   }
 
-  // How the hand holds the cup: as it is at `lift` and `put_down`, in the mean.
+  // Grasps the cup: mean of the hand poses at `lift` and `put_down`.
   void Take() {
     const Isometry3d lift = Wrist(times_.lift), put_down = Wrist(times_.put_down);
     HandAtTable at;
@@ -194,7 +194,7 @@ class DrinkServer {
     const Vector3d between = 0.5 * joints.col(3 * kThumb + 2) +
                              0.25 * (joints.col(3 * kIndex + 2) + joints.col(3 * kMiddle + 2));
     at.between = lift.inverse() * between;
-    // A hand is about half way up, and leaves the rim to the lips.
+    // The hand is about halfway up, and leaves the rim free for the lips.
     const double height = marks_.size.z(), held = at.between.dot(at.up) - at.table_m;
     at.table_m += held - std::clamp(held, 0.25 * height, 0.42 * height);
     at.also = Drinkable();
@@ -202,10 +202,9 @@ class DrinkServer {
     table_ = 0.5 * (lift.translation() + put_down.translation()).z() + at.table_m;
   }
 
-  // Of two places in the hand, the one with the rim nearer to the mouth, and no finger where the
-  // lips are to be.
+  // Prefers object poses in the hand with the rim near the mouth and no finger at the lips.
   std::function<double(const Isometry3d&, const Matrix3Xd&)> Drinkable() {
-    constexpr double kLostByMeter = 12.0, kRoom_m = 0.03, kLostByHand = 20.0;  // a meter
+    constexpr double kLostByMeter = 12.0, kRoom_m = 0.03, kLostByHand = 20.0;  // per meter
     const Isometry3d drinks = Wrist(times_.drink);
     BodyState state;
     ForwardJoints(surface_.RestJoints(), clip_.pose[times_.drink], clip_.trans.col(times_.drink),
@@ -219,7 +218,7 @@ class DrinkServer {
     };
   }
 
-  // Of what the hand rests on before it takes hold.
+  // Height of the hand's support before the grasp.
   double TableHeight() {
     double lowest = 1e9;
     for (int t = 0; t < times_.lift; t += std::max(1, times_.lift / 40)) {
@@ -230,7 +229,7 @@ class DrinkServer {
     return lowest < 1e9 ? lowest : Wrist(0).translation().z();
   }
 
-  // The pose nearest to `held` in which the cup stands on the table.
+  // The standing pose of the cup on the table nearest to `held`.
   Isometry3d Standing(const Isometry3d& held) const {
     const Matrix3d level =
         RotationBetween(held.linear().col(2), Vector3d::UnitZ()).toRotationMatrix() * held.linear();
@@ -239,7 +238,7 @@ class DrinkServer {
     return RigidTransform(level, at);
   }
 
-  // Shares of the corrections at `lift` and `put_down` in a frame.
+  // Weights of the corrections at `lift` and `put_down` in a frame.
   std::array<double, 2> Shares(int t) const {
     const double approach = kApproach_s * clip_.frame_rate;
     const auto share = [&](double before, double after) {
@@ -250,7 +249,7 @@ class DrinkServer {
             share(times_.put_down - t, times_.put_down - times_.drink)};
   }
 
-  // The cup's track, and the wrist that carries it.
+  // Sets the cup's track and the wrist that carries it.
   void MoveCup() {
     const Isometry3d held = report_.grasp.wrist_from_object;
     const std::array<int, 2> ends = {times_.lift, times_.put_down};
@@ -291,7 +290,7 @@ class DrinkServer {
         std::max(report_.wrist_turn_rad, AngleBetween(wanted.linear(), wrist.linear()));
   }
 
-  // The lips go to the rim as it comes, and back. What neck and head can't give, the hand does.
+  // Moves the lips to the approaching rim and back. The hand covers what neck and head cannot.
   void MoveHead() {
     const Vector3d lips = LipsOf(face_);
     std::vector<Vector3d> own(clip_.pose.size()), edge(clip_.pose.size());
@@ -309,7 +308,7 @@ class DrinkServer {
       const double beyond = (edge[t] - own[t]).norm() - nearest - kLipsAt_m;
       share(t) = 1.0 - MinimumJerk(beyond / (kLipsFrom_m - kLipsAt_m));
     }
-    // Who drains a cup goes on drinking while it leaves the place of a head that is upright.
+    // Drinking goes on while a drained cup leaves the position of an upright head.
     const auto drinks = [&](int t) { return share(t) >= 1.0; };
     int first = times_.lift, last = times_.put_down;
     while (first < last && !drinks(first)) ++first;
@@ -346,7 +345,7 @@ class DrinkServer {
     }
   }
 
-  // A cup less tilted, about the place that is drunk from, leaves room for the nose.
+  // Tilts the cup less, about the drinking point, which leaves room for the nose.
   void GiveHand(int t, const Vector3d& shift, double upright_rad) {
     const Isometry3d wrist = Wrist(t), cup = clip_.object->Pose(t);
     const Vector3d edge = DrinkingEdge(marks_, cup, Head(t) * LipsOf(face_));
@@ -371,7 +370,7 @@ class DrinkServer {
     return samples;
   }
 
-  // Back with a cup that is tilted far, and to the side that it comes from.
+  // Tilts the head back for a strongly tilted cup and turns it to the side that the cup comes from.
   static Vector3d TurnTo(const Vector3d& axis, const Matrix3d& head) {
     const double tilt = std::acos(std::clamp(axis.z(), -1.0, 1.0));
     const Vector3d from_cup = head.transpose() * Vector3d(axis.x(), axis.y(), 0.0);

@@ -18,7 +18,7 @@
 namespace holdfast {
 namespace {
 
-// The object's track: in the first frame as given, to be filled in by the fit.
+// Adds the object track: the given pose in the first frame, the rest to be filled in by the fit.
 void PlaceObject(const Eigen::Isometry3d& world_from_object, Clip& clip) {
   clip.object.emplace();
   clip.object->trans.setZero(3, clip.NumFrames());
@@ -32,7 +32,7 @@ bool NothingToCarry(GraspStatus status) {
          status == GraspStatus::kNothingAtPlace || status == GraspStatus::kStopped;
 }
 
-// The clean grasp of most score with what it is also worth, among those that serve.
+// The feasible clean grasp with the highest total score.
 Grasp WorthMost(const HandModel& hand, const GraspReport& report, const FirstGraspOptions& options,
                 const SignedDistance& surface) {
   constexpr std::size_t kMaxAsked = 4;
@@ -61,7 +61,7 @@ Grasp WorthMost(const HandModel& hand, const GraspReport& report, const FirstGra
 
 std::optional<std::string> WhyTooLarge(const LoadedObject& object, bool both) {
   RequireHandheld(object);
-  constexpr double kLarge_m = 0.25;  // the search itself states it soon enough of smaller ones
+  constexpr double kLarge_m = 0.25;  // for smaller objects, the search reports this fast enough
   const Eigen::Vector3d extent = Extent(object.mesh);
   const double span = both ? BothHandsOptions{}.max_width_m : OppositionOptions{}.max_width_m;
   if (extent.maxCoeff() < kLarge_m || IsWithinSpan(object.mesh, span)) return std::nullopt;
@@ -89,7 +89,7 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   search.threads = options.threads;
   search.best_only = !options.also;
   search.up_in_wrist = {state.WristRotation().transpose() * Eigen::Vector3d::UnitZ()};
-  // A hand is about 20 cm long: nothing farther than that and the object's own size is met.
+  // A hand is about 20 cm long: obstacles beyond that plus the object's size cannot be met.
   const TriangleMesh& mesh = object.object.mesh;
   const DistanceGrid& grid = *object.fit.distance;
   const double reach_m = 0.2 + Extent(mesh).norm();
@@ -102,7 +102,7 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
     first.one = WorthMost(hand, report, options, object.solid.distance);
   }
   const Grasp& grasp = *first.one;
-  // A hand that takes the object over has to touch it: what else meets it, and before, is told.
+  // A receiving hand has to touch the object; report other collisions before that.
   first.through_body = grasp.blocked;
   if (held_frames < clip.NumFrames()) {
     const Clip held = Slice(clip, 0, held_frames);
@@ -114,7 +114,7 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   first.status = std::string(Describe(report.status));
   first.search_ms = report.search_ms + report.closing_ms + report.refinement_ms;
   if (NothingToCarry(report.status)) return first;
-  // The least bad grasp need not be where it was asked for.
+  // The least bad grasp need not be at the requested place.
   if (options.place && report.status != GraspStatus::kFound) {
     first.status = fmt::format("{} at the place asked for (best try: {})", Describe(report.status),
                                report.candidates.front().refused);

@@ -71,7 +71,7 @@ void AddHandOverOptions(CarryOptions& carry, OptionTable& table) {
                "Both hands hold for about this long around a switch that was given, s");
 }
 
-// Whose grasp it is. What no hand can hold is refused here, before anything is prepared for it.
+// Selects the source of the grasp. Rejects objects that no hand can hold before any preparation.
 void ChooseGrasp(const FitJob& job, const FitInput& input, CarryOptions& options,
                  std::vector<std::string>& notes) {
   const Clip& clip = input.motion.clip;
@@ -83,7 +83,7 @@ void ChooseGrasp(const FitJob& job, const FitInput& input, CarryOptions& options
       if (ClipObject own = FindClipObject(input.motion); !own.by_name) {
         options.clip_object = std::move(own.mesh);
       }
-    } catch (const Error& error) {  // the motion is there all the same
+    } catch (const Error& error) {  // the motion is usable all the same
       notes.push_back(fmt::format(
           "{}: {}: whether the clip's grasp is of {} is judged by the object's name (--regrasp "
           "makes a new one)",
@@ -134,7 +134,7 @@ void RequireCarried(const FitJob& job, const CarryOptions& options, const CarryR
   }
 }
 
-// Which hands hold at some time.
+// Describes the hands that hold in some frame.
 std::string_view HandsText(const HeldFrames& frames) {
   if (frames.left + frames.both == 0) return "the right hand";
   if (frames.right + frames.both == 0) return "the left hand";

@@ -15,54 +15,54 @@
 
 namespace holdfast {
 
-/// One fit as the command line or Python asks for it.
+/// One fit as requested by the command line or Python.
 struct FitJob {
-  std::string clip;    ///< as messages call it
-  std::string object;  ///< as the user named it
-  int start = 0;       ///< first frame of the clip to fit
-  int end = -1;        ///< frame to stop before; -1: the clip's end
+  std::string clip;    ///< its name in messages
+  std::string object;  ///< as named by the user
+  int start = 0;       ///< first frame to fit
+  int end = -1;        ///< end frame (exclusive); -1: end of the clip
   int object_vertices = 300;
   bool regrasp = false;
   bool keep_grasp = false;
   CarryOptions carry;  ///< `grasp` is set by RunFit
 };
 
-/// The options of `fit` and `offhand`.
+/// Options of `fit` and `offhand`.
 OptionTable OptionsOf(FitJob& job);
-/// What a fit works on.
+/// Input of a fit.
 struct FitInput {
   LoadedClip motion;
   bool made = false;  ///< `motion` was generated with its object: the clip's grasp is kept
   std::shared_ptr<const LoadedObject> object;
-  /// The object, decimated to the job's vertices. Called once.
+  /// Prepares the object, decimated to the job's number of vertices. Called once.
   std::function<std::shared_ptr<const PreparedObject>()> prepare;
 };
 
-/// What came of it.
+/// Result of a fit job.
 struct FitRun {
   CarryReport report;
-  CarryOptions options;  ///< those that were used
+  CarryOptions options;  ///< as used
   ClipBody body;
   std::shared_ptr<const PreparedObject> object;
-  std::vector<std::string> notes;     ///< what was decided on the way
-  std::vector<std::string> warnings;  ///< what is doubtful in the input or the result
+  std::vector<std::string> notes;     ///< decisions made during the run
+  std::vector<std::string> warnings;  ///< doubts about the input or the result
   double seconds = 0.0;
 
-  /// No warning names a fault of the result, and no frame failed.
+  /// No warning concerns the result, and no frame failed.
   bool Sound() const;
 };
 
-/// Runs a fit: cuts the clip, decides whose grasp it is, prepares the object, and carries it
-/// through the clip. `tell` sees notes ("note: ...", "warning: ...") as they come. A report of
-/// status kStopped was stopped by `progress`. Throws Error, and FitFailure where no hand can hold
-/// the object or none touches it.
+/// Runs a fit: cuts the clip, selects the source of the grasp, prepares the object, and fits it to
+/// the clip. `tell` receives notes ("note: ...", "warning: ...") as they arise. A report of status
+/// kStopped was stopped by `progress`. Throws Error, and FitFailure if no hand can hold the object
+/// or none touches it.
 FitRun RunFit(const FitJob& job, FitInput input,
               const std::function<void(const std::string&)>& tell, const StagedProgress& progress);
 
-/// All that metrics.json says of a fit, except options that are not of its table.
+/// Contents of metrics.json for a fit, except options outside its option table.
 nlohmann::json FitMetricsJson(const FitJob& job, const FitRun& run);
 
-/// Throws FitFailure for an object that nowhere is within the span of a hand, or of both.
+/// Throws FitFailure if no part of the object is within the span of one hand, or of both.
 void RequireGraspable(const LoadedObject& object, bool both);
 
 }  // namespace holdfast

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kGridError_m = 0.001;
 
-// Where the hand is as a whole: the middle finger's root.
+// Position of the hand as a whole: root of the middle finger.
 Eigen::Matrix3Xd HandPlaces(const Clip& clip, const HandModel& hand) {
   Eigen::Matrix3Xd places(3, clip.NumFrames());
   BodyState joints;
@@ -54,7 +54,7 @@ std::vector<double> SkinGaps(const Clip& clip, const HandModel& hand, const Prep
       state.Evaluate(FingersOf(clip.pose[t], hand.HandSide()), false);
       const Eigen::Matrix3Xd skin = clip.object->Pose(t).inverse() * state.Vertices();
       for (Eigen::Index i = 0; i < skin.cols(); ++i) {
-        // Far off the grid is below the distance.
+        // Far away, the grid's value is a lower bound.
         if (object.fit.distance->Distance(skin.col(i)) - kGridError_m > gaps[t]) continue;
         gaps[t] = std::min(gaps[t], object.solid.distance.Distance(skin.col(i)));
       }

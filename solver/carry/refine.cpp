@@ -86,9 +86,9 @@ CarriedQuality QualityOf(const Clip& clip, std::span<const HandModel* const> han
   return quality;
 }
 
-// How deep a hand that touches may be where the clip's touches nothing.
+// Allowed penetration of a touching hand if the clip's hand touches nothing.
 constexpr double kTouch_mm = 1.0;
-constexpr double kBlend_s = 0.15;  // from a frame that is kept to one that is refined
+constexpr double kBlend_s = 0.15;  // from a kept frame to a refined one
 
 Eigen::Vector3d Between(const Eigen::Vector3d& from, const Eigen::Vector3d& to, double share) {
   if (share >= 1.0 || from == to) return to;
@@ -96,11 +96,11 @@ Eigen::Vector3d Between(const Eigen::Vector3d& from, const Eigen::Vector3d& to, 
   return LogSO3(turn * ExpSO3(share * LogSO3(turn.transpose() * ExpSO3(to))));
 }
 
-// `refined` with the clip's own poses in the frames `kept`; the frames around them lead there.
+// Returns `refined` with the clip's own poses in the `kept` frames, blended around them.
 Clip KeepFrames(const Clip& clip, const Clip& refined, const std::vector<char>& kept) {
   const int frames = clip.NumFrames();
   const double reach = std::max(1.0, std::round(kBlend_s * clip.frame_rate)) + 1.0;
-  std::vector<double> away(static_cast<std::size_t>(frames), reach);  // from the nearest one kept
+  std::vector<double> away(static_cast<std::size_t>(frames), reach);  // from the nearest kept frame
   for (int t = 0; t < frames; ++t) {
     away[t] = kept[t] != 0 ? 0.0 : t > 0 ? std::min(reach, away[t - 1] + 1.0) : reach;
   }
@@ -135,8 +135,8 @@ std::vector<FrameRange> RangesOf(const std::vector<char>& kept) {
   return ranges;
 }
 
-// Marks frames deeper than `most_mm`, and where that is asked for those around them; whether there
-// are any.
+// Marks frames with penetration above `most_mm`, and `around` frames on either side. Returns
+// whether there are any.
 bool MarkDeeper(const ContactScore& score, double most_mm, int around, std::vector<char>& kept) {
   const auto frames = static_cast<int>(score.frames.size());
   bool any = false;
@@ -149,7 +149,7 @@ bool MarkDeeper(const ContactScore& score, double most_mm, int around, std::vect
   return any;
 }
 
-// Keeps frames of the clip until none is deeper than the clip's deepest, or than a touch.
+// Keeps frames of the clip until none exceeds the clip's maximum penetration, or kTouch_mm.
 void KeepShallow(const Clip& clip, const std::function<CarriedQuality(const Clip&)>& measure,
                  const std::function<bool()>& stopped, RefineReport& report) {
   constexpr double kSame_mm = 1e-9;
@@ -208,7 +208,7 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
   const std::vector<std::uint8_t> holding =
       WhoHoldsIn(repaired, right, left, object, report.ball, options);
   std::vector<const HandModel*> hands = ThoseWhoHold(right, left, holding, *body.model);
-  for (const HandModel* hand : {&right, &left}) {  // or touch, where nobody holds
+  for (const HandModel* hand : {&right, &left}) {  // or touches, if none holds
     if (options.hands != RefineHands::kFound ||
         (!report.ball && std::ranges::any_of(holding, std::identity{}))) {
       break;
@@ -263,7 +263,7 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
       std::swap(report.result, again);
       CarriedQuality after = measure(report.result.clip);
       if (after.contact.penetration_max_mm < report.after.contact.penetration_max_mm) {
-        report.before = measure(clip);  // who holds may be other frames
+        report.before = measure(clip);  // the held frames may have changed
         report.after = std::move(after);
       } else {
         std::swap(report.result, again);
@@ -276,7 +276,7 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
   if (stopped) return report;
   report.distance = DistanceToData(clip, report.result.clip);
   const bool touched = report.after.contact.contact_frames_ratio.value_or(report.ball) > 0.0;
-  constexpr double kLost = 0.1;  // of the frames held
+  constexpr double kLost = 0.1;  // of the held frames
   report.contact_kept =
       report.ball || report.after.contact.contact_frames_ratio.value_or(0.0) >=
                          report.before.contact.contact_frames_ratio.value_or(0.0) - kLost;

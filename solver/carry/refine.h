@@ -15,8 +15,8 @@
 namespace holdfast {
 
 enum class RefineHands {
-  kFound,   ///< who holds is found in the clip (FindHolds; FindFollows of a ball)
-  kOfClip,  ///< as its holding_hand says
+  kFound,   ///< detected (FindHolds; FindFollows for a ball)
+  kOfClip,  ///< from the clip's holding_hand
   kRight,
   kLeft,
   kBoth,
@@ -24,26 +24,26 @@ enum class RefineHands {
 
 struct RefineOptions {
   RefineHands hands = RefineHands::kFound;
-  FitOptions fit = RefinementDefaults();  ///< threads are those below
-  ContactProtocol protocol;               ///< of the measurements; threads are those below
-  int object_vertices = 300;              ///< that the object is to be prepared with
-  int threads = 1;                        ///< the result does not depend on them
+  FitOptions fit = RefinementDefaults();  ///< its threads are overridden by `threads`
+  ContactProtocol protocol;               ///< of the measurements; its threads likewise
+  int object_vertices = 300;              ///< number of vertices to prepare the object with
+  int threads = 1;                        ///< the result does not depend on it
 };
 
-/// The options of `refine`.
+/// Options of `refine`.
 OptionTable OptionsOf(RefineOptions& options);
 
-/// A clip in numbers, over the hands that hold.
+/// Quality measures of a clip, over the holding hands.
 struct CarriedQuality {
   ContactScore contact;
   CarryJitter jitter;
-  int hand_frames = 0;             ///< in which a hand holds, both hands counted
-  int hand_frames_in_contact = 0;  ///< of them
-  FingertipCounts tips;            ///< in them
+  int hand_frames = 0;             ///< sum over hands of their held frames
+  int hand_frames_in_contact = 0;  ///< of these
+  FingertipCounts tips;            ///< in these
   int finger_jump_frames = 0;      ///< of both hands, in all frames
 };
 
-/// How far a refined object is from the data.
+/// Distance of a refined object track from the data.
 struct DataDistance {
   std::vector<double> mm, degrees;  ///< T
   double rms_mm = 0.0, rms_degrees = 0.0;
@@ -52,8 +52,8 @@ struct DataDistance {
 enum class RefineStatus {
   kRefined,
   kStopped,    ///< by `progress`
-  kNotFinite,  ///< the solve came to no numbers
-  kNoContact,  ///< no hand that holds touches the object in any frame
+  kNotFinite,  ///< the solution is not finite
+  kNoContact,  ///< no holding hand touches the object in any frame
 };
 
 /// Frames [begin, end).
@@ -63,32 +63,32 @@ struct FrameRange {
 
 struct RefineReport {
   RefineStatus status = RefineStatus::kStopped;
-  std::vector<FingerRepair> fingers;  ///< of each hand that the body has
-  bool ball = false;                  ///< as RefineBall does
+  std::vector<FingerRepair> fingers;  ///< of each hand of the body
+  bool ball = false;                  ///< refined by RefineBall
   RefineResult result;
-  /// Frames that stay as the clip has them, and others blend into: refined, they were deeper than
-  /// any of the clip's.
+  /// Frames kept from the clip, with blending around them: refined, their penetration would exceed
+  /// the clip's maximum.
   std::vector<FrameRange> kept;
-  CarriedQuality before, after;  ///< by the same hands in the same frames
-  /// Not in contact in fewer of the frames held than before, by more than a tenth of them. Of a
-  /// ball that is followed nothing is asked.
+  CarriedQuality before, after;  ///< with the same hands in the same frames
+  /// False if the fraction of held frames in contact dropped by more than 0.1. Always true for a
+  /// ball that is followed.
   bool contact_kept = true;
   DataDistance distance;
 };
 
 DataDistance DistanceToData(const Clip& data, const Clip& refined);
 
-/// Cleans a clip that has this object's trajectory: fingers that jump (RepairFingers), then object,
-/// arms and fingers (RefineClip; RefineBall where IsUnturnedBall); and measures it before and
-/// after. The deepest frame is never deeper than before: where it would be, the clip is solved
-/// again with ten times the weights of penetration, and frames that are too deep still stay as the
-/// clip has them (`kept`). `progress` sees "refine" and "metrics". Throws Error for a clip without
-/// an object trajectory, one that no hand holds or gets into, hands that the body lacks, and
-/// kOfClip without holding_hand.
+/// Refines a clip that has this object's trajectory: repairs fingers that jump (RepairFingers),
+/// then object, arms and fingers (RefineClip; RefineBall if IsUnturnedBall); measures it before and
+/// after. Maximum penetration never increases: otherwise the clip is solved again with ten times
+/// the penetration weights, and frames that are still too deep keep the clip's pose (`kept`).
+/// `progress` receives "refine" and "metrics". Throws Error for a clip without an object
+/// trajectory, one that no hand holds or penetrates, hands that the body lacks, and kOfClip without
+/// holding_hand.
 RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const PreparedObject& object,
                            const RefineOptions& options = {}, const StagedProgress& progress = {});
 
-/// FitFailure where nothing came of it.
+/// Throws FitFailure if the refinement failed.
 void RequireRefined(const RefineReport& report, const std::string& clip, const std::string& object);
 
 }  // namespace holdfast

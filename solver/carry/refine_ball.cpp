@@ -19,20 +19,19 @@
 namespace holdfast {
 namespace {
 
-constexpr double kRound = 0.02;       // share of the radius that a ball may be off it
+constexpr double kRound = 0.02;       // relative radius tolerance of a ball
 constexpr double kUnturned = 1e-6;    // radians
-constexpr double kMoves_m = 0.05;     // a track that goes less far tells nothing
-constexpr double kNear_m = 0.01;      // skin nearer than this may have to be adjusted
-constexpr double kAround_s = 0.25;    // and so long before and after
-constexpr double kTipSlack_m = 0.05;  // tips so much farther than what is nearest are drawn on
-constexpr double kRelease_s =
-    0.02;  // hands are back where they were when they are no longer adjusted
+constexpr double kMoves_m = 0.05;     // shorter tracks are inconclusive
+constexpr double kNear_m = 0.01;      // nearer skin may have to be adjusted
+constexpr double kAround_s = 0.25;    // margin before and after
+constexpr double kTipSlack_m = 0.05;  // of tips beyond the nearest skin, to be attracted
+constexpr double kRelease_s = 0.02;   // hands return at once when they are no longer adjusted
 constexpr double kAway_m = 1.0;
 constexpr double kClean_m = 0.001;
-constexpr double kUsualRate = 60.0;  // Hz, of the weight of accelerations
-constexpr double kMore = 4.0;        // times the weight of penetration, from solve to solve
+constexpr double kUsualRate = 60.0;  // Hz, for the acceleration weight
+constexpr double kMore = 4.0;        // factor of the penetration weight between solves
 constexpr int kSolves = 4;
-constexpr int kIterations = 20;  // of a solve
+constexpr int kIterations = 20;  // per solve
 constexpr double kTolerance = 1e-4;
 
 class BallRefiner {
@@ -45,7 +44,7 @@ class BallRefiner {
         object_(object),
         follows_(follows.begin(), follows.end()),
         options_(options) {
-    // The hand's skin is fine enough for so large a ball: where one is in the other, skin is in it.
+    // Hand vertices are dense enough for such a large ball: any penetration shows in the skin.
     options_.lambda_object_in_hand = 0.0;
     options_.lambda_penetration *= kMore;
     options_.lambda_acceleration *= std::pow(clip_.frame_rate / kUsualRate, 4);
@@ -90,7 +89,7 @@ class BallRefiner {
   }
   bool Follows(int hand, int t) const { return (follows_[t] & Bit(hand)) != 0; }
 
-  // One hand through frames in a row, pushed out harder until it is out.
+  // Solves one hand over successive frames, with growing penetration weight until it is resolved.
   void SolveRun(const std::vector<ClipHold>& holds, std::vector<FittedFrame>& fitted,
                 ClipReport& report) const {
     const ClipProblem problem{clip_, hands_, object_.fit, holds, {}, false, true};
@@ -110,7 +109,7 @@ class BallRefiner {
     for (std::size_t t = 0; t < last.frames.size(); ++t) report.frames[t] += last.frames[t];
   }
 
-  // Meters, of the skin in the ball in the frames of these holds.
+  // Maximum penetration of the skin into the ball in the frames of these holds, meters.
   double Deepest(const std::vector<ClipHold>& holds, const std::vector<FittedFrame>& fitted) const {
     const auto h = static_cast<std::size_t>(holds.front().hand);
     const HandModel& hand = *hands_[h];
@@ -130,7 +129,8 @@ class BallRefiner {
     return deepest;
   }
 
-  // Frames in a row in which a hand is adjusted, cut where the ball begins and ends to follow it.
+  // Adds runs of frames in which a hand is adjusted, split where the ball starts or ends following
+  // it.
   void AddRuns(int hand, std::vector<std::vector<ClipHold>>& runs) {
     const HandModel& model = *hands_[static_cast<std::size_t>(hand)];
     const std::vector<double> gaps = SkinGaps(clip_, model, object_, options_.threads);
@@ -160,8 +160,8 @@ class BallRefiner {
     }
   }
 
-  // The hand in the ball's frame, what is to touch on the surface and the rest far away: what
-  // ClipHold::at says of a hand that slips.
+  // Returns the hand in the ball's frame, with the contacts on the surface and the rest far away,
+  // as ClipHold::at of a slipping hand.
   Eigen::Matrix3Xd Touching(const HandAnatomy& anatomy, int begin, int end) const {
     const HandModel& hand = anatomy.hand;
     HandState state(hand);

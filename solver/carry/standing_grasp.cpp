@@ -20,8 +20,8 @@
 namespace holdfast {
 namespace {
 
-// Standing, both arms down, the holding forearm forward and turned by `pronation` (0 has the thumb
-// up) and away from the body by `outward`, which leaves up where it is in the wrist's frame.
+// Standing pose with both arms down, the holding forearm forward, rotated by `pronation` (0: thumb
+// up) and away from the body by `outward`, which does not change up in the wrist frame.
 JointPose StandingPose(Side side, double pronation, double outward) {
   JointPose right = JointPose::Zero();
   const auto joint = [&](const char* name) { return right.col(*FindJoint(name)); };
@@ -29,7 +29,7 @@ JointPose StandingPose(Side side, double pronation, double outward) {
   joint("right_shoulder") = LogSO3(ExpSO3(-outward * Eigen::Vector3d::UnitY()) *
                                    ExpSO3(-12.0 * kDegree * Eigen::Vector3d::UnitX()) *
                                    ExpSO3(76.0 * kDegree * Eigen::Vector3d::UnitZ()));
-  // A forearm turns over its length: half at the elbow, half at the wrist.
+  // A forearm rotates over its length: half at the elbow, half at the wrist.
   const Eigen::Vector3d half_turn = 0.5 * pronation * Eigen::Vector3d::UnitX();
   joint("right_elbow") =
       LogSO3(ExpSO3(80.0 * kDegree * Eigen::Vector3d::UnitY()) * ExpSO3(half_turn));
@@ -39,21 +39,21 @@ JointPose StandingPose(Side side, double pronation, double outward) {
   return side == Side::kRight ? right : MirrorPose(right);
 }
 
-constexpr double kHandAloneHeight_m = 1.0;  // of the wrist, where nothing else says
+constexpr double kHandAloneHeight_m = 1.0;  // default height of the wrist
 
-// trans with the pelvis over the origin and the soles at z = 0; `state` is of trans zero.
+// trans with the pelvis above the origin and the soles at z = 0; `state` has zero trans.
 Eigen::Vector3d FeetOnGround(const BodySurface& body, const JointPose& pose, BodyState& state) {
   Forward(body, pose, Eigen::Vector3d::Zero(), state);
   return {-state.joints(0, 0), -state.joints(1, 0), -state.vertices.row(2).minCoeff()};
 }
 
-// Who holds the object, in the world.
+// Pose of the person or hand that holds the object, in the world.
 struct Holder {
   JointPose pose = JointPose::Zero();
   Eigen::Vector3d trans = Eigen::Vector3d::Zero();
 };
 
-// A hand on nothing, turned as a standing person's would be.
+// A lone hand, oriented like that of a standing person.
 Holder HandAlone(const HandModel& hand, double pronation, const Grasp& grasp) {
   HandState state(hand);
   state.SetBody(StandingPose(hand.HandSide(), pronation, 0.0), Eigen::Vector3d::Zero());
@@ -64,7 +64,7 @@ Holder HandAlone(const HandModel& hand, double pronation, const Grasp& grasp) {
   return holder;
 }
 
-// Who stands with an object: the same for all grasps.
+// A person holding an object: the data shared by all grasps.
 struct Person {
   Person(const std::shared_ptr<const BodyModel>& body, Side side)
       : whole(body), hand_ids(body->HandVertexIds(side)) {
@@ -73,11 +73,11 @@ struct Person {
   }
 
   BodySurface whole;
-  const std::vector<int>& hand_ids;  // of the hand that holds
+  const std::vector<int>& hand_ids;  // of the holding hand
   FingerPose other_fingers;
 };
 
-// A standing person, the arm as far out as the object needs to clear the body.
+// A standing person with the arm as far out as the object needs to clear the body.
 Holder Standing(const Person& person, const HandModel& hand, double pronation, const Grasp& grasp,
                 const DistanceGrid& grid) {
   const Side side = hand.HandSide();
@@ -103,7 +103,7 @@ Holder Standing(const Person& person, const HandModel& hand, double pronation, c
   return holder;
 }
 
-// The ways a forearm can turn; however it does, up is there in the wrist's frame.
+// Possible forearm rotations; for each, adds the up direction in the wrist frame.
 std::vector<double> AddPronations(const HandModel& hand, GraspOptions& grasp) {
   std::vector<double> pronations;
   HandState state(hand);
@@ -115,7 +115,7 @@ std::vector<double> AddPronations(const HandModel& hand, GraspOptions& grasp) {
   return pronations;
 }
 
-// The pronation that leaves the object as upright as can be.
+// Pronation for the most upright object.
 double UprightPronation(const std::vector<double>& pronations,
                         const std::vector<Eigen::Vector3d>& up_in_wrist, const Grasp& grasp) {
   const Eigen::Vector3d object_up = grasp.wrist_from_object.linear() * grasp.object_up;
@@ -126,7 +126,7 @@ double UprightPronation(const std::vector<double>& pronations,
   return pronations[best];
 }
 
-// Nothing yet, of the mean shape.
+// An empty clip of the mean shape.
 Clip ClipOf(const BodyModel& body) {
   Clip clip;
   clip.betas = Eigen::VectorXd::Zero(10);
@@ -134,7 +134,7 @@ Clip ClipOf(const BodyModel& body) {
   return clip;
 }
 
-// A frame for each grasp of who holds the object with it.
+// One frame per grasp, with a person or hand holding the object.
 Clip HeldBy(const std::shared_ptr<const BodyModel>& body, const HandModel& hand,
             const DistanceGrid& grid, std::span<const Grasp> grasps, const std::string& name,
             int threads) {

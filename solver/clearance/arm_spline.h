@@ -16,38 +16,38 @@
 
 namespace holdfast {
 
-/// Changes to one arm in one frame: collar, shoulder, elbow, wrist, three each. Rotations
-/// R_j = S_j exp(x_j) with S_j the clip's, radians.
+/// Change of one arm in one frame: collar, shoulder, elbow, wrist, three parameters each. Rotations
+/// R_j = S_j exp(x_j) with S_j from the clip, radians.
 using ArmChange = Eigen::Matrix<double, 12, 1>;
 using J_point_arm = Eigen::Matrix<double, 3, 12>;
 
-/// Joints of an arm, from the inside out.
+/// Joints of an arm, proximal to distal.
 enum ArmJoint : int { kArmCollar, kArmShoulder, kArmElbow, kArmWrist };
-/// The joint in SMPL-X's numbering.
+/// Index of the joint in SMPL-X.
 inline constexpr int JointOfArm(Side side, int joint) {
   constexpr int kRight[] = {kRightCollar, kRightShoulder, kRightElbow, kRightWrist};
   return kRight[joint] - (side == Side::kLeft ? 1 : 0);
 }
 
-/// One frame's arm as the clip has it.
+/// One frame's arm in the clip.
 struct ArmFrame {
   std::array<Eigen::Matrix3d, 4> local;  ///< S_j
-  std::array<Eigen::Vector3d, 4> bone;   ///< from the joint before, in its frame, meters
+  std::array<Eigen::Vector3d, 4> bone;   ///< from the parent joint, in its frame, meters
   Eigen::Isometry3d chest;               ///< world pose of the collar's parent
 
-  /// `state` has the joints of the frame (ForwardJoints).
+  /// `state` must have the joints of the frame (ForwardJoints).
   ArmFrame(const Eigen::Matrix3Xd& rest_joints, Side side, const BodyState& state);
 };
 
-/// The arm with a change made, and how it moves with that. Scratch.
+/// The arm after a change, with its derivatives. Scratch.
 class ArmState {
  public:
   void Evaluate(const ArmFrame& frame, const ArmChange& change);
 
   const Eigen::Isometry3d& WorldFrom(int joint) const { return world_[joint]; }
-  /// d (world position `point` of something fixed to `joint`) / d change.
+  /// d (world position `point` of a point fixed to `joint`) / d change.
   J_point_arm PointJacobian(int joint, const Eigen::Vector3d& point) const;
-  /// The world rotation vector of `joint` per change: d R = [J dx]x R.
+  /// Derivative of the world rotation vector of `joint` by the change: d R = [J dx]x R.
   J_point_arm TurnJacobian(int joint) const;
 
  private:
@@ -55,7 +55,7 @@ class ArmState {
   std::array<Eigen::Matrix3d, 4> J_omega_;
 };
 
-/// Control points of an arm's change stay small and change little from one to the next.
+/// Prior on the control points of an arm's change: small and smooth.
 ///
 ///   r = [c_1 / sigma;  (c_0 - 2 c_1 + c_2) / (bend sigma)],   24 residuals
 ///
@@ -86,15 +86,15 @@ class ArmSplinePrior final : public ceres::SizedCostFunction<24, 12, 12, 12> {
   double bend_;
 };
 
-/// How an arm is changed over time: a uniform cubic B-spline with a control point every
-/// `knot_frames` frames, zero to begin with.
+/// Change of an arm over time: a uniform cubic B-spline with a control point every `knot_frames`
+/// frames, initially zero.
 class ArmSpline {
  public:
   ArmSpline(int num_frames, double knot_frames)
       : knot_frames_(knot_frames),
         knots_(static_cast<std::size_t>((num_frames - 1) / knot_frames) + 4, ArmChange::Zero()) {}
 
-  /// The first of the four control points around frame t, and what each counts.
+  /// Index of the first of the four control points around frame t, and their weights.
   std::pair<int, Eigen::Vector4d> Place(int t) const {
     const double place = t / knot_frames_;
     const int knot = std::min(static_cast<int>(place), Size() - 4);
@@ -117,13 +117,13 @@ class ArmSpline {
   std::vector<ArmChange> knots_;
 };
 
-/// Elbow and wrist bend and twist no farther than joints do, or than the clip has them.
+/// Joint limits of elbow and wrist, widened to the clip's own angles.
 ///
 ///   r_k = (max(0, a_k - highest_k) - max(0, lowest_k - a_k)) / sigma,   4 residuals
 ///
 /// a: elbow flexion about its hinge, wrist flexion, ulnar deviation, twist of the forearm (of elbow
 /// and wrist together): components of log(S_j exp(x_j)), radians. x: the arm's change (12). Limits
-/// of Limb and WristLimits.
+/// from Limb and WristLimits.
 struct ArmRange {
   static constexpr int kRows = 4;
   Eigen::Matrix3d elbow, wrist;     ///< S_j

@@ -11,8 +11,8 @@
 namespace holdfast {
 namespace {
 
-constexpr int kMaxSamples = 300;    // a centimeter apart
-constexpr double kDeepest_m = 0.1;  // deeper is not told from outside
+constexpr int kMaxSamples = 300;    // at a spacing of 1 cm
+constexpr double kDeepest_m = 0.1;  // greater depths are not recognized from outside
 constexpr int kClusterSize = 8;
 constexpr std::uint8_t kBothArms = kHoldsRight | kHoldsLeft;
 
@@ -39,8 +39,8 @@ double ShareOfHand(const BodySurface& body, int vertex, Side side) {
   return share;
 }
 
-// Calls visit(i, skin) for the points that may be in the skin or within `within_m` of it, which is
-// no farther than `skin`.
+// Calls visit(i, skin) for the points that may be inside the skin or within `within_m` of it;
+// `skin` is an upper bound on the distance of the skin.
 template <typename Visit>
 void ForEachNear(const OwnBody::Posed& skin, const Eigen::Matrix3Xd& points,
                  const std::vector<std::vector<int>>& clusters, double within_m,
@@ -53,7 +53,7 @@ void ForEachNear(const OwnBody::Posed& skin, const Eigen::Matrix3Xd& points,
     center /= static_cast<double>(members.size());
     double radius = 0.0;
     for (const int i : members) radius = std::max(radius, (points.col(i) - center).norm());
-    // The skin nearest to one point is no farther from another than by way of the first.
+    // The skin nearest to one point bounds its distance from another by the triangle inequality.
     const auto touch =
         skin.Query(center, last ? (center - last->surface).norm() + kRounding_m : kDeepest_m);
     if (touch) last = touch;

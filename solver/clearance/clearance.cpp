@@ -23,15 +23,15 @@ namespace holdfast {
 namespace {
 
 constexpr double kKnot_s = 0.2;     // between control points
-constexpr double kGiveWay_s = 1.6;  // before and after a frame that is too deep
+constexpr double kGiveWay_s = 1.6;  // adjusted before and after a frame that is too deep
 constexpr int kFineRounds = 3;
-constexpr double kFine_m = 0.004;     // between points, in the end
-constexpr double kFar_m = 0.015;      // where no point a centimeter apart is nearer, none is deep
-constexpr double kTouching_m = 5e-4;  // an arm that is deeper takes part
-constexpr double kTake_s = 0.3;       // to move off a place where the object rests
-constexpr double kHandNear_s = 0.5;   // a hand about to take hold may touch
+constexpr double kFine_m = 0.004;     // final point spacing
+constexpr double kFar_m = 0.015;      // if all 1 cm samples are farther, no point is deep
+constexpr double kTouching_m = 5e-4;  // deeper arms are adjusted
+constexpr double kTake_s = 0.3;       // time to move from a place where the object rests
+constexpr double kHandNear_s = 0.5;   // a hand about to hold may touch
 constexpr double kWatched_m = 0.025, kWatchedFinely_m = 0.012;
-constexpr double kSolved_hz = 30.0;  // frames that planes are put up in
+constexpr double kSolved_hz = 30.0;  // rate of the frames with planes
 constexpr double kBend = 0.15;
 constexpr double kStay_m = 0.006, kMost_m = 0.05;
 constexpr double kUpright_rad = 30.0 * kDegree, kTurned_rad = 60.0 * kDegree;
@@ -45,7 +45,7 @@ ArmChange PriorSigma() {
   return kDegree * sigma;
 }
 
-// The first so many by depth.
+// Keeps the kMaxPlanes deepest planes.
 void KeepDeepest(const std::vector<double>& depths, std::vector<DepthInBody::Plane>& planes) {
   if (planes.size() <= kMaxPlanes) return;
   std::vector<std::size_t> order(planes.size());
@@ -109,7 +109,7 @@ class BodyKeeper {
   struct Arm {
     int index;
     ArmSpline spline;
-    std::vector<bool> free;  // of the control points
+    std::vector<bool> free;  // per control point
   };
 
   std::vector<BodyCollisionDetector::Frame> Measure(const Clip& clip,
@@ -139,7 +139,7 @@ class BodyKeeper {
     return found;
   }
 
-  // Depths as `score` has them, at all its points; and whose they are.
+  // Depths as in `score`, at all its points, with the colliding parts.
   void Judge(const Clip& clip) {
     const OwnBodyScore score = scene_.meter.Measure(clip, options_.threads);
     std::vector<int> by_arms;
@@ -174,7 +174,7 @@ class BodyKeeper {
     }
   }
 
-  // What is too deep, of all frames.
+  // Sum of the excess depths over all frames.
   double Excess(const ClearanceReport& report) const {
     double sum = 0.0;
     for (const ClearanceReport::Frame& frame : report.frames) {
@@ -183,7 +183,7 @@ class BodyKeeper {
     return sum;
   }
 
-  // 0 where the object changes between a hand and its place, 1 from kTake_s on: a quintic.
+  // 0 where a hold starts or ends, 1 from kTake_s on: a quintic.
   double Freedom(int t) const {
     const auto reach = static_cast<int>(std::ceil(kTake_s * clip_.frame_rate));
     int away = reach + 1;
@@ -199,7 +199,7 @@ class BodyKeeper {
   bool Holds(const Arm& arm) const { return (held_by_ & (1 << arm.index)) != 0; }
   double Freedom(const Arm& arm, int t) const { return Holds(arm) ? freedom_[t] : 1.0; }
 
-  // The arms that are too deep, and who holds the object with them.
+  // Frees the arms that are too deep, and those that hold the object with them.
   void FreeAround(int t, const BodyCollisionDetector::Frame& near) {
     const auto reach = static_cast<int>(std::lround(kGiveWay_s / kKnot_s));
     const bool both = clip_.holding_hand[t] == (kHoldsRight | kHoldsLeft);
@@ -235,13 +235,13 @@ class BodyKeeper {
     std::vector<bool> far(static_cast<std::size_t>(frames_), false);
     Settle(options_.max_rounds, far, kWatched_m);
     for (int t = 0; t < frames_; ++t) far[t] = nearest_[t] < -kFar_m;
-    // What is between the points, as exactly as it is judged.
+    // Refine between the samples, to the accuracy of the final measurement.
     scene_.meeting.LookAt(object_, kFine_m);
     Settle(kFineRounds, far, kWatchedFinely_m);
   }
 
-  // Rounds of planes taken anew, in frames that are not `far` from touching, where the skin is
-  // within `within_m`.
+  // Rounds of solves with updated planes, in frames that are not `far` from touching, at points
+  // within `within_m` of the skin.
   void Settle(int rounds, const std::vector<bool>& far, double within_m) {
     const int stride = std::max(1, static_cast<int>(clip_.frame_rate / kSolved_hz));
     for (int round = 0; round < rounds; ++round) {
@@ -328,7 +328,7 @@ class BodyKeeper {
     DepthInBody depth;
     std::vector<double> depths;
     depth.margin_m = options_.margin_m;
-    // A point beyond the middle of a thigh is nearest to its far side: it goes where most go.
+    // A point beyond the middle of a thigh is nearest to its far side: follow the majority.
     Eigen::Vector3d out = Eigen::Vector3d::Zero();
     const auto direction = [](const OwnBody::Touch& touch, const Eigen::Vector3d& at) {
       constexpr double kOnSkin = 1e-4;
@@ -352,7 +352,7 @@ class BodyKeeper {
     return depth;
   }
 
-  // The clip with the changes made; wrists only, the object goes along.
+  // Applies the changes to the clip; wrists only, the object follows.
   void Apply() {
     for (int t = 0; t < frames_; ++t) {
       JointPose pose = clip_.pose[t];
@@ -377,18 +377,18 @@ class BodyKeeper {
     return state.WorldFromJoint(WristJoint(kSides[arm]));
   }
 
-  // What the first hand that holds does to the object; identity without one.
+  // Moves the object with the first holding hand, if any.
   void MoveObject(int t) {
     const std::uint8_t bits = clip_.holding_hand[t];
     if (bits == 0) return;
     const int arm = (bits & kHoldsRight) != 0 ? 0 : 1;
     const Eigen::Isometry3d was = Wrist(clip_, t, arm), is = Wrist(moved_, t, arm);
-    if (is.matrix() == was.matrix()) return;  // the other arm's change
+    if (is.matrix() == was.matrix()) return;  // only the other arm changed
     const Eigen::Isometry3d motion = is * was.inverse();
     moved_.object->SetPose(t, motion * clip_.object->Pose(t));
   }
 
-  // The left hand goes exactly where the object takes it. False where it cannot.
+  // Moves the left hand exactly to its pose on the object. False if it cannot reach it.
   bool Finish() {
     for (int t = 0; t < frames_; ++t) {
       if (clip_.holding_hand[t] != (kHoldsRight | kHoldsLeft) || moved_.pose[t] == clip_.pose[t]) {
@@ -453,7 +453,7 @@ class BodyKeeper {
   int frames_;
   std::uint8_t held_by_;
   std::vector<double> freedom_;
-  std::vector<double> nearest_;  // depth of what is nearest to the skin, frame by frame
+  std::vector<double> nearest_;  // maximum depth of a point, per frame
   std::vector<Arm> arms_;
   ClearanceReport report_;
 };

@@ -13,14 +13,14 @@
 
 namespace holdfast {
 
-/// Points of the object, the hand and the forearm keep out of the person's own body, each beyond
-/// the plane of the skin nearest to it.
+/// Keeps points of the object, the hand and the forearm outside the person's own body: each beyond
+/// the tangent plane of the nearest skin.
 ///
-///   r_i = max(0, n_i . (s_i - p_i(x)) + margin) / sigma,   one residual a point
+///   r_i = max(0, n_i . (s_i - p_i(x)) + margin) / sigma,   one residual per point
 ///
-/// s_i: nearest skin, n_i: unit, out of the body, both held (OwnBody); p_i: the point, world,
-/// meters, which goes along with the wrist or, on the forearm, partly with the elbow. x: the arm's
-/// change (12). Linear in p: planes are taken anew where the arm has got to.
+/// s_i: nearest skin point; n_i: unit, out of the body; both fixed (OwnBody). p_i: the point,
+/// world, meters, which follows the wrist or, on the forearm, partly the elbow. x: the arm's change
+/// (12). Linear in p: the planes are updated for the new arm pose.
 struct DepthInBody {
   struct Plane {
     Eigen::Vector3d in_elbow, in_wrist;  ///< the point, meters
@@ -56,13 +56,13 @@ struct DepthInBody {
   }
 };
 
-/// Two hands that hold one rigid object stay as they are to each other: the left wrist is where the
-/// right one carries it.
+/// Keeps the relative pose of two hands that hold one rigid object: the left wrist follows the
+/// right.
 ///
 ///   (R, p) = W_right(x) C,   r = [(p_left(y) - p) / sigma_m;  log(R_left(y) R^T) / sigma_rad]
 ///
-/// 6 residuals, world. C: the left wrist in the right one's frame, as the clip has it, meters; x,
-/// y: the changes of the right and the left arm (12 each).
+/// 6 residuals, world. C: the left wrist in the right wrist's frame, from the clip, meters; x, y:
+/// the changes of the right and the left arm (12 each).
 struct HandClosure {
   static constexpr int kRows = 6;
   Eigen::Isometry3d right_from_left = Eigen::Isometry3d::Identity();  ///< C
@@ -77,7 +77,7 @@ struct HandClosure {
     const Eigen::Vector3d turn = LogSO3(now.linear() * carried.linear().transpose());
     residuals.template head<3>() = (now.translation() - carried.translation()) / sigma_m;
     residuals.template tail<3>() = turn / sigma_rad;
-    // R_left R^T turns by w_left - (R_left R^T) w_right to the left.
+    // R_left R^T rotates by w_left - (R_left R^T) w_right on the left.
     const Eigen::Matrix3d inverse = InverseLeftJacobianSO3(turn) / sigma_rad;
     J_residuals_left.template topRows<3>() =
         left.PointJacobian(kArmWrist, now.translation()) / sigma_m;
@@ -89,14 +89,14 @@ struct HandClosure {
   }
 };
 
-/// The hand, and with it the object, stays where the clip has it and as upright, and goes no
-/// farther than it may.
+/// Keeps the hand, and with it the object, at its pose in the clip, with a soft limit on
+/// displacement.
 ///
 ///   r = [(p(x) - p_0) / sigma_m;  log(R(x) R_0^T) / sigma_rad;
 ///        max(0, |p(x) - p_0| - most) / sigma_most],   7 residuals, world
 ///
-/// (R, p): the wrist's pose, meters; (R_0, p_0) the clip's. x: the arm's change (12). sigma_rad is
-/// of each axis: about z, the vertical, an object turns without being spilled.
+/// (R, p): the wrist's pose, meters; (R_0, p_0): the clip's. x: the arm's change (12). sigma_rad is
+/// per axis: rotation about z, the vertical, spills nothing.
 struct HandStay {
   static constexpr int kRows = 7;
   Eigen::Isometry3d wrist = Eigen::Isometry3d::Identity();  ///< (R_0, p_0)
@@ -127,7 +127,7 @@ struct HandStay {
 using ArmRows = Eigen::Matrix<double, Eigen::Dynamic, 12, Eigen::RowMajor>;
 
 /// One arm in one frame: DepthInBody, HandStay and ArmRange as a function of the four control
-/// points (12 each) around it. `basis`: what each counts.
+/// points (12 each) around it. `basis`: their weights.
 class ClearanceBlock final : public ceres::CostFunction {
  public:
   ClearanceBlock(const ArmFrame& frame, DepthInBody depth, const HandStay& stay,

@@ -26,19 +26,19 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kSlowFrames = 3.0;    // what changes more slowly than this is movement, not noise
-constexpr double kRigid_m = 0.004;     // an object may shift this much in a hand that holds firmly
-constexpr double kRigid_rad = 0.07;    // and turn this much
-constexpr double kStill_m_s = 0.04;    // an object slower than this lies
-constexpr double kGround_m = 0.015;    // what lies this near to the ground lies on it
-constexpr double kNearRest_s = 0.5;    // a support is there this long before and after
+constexpr double kSlowFrames = 3.0;    // slower changes are motion, not noise
+constexpr double kRigid_m = 0.004;     // maximum shift of an object in a firm hold
+constexpr double kRigid_rad = 0.07;    // maximum rotation in it
+constexpr double kStill_m_s = 0.04;    // maximum speed of an object at rest
+constexpr double kGround_m = 0.015;    // maximum height above the ground for resting on it
+constexpr double kNearRest_s = 0.5;    // a support extends this long before and after
 constexpr double kNearRest_m = 0.10;   // and this far around
-constexpr double kClean_m = 0.001;     // anchors have no penetration deeper than this
+constexpr double kClean_m = 0.001;     // anchors have no deeper penetration
 constexpr int kMinHold = 3;            // frames
-constexpr double kUnmoved_m = 0.02;    // an object that a hand touches gives this much,
-constexpr double kUnmoved_rad = 0.14;  // and turns this much
-constexpr double kTouch_s = 0.15;      // a touch takes this longer, before and after
-constexpr double kTouch_m = 0.002;     // skin nearer than this touches
+constexpr double kUnmoved_m = 0.02;    // maximum shift of an object that is only touched
+constexpr double kUnmoved_rad = 0.14;  // maximum rotation of it
+constexpr double kTouch_s = 0.15;      // margin of a touch, before and after
+constexpr double kTouch_m = 0.002;     // contact threshold of skin
 
 ObjectPose PoseOf(const Isometry3d& transform) {
   return {Eigen::Quaterniond(transform.linear()).normalized(), transform.translation()};
@@ -75,13 +75,13 @@ double RootMeanSquare(const Matrix3Xd& columns) {
              : std::sqrt(columns.squaredNorm() / static_cast<double>(columns.cols()));
 }
 
-// A hold while it is worked out.
+// A hold under construction.
 struct Hold {
   RefinedHold about;
   int hand;
-  Isometry3d anchor;                 // object in the wrist's frame
-  FingerPose fingers, fingers_mean;  // with and without penetration taken out
-  std::vector<Isometry3d> relation;  // slow movement in the wrist's frame, per frame of the hold
+  Isometry3d anchor;                 // object in the wrist frame
+  FingerPose fingers, fingers_mean;  // without and with penetration
+  std::vector<Isometry3d> relation;  // slow motion in the wrist frame, per frame of the hold
   Matrix3Xd at;
 };
 
@@ -148,15 +148,15 @@ class Refiner {
     return HoldingBit(hands_[static_cast<std::size_t>(hand)]->HandSide());
   }
 
-  // Whether nobody takes the object anywhere, whoever is said to hold it for a while.
+  // Whether the object stays in place, whatever the holding labels are.
   bool ObjectLies() const {
     const Deviation deviation(data_, RobustMean(data_));
     return deviation.shift.colwise().norm().maxCoeff() < kUnmoved_m &&
            deviation.turn.colwise().norm().maxCoeff() < kUnmoved_rad;
   }
 
-  // Where hands that do not hold, nor are about to or have just done so, get into the object.
-  // Touches go to holding_, and with the frames around them to `given_way`.
+  // Finds frames in which a hand penetrates the object though it is not within or close to a hold.
+  // Touches are added to holding_, and with the frames around them to `given_way`.
   void FindTouches(const std::vector<FittedFrame>& fitted, std::vector<std::uint8_t>& given_way,
                    std::vector<RefinedTouch>& touches) {
     if (!lies_ || !object_.distance || options_.lambda_wrist <= 0.0) return;
@@ -199,7 +199,7 @@ class Refiner {
                         std::min(clip_.NumFrames(), end + around), Matrix3Xd(3, 0), false});
   }
 
-  // From a hand's skin, as the clip has it, to the object, meters, per frame; negative inside.
+  // Distance from the skin of a hand in the clip to the object, meters, per frame; negative inside.
   std::vector<double> Gaps(const HandModel& hand, const std::vector<FittedFrame>& fitted) const {
     std::vector<double> gaps(fitted.size());
     constexpr int kBlock = 16;  // frames that share a scratch hand
@@ -220,7 +220,7 @@ class Refiner {
     return gaps;
   }
 
-  // Hands that only touch avoid objects, which stay where they are.
+  // Moves hands that only touch out of the objects, which stay in place.
   void GiveWay(const std::vector<RefinedTouch>& touches, std::vector<FittedFrame>& fitted,
                const std::function<bool(int, int)>& progress, ClipReport& report) const {
     ClipProblem problem{clip_, hands_, object_, touched_, {}, false, true};
@@ -274,7 +274,7 @@ class Refiner {
       hold.relation.clear();
       for (int t = begin; t < end; ++t) hold.relation.push_back(slow.At(t - begin, hold.anchor));
       if (!hold.about.rigid) break;
-      // A hand that is not yet, or no longer, where it holds the object does not hold it.
+      // Remove frames from the hold in which the hand is not yet, or no longer, at its hold pose.
       const auto off = [&](int t) {
         return slow.shift.col(t - begin).norm() > 2.0 * shift_most ||
                slow.turn.col(t - begin).norm() > 2.0 * turn_most;
@@ -293,8 +293,8 @@ class Refiner {
     holds_.push_back(std::move(hold));
   }
 
-  // What the hold keeps: the robust relation with penetration taken out, changing the distances
-  // between hand and object as little as that takes.
+  // Computes the relation that the hold keeps: the robust relation with penetration resolved at
+  // minimal change of the distances between hand and object.
   void MakeAnchor(Hold& hold) {
     const auto h = static_cast<std::size_t>(hold.hand);
     const HandModel& hand = *hands_[h];
@@ -336,14 +336,14 @@ class Refiner {
     hold.at = held.InObject(pose);
   }
 
-  // Where the solve starts.
+  // Initial values of the solve.
   void Start(std::vector<FittedFrame>& fitted) {
     Deviation world(data_, Isometry3d::Identity());
     world.shift = GaussianFilter(world.shift, 1.0);
     for (int t = 0; t < clip_.NumFrames(); ++t) {
       fitted[t].object = {Eigen::Quaterniond(data_[t].linear()).normalized(), world.shift.col(t)};
     }
-    // The right hand's holds come first: where both hold, the left one's wrist follows.
+    // The right hand takes precedence: where both hold, the left wrist follows.
     for (auto hold = holds_.rbegin(); hold != holds_.rend(); ++hold) {
       const auto h = static_cast<std::size_t>(hold->hand);
       for (int t = hold->about.begin; t < hold->about.end; ++t) {

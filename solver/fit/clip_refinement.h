@@ -13,24 +13,24 @@
 
 namespace holdfast {
 
-/// FitOptions for clips that have an object trajectory: near to it and to the clip's fingers.
+/// FitOptions for clips with an object trajectory: close to it and to the clip's fingers.
 FitOptions RefinementDefaults();
 
-/// The frames [begin, end) that a hand holds, or that the object lies in.
+/// Frames [begin, end) in which a hand holds the object, or (RefinedRest) it lies still.
 struct RefinedHold {
   Side side = Side::kRight;
   int begin = 0, end = 0;
-  bool rigid = true;          ///< the object does not move in the hand beyond the clip's noise
-  double noise_mm = 0.0;      ///< white noise of the object's place in the hand, per axis
-  double movement_mm = 0.0;   ///< slow movement in the hand, root mean square
-  double movement_deg = 0.0;  ///< and slow turning
+  bool rigid = true;          ///< the object's motion in the hand is within the clip's noise
+  double noise_mm = 0.0;      ///< white noise of the object's position in the hand, per axis
+  double movement_mm = 0.0;   ///< slow translation in the hand, root mean square
+  double movement_deg = 0.0;  ///< slow rotation, root mean square
 };
 struct RefinedRest {
   int begin = 0, end = 0;
-  double height_m = 0.0;  ///< of what it lies on
+  double height_m = 0.0;  ///< of the support
 };
 
-/// The frames [begin, end) that a hand is at the object without moving it.
+/// Frames [begin, end) in which a hand touches the object without moving it.
 struct RefinedTouch {
   Side side = Side::kRight;
   int begin = 0, end = 0;
@@ -44,24 +44,24 @@ struct RefineResult {
   ClipReport report;
 };
 
-/// Cleans a clip whose object trajectory was captured or predicted: `holding` says who holds in
-/// each frame (FindHolds). Where a hand holds, its relation to the object is the robust mean over
-/// the hold if that is rigid within the noise that the clip itself shows, freed of penetration, and
-/// else may slip. Where nobody holds and the object lies still it lies in one place, and sinks in
-/// nowhere near it. All frames are then solved at once (SolveClip), near the data. Hands that the
-/// clip shows farther from their relation at the ends of a hold do not hold there yet, or any more:
-/// `clip.holding_hand` has what was used.
+/// Refines a clip with a captured or predicted object trajectory; `holding` gives the hands that
+/// hold the object in each frame (FindHolds). Within a hold, the object pose in the hand is the
+/// robust mean over the hold, freed of penetration, if it is rigid within the clip's own noise;
+/// otherwise the object may slip. Where no hand holds the object and it lies still, it gets one
+/// pose and does not sink into its support nearby. All frames are then solved jointly (SolveClip),
+/// close to the data. Frames at the ends of a hold where the clip's hand is too far from that pose
+/// are removed from the hold; `clip.holding_hand` has what was used.
 ///
-/// In a clip whose object goes nowhere, a hold for less than half of it is none: the hand touches,
-/// as it does wherever else it gets into the object. The object stays there, and arm and fingers
-/// avoid it. Throws Error for a clip without an object track.
+/// In a clip whose object does not move, a hold of at most half the frames is dropped: the hand
+/// only touches the object, as it does wherever else it penetrates it. The object stays there, and
+/// arm and fingers avoid it. Throws Error for a clip without an object track.
 RefineResult RefineClip(const Clip& clip, std::span<const HandModel* const> hands,
                         const FitObject& object, std::span<const std::uint8_t> holding,
                         const FitOptions& options,
                         const std::function<bool(int, int)>& progress = {});
 
-/// The mean of poses with outliers counting less: iteratively reweighted (Cauchy), rotations on
-/// SO(3). A turn counts as what it moves 0.1 m away.
+/// Robust mean of poses by iteratively reweighted least squares (Cauchy), rotations on SO(3). A
+/// rotation counts as its displacement at 0.1 m.
 Eigen::Isometry3d RobustMean(std::span<const Eigen::Isometry3d> poses);
 
 }  // namespace holdfast

@@ -20,9 +20,9 @@
 namespace holdfast {
 namespace {
 
-constexpr double kTurnLever = 0.1;  // meters: what a turn counts as in E_a
+constexpr double kTurnLever = 0.1;  // meters: lever of rotations in E_a
 
-// One Ceres problem over all frames, wrists from where `fitted` has them.
+// One Ceres problem over all frames, with initial wrists from `fitted`.
 class WholeClip {
  public:
   WholeClip(const ClipProblem& problem, const FitOptions& options, int threads,
@@ -54,8 +54,8 @@ class WholeClip {
   }
 
   void Solve(const std::function<bool(int, int)>& progress, ClipReport& report) {
-    // Ceres sums what its threads find in the order they find it: with one thread for Ceres, the
-    // hands are evaluated in parallel by our own callback, which is where the time goes.
+    // Ceres sums the results of its threads in order of completion. It runs on one thread; our
+    // callback evaluates the hands in parallel, which takes most of the time.
     ceres::Solver::Options solver =
         SparseOptions(options_.max_iterations, options_.function_tolerance);
     solver.parameter_tolerance = options_.step_tolerance;
@@ -72,7 +72,7 @@ class WholeClip {
 
   bool Stopped() const { return stopped_; }
 
-  // The solution, with energies where the wrists are now.
+  // Stores the solution, with energies at the current wrists.
   void Keep(ClipReport& report) {
     evaluation_.EvaluateAll();
     report.frames.assign(fitted_.size(), {});
@@ -170,7 +170,7 @@ class WholeClip {
     evaluation_.Frames().push_back(std::move(held));
   }
 
-  // The object's pose in this frame is an unknown.
+  // Makes the object pose of this frame an unknown.
   void Solved(int t) {
     if (solved_[static_cast<std::size_t>(t)]) return;
     solved_[static_cast<std::size_t>(t)] = true;
@@ -206,8 +206,8 @@ class WholeClip {
     return hands[0] != nullptr || hands[1] != nullptr;
   }
 
-  // What carries the object through frames [begin, end): a wrist that holds it all along, or else
-  // the world.
+  // Carrier of the object in frames [begin, end): a wrist that holds it in all of them, else the
+  // world.
   std::vector<Carrier> Carriers(int begin, int end) const {
     for (std::size_t h = 0; h < problem_.hands.size(); ++h) {
       std::vector<Carrier> carriers;
@@ -231,7 +231,7 @@ class WholeClip {
       }
       if (options_.lambda_acceleration > 0.0 && t + 2 < frames && solved(t + 2)) {
         const std::vector<Carrier> carriers = Carriers(t, t + 3);
-        // Taking and letting go is where an object may start and stop.
+        // An object may start and stop where a hold starts or ends.
         const bool held = HeldBy(t) || HeldBy(t + 1) || HeldBy(t + 2);
         const bool in_world = carriers[1].matrix().isIdentity(0.0);
         const double weight = options_.lambda_acceleration * (held && in_world ? 0.05 : 1.0);
@@ -243,8 +243,8 @@ class WholeClip {
     }
   }
 
-  // Wrists' offsets change their velocity little. Steps are seen from before the offsets that the
-  // bodies have already, so that it is the whole offset that does.
+  // Penalizes acceleration of the wrist offsets. Steps are relative to the wrist without the
+  // current offset of the body, so that the total offset is smooth.
   void AddWristMotion() {
     if (options_.lambda_acceleration <= 0.0) return;
     for (std::size_t h = 0; h < problem_.hands.size(); ++h) {
@@ -273,7 +273,7 @@ class WholeClip {
     }
   }
 
-  // Hands that are adjusted do so through all frames in a row, whatever they do in them.
+  // Hands that are adjusted are smoothed across all frames in a row, whatever their holds.
   bool GoesOn(const HoldCost& a, const HoldCost& b) const {
     return a.hold == b.hold || problem_.hands_give_way;
   }
@@ -318,11 +318,11 @@ class WholeClip {
   RotationManifold manifold_;
   HoldEvaluation evaluation_;
   std::vector<std::unique_ptr<HandAxes>> axes_;         // per hand
-  std::vector<std::unique_ptr<HandPriorTerm>> limits_;  // per hand, none when off
+  std::vector<std::unique_ptr<HandPriorTerm>> limits_;  // per hand, empty when off
   std::vector<std::unique_ptr<ceres::CostFunction>> terms_;
-  std::vector<std::array<HoldCost*, 2>> held_;  // per frame and hand, null where it does not
-  std::vector<std::array<Carrier, 2>> wrists_;  // per frame and hand that holds
-  std::vector<bool> solved_;                    // per frame: the object's pose is an unknown
+  std::vector<std::array<HoldCost*, 2>> held_;  // per frame and hand, null if it does not hold
+  std::vector<std::array<Carrier, 2>> wrists_;  // per frame and holding hand
+  std::vector<bool> solved_;                    // per frame: the object pose is an unknown
   bool stopped_ = false;
   ceres::Problem ceres_;
 };
@@ -334,9 +334,9 @@ ClipReport SolveClip(const ClipProblem& problem, const FitOptions& options, int 
                      const std::function<bool(int, int)>& progress) {
   const auto begin = std::chrono::steady_clock::now();
   ClipReport report;
-  // A hand that moves as a whole bends at its wrist when the arm follows: a second round solves
-  // with the arms as they are then. What slips is dragged towards where it was in the frame before,
-  // as of the round before.
+  // A hand that moves as a whole bends at its wrist when the arm follows, so a second round solves
+  // with the updated arms. Slipping contacts are dragged towards their positions in the preceding
+  // frame, from the round before.
   bool together = problem.hands_give_way, slips = false;
   for (const ClipHold& a : problem.holds) {
     slips |= a.slip;

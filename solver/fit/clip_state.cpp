@@ -9,8 +9,8 @@
 namespace holdfast {
 namespace {
 
-// Towards the frame in which a hand takes hold, or from the one in which it lets go: the hand's own
-// share of arm and fingers fades with the distance in time.
+// Blends towards the start of a hold, or away from its end: the deviation of arm and fingers from
+// the clip decays with the time to it.
 void Blend(const Clip& source, const HandModel& hand, int held_frame, int direction,
            const HandFrame& held, int num_blend, std::span<const std::uint8_t> holding,
            Clip& clip) {
@@ -40,7 +40,7 @@ Clip ApplyFit(const Clip& source, std::span<const HandModel* const> hands,
       MoveHand(*hands[h], frame.hands[h].offset, clip.trans.col(t), clip.pose[t]);
       SetFingers(clip.pose[t], hands[h]->HandSide(), frame.hands[h].fingers);
     }
-    // The first frame stays on the branch that the clip had it on.
+    // The first frame stays on the rotation branch of the clip.
     clip.object->SetPose(t, frame.object.Transform());
   }
 

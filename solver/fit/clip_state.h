@@ -14,34 +14,34 @@
 
 namespace holdfast {
 
-/// What a fit decides about one hand in one frame.
+/// Fitted state of one hand in one frame.
 struct HandFrame {
   FingerPose fingers = FingerPose::Zero();
-  WristOffset offset;  ///< from the clip's wrist
+  WristOffset offset;  ///< relative to the clip's wrist
 };
 
-/// What a fit decides about one frame. `hands` as in the fit's list of hands; those that do not
-/// hold in this frame mean nothing.
+/// Fitted state of one frame. `hands` as in the fit's list of hands; entries of hands that do not
+/// hold in this frame are unused.
 struct FittedFrame {
   ObjectPose object;
   std::array<HandFrame, 2> hands;
 };
 
-/// The bit of a hand in Clip::holding_hand.
+/// Bit of a hand in Clip::holding_hand.
 inline std::uint8_t HoldingBit(Side side) {
   return side == Side::kRight ? kHoldsRight : kHoldsLeft;
 }
 
-/// The first frames of `source` as fitted: object track, holding_hand, and arms and fingers of the
-/// hands that hold. Hands come and go gently: fingers, and arms where they are off the clip's, are
-/// blended over FitOptions::release_s. Object rotations come out unwrapped (no jumps of 2 pi).
+/// Returns the first frames of `source` with the fitted object track, holding_hand, and the arms
+/// and fingers of holding hands. Around holds, fingers (and arms that deviate from the clip) are
+/// blended over FitOptions::release_s. Object rotations are unwrapped (no jumps of 2 pi).
 Clip ApplyFit(const Clip& source, std::span<const HandModel* const> hands,
               std::span<const std::uint8_t> holding, std::span<const FittedFrame> fitted,
               double release_s);
 
-/// Grasps as the clip itself has them: a hand takes hold with the fingers that the clip shows in
-/// that frame, and where the clip's hand is on the clip's object. For clips with an object
-/// trajectory, captured or predicted. `clip` and `hands` must outlive what is returned.
+/// Returns grasps taken from the clip itself: a hand starts a hold with the clip's fingers in that
+/// frame and at the clip's hand position on the clip's object. For clips with a captured or
+/// predicted object trajectory. `clip` and `hands` must outlive the result.
 GraspMaker GraspsFromClip(const Clip& clip, std::span<const HandModel* const> hands);
 
 }  // namespace holdfast

@@ -28,7 +28,7 @@ constexpr FitBlockInfo kBlocks[] = {
 
 const FitBlockInfo& InfoOf(FitBlock block) { return kBlocks[static_cast<std::size_t>(block)]; }
 
-// What is wrong with the sizes of a cost function; empty: nothing.
+// Describes the error in the sizes of a cost function; empty if there is none.
 std::string FaultOfSizes(const CustomTerm& term, const ceres::CostFunction& cost) {
   const std::vector<int>& sizes = cost.parameter_block_sizes();
   if (sizes.size() != term.blocks.size()) {

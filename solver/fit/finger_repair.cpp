@@ -16,11 +16,11 @@
 namespace holdfast {
 namespace {
 
-using Turns = std::vector<Eigen::Quaterniond>;  // of one joint, a frame each
+using Turns = std::vector<Eigen::Quaterniond>;  // of one joint, one per frame
 
-constexpr double kMaxSpeed = 1200.0 * kDegree;  // radians a second
-constexpr double kMaxStep = 30.0 * kDegree;     // radians a frame, at low rates
-constexpr double kBurst_s = 0.25;               // bursts longer than this are motion
+constexpr double kMaxSpeed = 1200.0 * kDegree;  // radians per second
+constexpr double kMaxStep = 30.0 * kDegree;     // radians per frame, at low rates
+constexpr double kBurst_s = 0.25;               // longer bursts are motion
 constexpr double kMoves = 1e-3;                 // radians, all joints together
 constexpr double kReplacedWeight = 0.1;
 constexpr double kLimitWeight = 10.0;
@@ -36,7 +36,7 @@ bool Jumps(const Turns& turns, std::size_t t) {
   return turns[t].angularDistance(turns[t - 1]) > kFingerJump;
 }
 
-// The most frames that can stand beside one another.
+// Largest set of mutually consistent frames.
 std::vector<bool> KeptFrames(const Turns& turns, double most_step, int window) {
   const int frames = static_cast<int>(turns.size());
   std::vector<int> count(turns.size(), 1), before(turns.size(), -1);
@@ -56,7 +56,7 @@ std::vector<bool> KeptFrames(const Turns& turns, double most_step, int window) {
   return kept;
 }
 
-// Frames that are not kept, between those that are.
+// Interpolates the frames that are not kept.
 void Bridge(const std::vector<bool>& kept, Turns& turns) {
   int last = -1;
   const int frames = static_cast<int>(turns.size());
@@ -72,8 +72,7 @@ void Bridge(const std::vector<bool>& kept, Turns& turns) {
   }
 }
 
-// Moves a joint's angles, a frame a column, as little as it takes to change their velocity little
-// and to keep to their ranges.
+// Smooths a joint's angles, one frame per column, with minimal change and within their limits.
 void Smooth(const HandAxes& axes, int joint, const Eigen::VectorXd& trust, double weight,
             Eigen::Matrix3Xd& angles) {
   ceres::Problem problem;
@@ -86,7 +85,7 @@ void Smooth(const HandAxes& axes, int joint, const Eigen::VectorXd& trust, doubl
                              at(t));
   }
   ceres::Solver::Options options = SparseOptions(20, 1e-12);
-  options.initial_trust_region_radius = 1e12;  // linear but for which angles are beyond
+  options.initial_trust_region_radius = 1e12;  // linear except for the active limits
   SolveQuietly(options, problem);
 }
 
@@ -174,8 +173,8 @@ double WhiteNoise(const Eigen::Matrix3Xd& positions) {
   }
   const auto middle = bends.begin() + static_cast<std::ptrdiff_t>(bends.size() / 2);
   std::nth_element(bends.begin(), middle, bends.end());
-  // White noise has second differences of root 6 times its size; 1.538 is the median length of a
-  // normal vector in three dimensions.
+  // The second difference of white noise has sqrt(6) times its standard deviation; 1.538 is the
+  // median length of a standard normal vector in three dimensions.
   return *middle / (1.538 * std::sqrt(6.0));
 }
 

@@ -11,45 +11,45 @@
 
 namespace holdfast {
 
-/// A finger joint that turns by more than this from one frame to the next jumps, radians.
+/// A finger joint jumps if it rotates by more than this between two frames, radians.
 inline constexpr double kFingerJump = 40.0 * kDegree;
 
-/// What became of one hand's fingers.
+/// Result of repairing one hand's fingers.
 struct FingerRepair {
   Side side = Side::kRight;
-  bool moves = false;   ///< a finger turns somewhere; hands that were not captured do not
-  int jump_frames = 0;  ///< frames into which a finger joint jumped
-  int replaced = 0;     ///< rotations of finger joints that were replaced, of 15 a frame
+  bool moves = false;   ///< some finger rotates; false for hands that were not captured
+  int jump_frames = 0;  ///< frames with a jump of a finger joint
+  int replaced = 0;     ///< replaced finger joint rotations, of 15 per frame
 };
 
-/// Frames, from 1, into which a finger joint of this hand jumps.
+/// Number of frames, from frame 1, in which a finger joint of this hand jumps.
 int FingerJumpFrames(const Clip& clip, Side side);
 
-/// Brings fingers that jump to rest; `axes` are of the hand that is repaired in `clip`. A capture's
-/// solver that finds another posture for a while leaves bursts and steps, and what filters them
-/// overshoots beside them. Of every joint the most frames are kept that agree with one another,
+/// Repairs fingers that jump; `axes` belong to the hand repaired in `clip`. A mocap solver that
+/// temporarily finds another posture leaves bursts and steps, and filtering makes them overshoot.
+/// For each joint, keeps the largest set of mutually consistent frames,
 ///
-///   angle(q_s, q_t) <= w (t - s)   for kept frames s < t that follow each other,
+///   angle(q_s, q_t) <= w (t - s)   for consecutive kept frames s < t,
 ///
-/// w 1200 degrees a second and at most 30 a frame (found over all frames at once, by dynamic
-/// programming); others go the shortest way from kept frame to kept frame. Then every angle a of
-/// the hand (HandAxes) is the least of
+/// with w = 1200 degrees per second, at most 30 per frame (found over all frames at once by dynamic
+/// programming). The other frames are interpolated along the shortest path. Then every angle a of
+/// the hand (HandAxes) minimizes
 ///
 ///   sum_t c_t (a_t - d_t)^2 + v (a_{t+1} - 2 a_t + a_{t-1})^2 + 10 max(0, a_t beyond its range)^2
 ///
-/// d what the clip has now, c 1 for kept frames and 0.1 for others, v for a smoothing length of two
-/// frames at 60 Hz. A hand without jumps stays as it is.
+/// with d the current clip, c = 1 for kept frames and 0.1 for others, and v for a smoothing length
+/// of two frames at 60 Hz. A hand without jumps is unchanged.
 FingerRepair RepairFingers(const HandAxes& axes, Clip& clip);
 
-/// Gaussian over time of each row of `values` (d x T), weights renormalized at both ends.
+/// Gaussian filter over time of each row of `values` (d x T), weights renormalized at both ends.
 Eigen::MatrixXd GaussianFilter(const Eigen::MatrixXd& values, double sigma_frames);
 
-/// What GaussianFilter leaves of the standard deviation of white noise, in (0, 1].
+/// Factor by which GaussianFilter reduces the standard deviation of white noise, in (0, 1].
 double NoiseAfterSmoothing(double sigma_frames);
 
 /// Least-squares slope over `reach` frames to either side (fewer at the ends), per frame (3 x T).
-/// `value(t, u)`, a vector, is frame u as seen from frame t: rotations have no other way to be
-/// subtracted.
+/// `value(t, u)` is frame u relative to frame t, as a vector; rotations cannot be subtracted
+/// otherwise.
 template <typename Value>
 Eigen::Matrix3Xd SlopesOverTime(Eigen::Index frames, Eigen::Index reach, const Value& value) {
   Eigen::Matrix3Xd slopes = Eigen::Matrix3Xd::Zero(3, frames);
@@ -73,11 +73,11 @@ inline Eigen::Matrix3Xd SlopesOverTime(const Eigen::Matrix3Xd& values, Eigen::In
                         [&](Eigen::Index, Eigen::Index u) { return values.col(u); });
 }
 
-/// What SlopesOverTime makes of the standard deviation of white noise, per frame.
+/// Factor of SlopesOverTime on the standard deviation of white noise, per frame.
 double NoiseOfSlope(Eigen::Index reach);
 
-/// Standard deviation per axis of what changes from frame to frame without going anywhere: from
-/// the median of second differences, which steady movement does not enter. 0 below five frames.
+/// Standard deviation per axis of zero-mean frame-to-frame noise, from the median of second
+/// differences, which are insensitive to steady motion. 0 for fewer than five frames.
 double WhiteNoise(const Eigen::Matrix3Xd& positions);
 
 }  // namespace holdfast

@@ -37,7 +37,7 @@ void Check(const Clip& clip, std::span<const HandModel* const> hands, const FitO
   }
 }
 
-// The times that each hand holds, as the frames that were fitted have them.
+// Holds of each hand in the fitted frames.
 std::vector<ClipHold> HoldsOf(const Clip& clip, std::span<const HandModel* const> hands,
                               std::span<const std::uint8_t> holding,
                               std::span<const FittedFrame> fitted, bool slip) {
@@ -64,7 +64,7 @@ std::vector<ClipHold> HoldsOf(const Clip& clip, std::span<const HandModel* const
   return holds;
 }
 
-// All frames once more, at once, from what they are one after another.
+// Solves all frames again, jointly, from the frame-by-frame solution.
 void FitWholeClip(const Clip& clip, std::span<const HandModel* const> hands,
                   const FitObject& object, std::span<const std::uint8_t> holding,
                   const FitOptions& options, std::vector<FittedFrame>& fitted,
@@ -138,7 +138,7 @@ FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
     const Eigen::Vector3d trans = clip.trans.col(t);
     if (progress && t > 0 && !progress(t, frames)) break;
     const std::uint8_t before = t == 0 ? 0 : holding[t - 1];
-    // A hand that lets go did so in the frame before, unless the other one only takes hold now.
+    // A hand's hold ends in the frame before, unless the other hand only takes the object now.
     for (const HandModel* hand : hands) {
       const std::uint8_t bit = HoldingBit(hand->HandSide());
       const bool last = (before & ~bit) == 0;

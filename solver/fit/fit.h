@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// The object optimizer. A clip, its hands, an object and who holds it in each frame go in; a clip
-/// with object poses, fingers and arms solved for every frame, with energies, comes out.
+/// The object optimizer. Input: a clip, its hands, an object and the holding hands per frame.
+/// Output: a clip with object poses, fingers and arms solved for every frame, and energies.
 
 #include <cstdint>
 #include <functional>
@@ -19,16 +19,15 @@
 
 namespace holdfast {
 
-/// The grasp with which a hand takes hold.
+/// Hand configuration at the start of a hold.
 struct GraspPose {
   FingerPose fingers = FingerPose::Zero();
-  /// Where the hand is, relative to the clip's wrist of that frame: the hand may have to go to the
-  /// object.
+  /// Hand pose relative to the clip's wrist of that frame: the hand may have to move to the object.
   WristOffset offset;
 };
 
-/// What a hand that is about to take hold can know: asked once for each time it does, in the first
-/// frame too.
+/// Input for a grasp callback, which is called once for each start of a hold, including in the
+/// first frame.
 struct GraspRequest {
   int frame;
   Side side;
@@ -39,30 +38,31 @@ struct GraspRequest {
 using GraspMaker = std::function<GraspPose(const GraspRequest&)>;
 
 struct FitResult {
-  Clip clip;  ///< the input with fitted arms and fingers, object track and holding_hand
+  Clip clip;  ///< input with fitted arms and fingers, object track and holding_hand
   std::vector<FrameReport> frames;
-  int num_contact_pairs = 0;              ///< sum of S of all grasps
+  int num_contact_pairs = 0;              ///< sum of S over all grasps
   std::vector<std::string> custom_terms;  ///< names of FitOptions::custom_terms
 };
 
-/// Solves object pose and finger angles for every frame of a clip, with one hand or two. The first
-/// frame has the object's pose and the fingers of the hands that hold it there; object poses and
-/// these hands' fingers in later frames are replaced. `holding` (T bits as in Clip::holding_hand)
-/// says who holds; how a hand takes hold is asked of `grasps` (without: as the first frame has it).
-/// Hands come and go gently: fingers, and arms where they are off the clip's, are blended over
-/// FitOptions::release_s. Object rotations come out unwrapped (no jumps of 2 pi).
+/// Solves object pose and finger angles for every frame of a clip, with one or two hands. The first
+/// frame gives the object pose and the fingers of the hands that hold it there; object poses and
+/// these hands' fingers in later frames are replaced. `holding` (T bitmasks as in
+/// Clip::holding_hand) gives the holding hands; `grasps` returns the grasp of a hand that starts to
+/// hold (if empty: the grasp of the first frame). Around holds, fingers (and arms that deviate from
+/// the clip) are blended over FitOptions::release_s. Object rotations are unwrapped (no jumps of 2
+/// pi).
 ///
-/// `progress` (frames done, frames) may be empty and stops the fit by returning false (the result
-/// then holds the frames done). Throws Error for a clip without an object track, an object without
-/// vertices, `holding` of another length or naming a hand that `hands` lacks, and a later grasp
+/// `progress` (frames done, frames) may be empty; returning false stops the fit, and the result
+/// then has the frames done. Throws Error for a clip without an object track, an object without
+/// vertices, `holding` of another length or with a hand missing in `hands`, and a later grasp
 /// without `grasps`.
 FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
                   const FitObject& object, std::span<const std::uint8_t> holding,
                   const FitOptions& options, const GraspMaker& grasps = {},
                   const std::function<bool(int, int)>& progress = {});
 
-/// One hand through the whole clip, with the paper's terms alone: `object_vertices` (3 x M) is all
-/// that they need.
+/// One hand holding through the whole clip, with the paper's terms only, which need nothing of the
+/// object but `object_vertices` (3 x M).
 FitResult FitClip(const Clip& clip, const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
                   const FitOptions& options = {},
                   const std::function<bool(int, int)>& progress = {});

@@ -89,7 +89,7 @@ RelativePose SeenByUnmovedHand(const Eigen::Matrix3d& wrist_rotation,
 
 namespace {
 
-// What the block is asked in place of a moved hand: the object as the unmoved one sees it.
+// Parameters of the block that stand for a moved hand: the object relative to the unmoved hand.
 struct UnmovedParameters {
   UnmovedParameters(const HandState& state, double const* const* parameters)
       : W(state.WristRotation()),
@@ -102,8 +102,8 @@ struct UnmovedParameters {
   UnmovedParameters(const UnmovedParameters&) = delete;
   UnmovedParameters& operator=(const UnmovedParameters&) = delete;
 
-  // How that pose moves with (R, T, C, c): R -> R exp(delta) passes through unchanged, T moves by
-  // W C^T W^T dT; with C -> C exp(omega) it turns by -(R_seen^T W) omega about the wrist.
+  // Derivative of that pose by (R, T, C, c): R -> R exp(delta) passes through unchanged, T moves by
+  // W C^T W^T dT; with C -> C exp(omega) it rotates by -(R_seen^T W) omega about the wrist.
   Eigen::Matrix<double, 6, 12> Jacobian() const {
     const Eigen::Matrix3d offset_inverse = C.toRotationMatrix().transpose();
     const Eigen::Vector3d arm = W.transpose() * (seen.translation - p);

@@ -16,9 +16,8 @@
 
 namespace holdfast {
 
-/// One hand of a fit: its terms with the object while it holds it, with D and S from the frame in
-/// which it took hold, and what they have come to. Not for use by several
-/// threads at a time.
+/// One hand of a fit: its terms with the object during a hold, with D and S from the frame in which
+/// the hold started, and its current solution. Not thread-safe.
 class FittedHand {
  public:
   /// `hand` and `object` must outlive this.
@@ -31,7 +30,7 @@ class FittedHand {
   const HandState& State() const { return state_; }
   HandObjectBlock& Block() { return *block_; }
   HandPriorTerm* Limits() { return limits_.get(); }  ///< null when off
-  /// Of E_c and E_t, on the sums.
+  /// Weights of E_c and E_t, on the sums.
   double ContactWeight() const { return hold_ ? hold_->ContactWeight() : 0.0; }
   double TemporalWeight() const {
     return options_.TemporalWeight(static_cast<double>(state_.Hand().NumVertices()) *
@@ -39,27 +38,27 @@ class FittedHand {
   }
   int NumContactPairs() const { return hold_ ? hold_->NumContacts() : 0; }
 
-  /// The body of this frame, the hand's own offset included.
+  /// Sets the body of this frame, including the hand's own offset.
   void SetBody(const JointPose& pose, const Eigen::Vector3d& trans);
 
-  /// Takes hold: D and S from the body that is set, `fingers` and the object's pose.
+  /// Starts a hold: D and S from the current body, the fingers `closed` and the object pose.
   void TakeHold(const FingerPose& closed, const ObjectPose& object) {
     TakeHold(closed, object, options_.slip);
   }
   void TakeHold(const FingerPose& closed, const ObjectPose& object, bool slip);
   void Release() { block_.reset(); }
 
-  /// HandObjectBlock::Watch at the present fingers, with the wrist moved by `step` from where the
-  /// body that is set has it.
+  /// HandObjectBlock::Watch at the current fingers, with the wrist moved by `step` from the current
+  /// body.
   bool Watch(const ObjectPose& object, const WristOffset& step);
 
-  /// The hand at the present fingers in the object's frame (3 x N), meters.
+  /// The hand at the current fingers in the object frame (3 x N), meters.
   Eigen::Matrix3Xd InObject(const ObjectPose& object);
 
-  /// The frame is solved: what remembers the last one does so now.
+  /// Call when the frame is solved: updates the terms that depend on the last frame.
   void Keep(const ObjectPose& object);
 
-  /// Energies at the present fingers and this pose of the object.
+  /// Energies at the current fingers and this object pose.
   Energies EnergiesAt(const ObjectPose& object);
 
   FingerPose fingers = FingerPose::Zero();  ///< of the last frame solved
@@ -77,18 +76,18 @@ class FittedHand {
 };
 
 /// A HandObjectBlock whose hand may also move as a whole: two wrists that were captured or
-/// synthesized never keep exactly the distance that a rigid object between them needs.
+/// synthesized never keep exactly the distance that a rigid object between them requires.
 ///
 /// With the wrist's world pose (W, p), the hand's vertices become
 ///   v' = p + W (C W^T (v - p) + c),
-/// C in SO(3) and c (meters) in the wrist's frame. Moving the hand by (C, c) is moving the object
-/// by the inverse, so that the block needs no Jacobian of its own beyond a change of variables.
+/// C in SO(3) and c (meters) in the wrist frame. Moving the hand by (C, c) is moving the object by
+/// the inverse, so the block needs no Jacobian of its own beyond a change of variables.
 ///
 /// Parameter blocks: orientation (4), translation (3), fingers (45) as in HandObjectBlock, then C
 /// (4, x y z w, with RotationManifold) and c (3). Residuals: 52, those of the block.
 class WristOffsetBlock final : public ceres::CostFunction {
  public:
-  /// `block` and `state` (the block's own) must outlive this; the state's body must be set.
+  /// `block` and `state` (that of the block) must outlive this; the state's body must be set.
   WristOffsetBlock(const HandObjectBlock* block, const HandState* state);
 
   bool Evaluate(double const* const* parameters, double* residuals,
@@ -99,7 +98,7 @@ class WristOffsetBlock final : public ceres::CostFunction {
   const HandState* state_;
 };
 
-/// The object's pose that looks to the unmoved hand as (q, translation) does to the moved one.
+/// Object pose relative to the unmoved hand, equivalent to (q, translation) for the moved hand.
 struct RelativePose {
   Eigen::Quaterniond orientation;
   Eigen::Vector3d translation;

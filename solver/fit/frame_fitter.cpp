@@ -26,7 +26,7 @@
 namespace holdfast {
 namespace {
 
-// What is needed of one hand while a frame is solved.
+// Data of one hand while a frame is solved.
 struct HandBlocks {
   std::optional<Temporal> temporal;
   std::optional<FingerTemporal> finger_temporal;
@@ -41,8 +41,8 @@ Eigen::Isometry3d Transform(const WristFrame& wrist) {
   return RigidTransform(wrist.rotation, wrist.position);
 }
 
-// The offset that keeps a hand, on the object at `from` with its wrist at `before`, where it is on
-// the object at `to`; its wrist is at `now` without one.
+// Offset that keeps a hand in place on the object, which moves from `from` to `to`; the wrist was
+// at `before` and is at `now` without an offset.
 WristOffset Carried(const WristFrame& before, const WristFrame& now, const ObjectPose& from,
                     const ObjectPose& to) {
   const Eigen::Isometry3d offset =
@@ -50,13 +50,13 @@ WristOffset Carried(const WristFrame& before, const WristFrame& now, const Objec
   return {Eigen::Quaterniond(offset.linear()).normalized(), offset.translation()};
 }
 
-// Half way between two poses.
+// Midpoint of two poses.
 ObjectPose Middle(const ObjectPose& a, const ObjectPose& b) {
   return {a.orientation.slerp(0.5, b.orientation).normalized(),
           0.5 * (a.translation + b.translation)};
 }
 
-// An offset that nothing asks for any more: the hand goes back to where the clip has it.
+// Decays an offset that is no longer needed: the hand returns to its pose in the clip.
 void EaseOffset(const FitOptions& options, double frame_s, WristOffset& offset) {
   if (offset.IsZero()) return;
   offset = offset.Scaled(std::exp(-frame_s / std::max(options.release_s, 1e-3)));
@@ -65,8 +65,8 @@ void EaseOffset(const FitOptions& options, double frame_s, WristOffset& offset) 
   }
 }
 
-// One frame to be solved: moves the object, the fingers of the hands that hold and, where two do,
-// their wrists. Hands and object are those of the fitter and change in place.
+// Problem of one frame: moves the object, the fingers of holding hands and, where two hold, their
+// wrists. Hands and object are those of the fitter and change in place.
 class FrameProblem {
  public:
   FrameProblem(const FitOptions& options, double frame_s, const std::vector<FittedHand*>& holding,
@@ -83,14 +83,13 @@ class FrameProblem {
     data_.emplace(guide, options_.lambda_object);
     problem_.AddResidualBlock(*data_, {Q(), T()});
   }
-  // The k-th hand: its wrist starts at `step`. `previous` is the object in the last frame, `pose`
-  // the clip's in this one.
+  // Adds the k-th hand, with its wrist starting at `step`. `previous`: object in the last frame;
+  // `pose`: the clip's in this frame.
   void AddHand(std::size_t k, const WristOffset& step, const ObjectPose& previous,
                const JointPose& pose);
-  // The user's terms, once the hands are there.
+  // User-defined terms; call after adding the hands.
   void AddCustomTerms(const CustomTermFrame& frame);
-  // Sets iterations, the reason to stop and the energies of custom terms. A frame that failed is
-  // back at its start.
+  // Sets iterations, stop reason and energies of custom terms. Resets a frame that failed.
   void Solve(FrameReport& report);
 
   const WristOffset& Step(std::size_t k) const { return blocks_[k].step; }
@@ -111,7 +110,7 @@ class FrameProblem {
   std::optional<ObjectData> data_;
   std::array<HandBlocks, 2> blocks_;
   std::vector<std::unique_ptr<GuardedTerm>>
-      custom_;  // of FitOptions::custom_terms, null where none acts
+      custom_;  // of FitOptions::custom_terms, null if inactive
   std::vector<std::vector<double*>> custom_parameters_;
   DenseProblem problem_;
 };
@@ -144,7 +143,7 @@ void FrameProblem::AddHand(std::size_t k, const WristOffset& step, const ObjectP
   if (hand.Limits() != nullptr) problem_.AddResidualBlock(*hand.Limits(), {p});
 }
 
-// The terms between the object and a hand whose wrist may leave the clip's.
+// Terms between the object and a hand whose wrist may deviate from the clip.
 void FrameProblem::AddMovedHold(FittedHand& hand, HandBlocks& own) {
   double* const C = own.step.rotation.coeffs().data();
   double* const c = own.step.translation.data();
@@ -155,12 +154,12 @@ void FrameProblem::AddMovedHold(FittedHand& hand, HandBlocks& own) {
   problem_.AddParameterBlock(c, 3);
   own.prior.emplace(hand.offset, options_.lambda_wrist);
   problem_.AddResidualBlock(*own.prior, {C, c});
-  // Hands that took hold off the clip's wrists go there within release_s, not at once.
+  // Hands that start a hold off the clip's wrists return there within release_s, not at once.
   own.calm.emplace(WristOffset{}, options_.lambda_wrist * options_.release_s / frame_s_);
   problem_.AddResidualBlock(*own.calm, {C, c});
 }
 
-// Null where the hand does not hold.
+// Null if the hand does not hold.
 double* FrameProblem::FindBlock(FitBlock block) {
   if (block == FitBlock::kObjectRotation) return Q();
   if (block == FitBlock::kObjectTranslation) return T();
@@ -209,7 +208,7 @@ void FrameProblem::Solve(FrameReport& report) {
     Restore();
     return;
   }
-  // Terms that look at some points only may find that the hand has gone where they did not look.
+  // Terms that watch only some points may find that the hand has moved to where they did not look.
   constexpr int kRounds = 3;
   const ceres::Solver::Options options = FrameSolverOptions(options_);
   ceres::Solver::Summary solved;
@@ -315,7 +314,7 @@ WristFrame FrameFitter::Wrist(const FittedHand& hand) const {
   return {hand.State().WristRotation(), hand.State().WristPosition()};
 }
 
-// The clip's pose with the arms where the hands' offsets want them.
+// Sets the clip's pose with the arms at the hands' offsets.
 void FrameFitter::SetBody(const JointPose& pose, const Eigen::Vector3d& trans) {
   body_ = pose;
   Eigen::Vector3d moved = trans;
@@ -348,9 +347,9 @@ void FrameFitter::Release(Side side) { Find(side).Release(); }
 
 void FrameFitter::Refine(Side side, const JointPose& pose, const Eigen::Vector3d& trans,
                          bool move_object) {
-  // E_d holds the hand where it took hold: what a round has won, the next one starts from.
+  // E_d keeps the hand at the start of the hold: each round starts from the previous one.
   constexpr int kRounds = 6;
-  constexpr double kContent = 1e-8;  // m^2: a tenth of a millimeter too deep in one place
+  constexpr double kContent = 1e-8;  // m^2: 0.1 mm too deep in one place
   FittedHand& hand = Find(side);
   for (int round = 0; round < kRounds; ++round) {
     hand.Watch(object_, {});
@@ -411,7 +410,7 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
   FrameProblem problem(options_, frame_s_, holding, object_);
   if (guide_ && options_.lambda_object > 0.0) problem.AddGuide(*guide_);
   for (std::size_t k = 0; k < holding.size(); ++k) {
-    // The hands start where they are on the object: all that is left is to share out the way.
+    // The hands start in place on the object, so that only the correction remains to be shared.
     const bool carried = together && options_.lambda_wrist > 0.0;
     problem.AddHand(
         k, carried ? Carried(before[k], Wrist(*holding[k]), previous, object_) : WristOffset{},
@@ -443,7 +442,7 @@ FrameReport FrameFitter::Solve(const JointPose& pose, const Eigen::Vector3d& tra
 }
 
 void FrameFitter::FillEnergies(FrameReport& report) {
-  double beyond = 0.0;  // what normalized weights add to the total
+  double beyond = 0.0;  // contribution of normalized weights to the total
   for (const auto& hand : hands_) {
     if (!hand->Holds()) continue;
     const Energies& energies = hand->EnergiesAt(object_);

@@ -18,7 +18,7 @@
 
 namespace holdfast {
 
-/// How Ceres is asked to solve one frame, on one thread.
+/// Ceres options for solving one frame, single-threaded.
 ceres::Solver::Options FrameSolverOptions(const FitOptions& options);
 
 /// World pose of a wrist.
@@ -27,47 +27,45 @@ struct WristFrame {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();
 };
 
-/// Where an object is that follows the wrist rigidly. If the fingers do not move relative to the
-/// wrist this is the optimum of E_d and E_c, and the start of every frame.
+/// Object pose after following the wrist rigidly. If the fingers do not move relative to the wrist,
+/// this is the optimum of E_d and E_c; it is the initial value of every frame.
 ObjectPose FollowWrist(const ObjectPose& object, const WristFrame& from, const WristFrame& to);
 
-/// Why the solver left a frame.
+/// Why the solver stopped in a frame.
 enum class StopReason {
-  kGiven,    ///< the first frame: it defines D and S and is not solved
-  kResting,  ///< no hand holds the object: it stays where it is
+  kGiven,    ///< first frame: defines D and S, not solved
+  kResting,  ///< no hand holds the object: it stays in place
   kConverged,
-  kIterationLimit,  ///< usable, but not at its minimum
-  kFailed,          ///< not finite: the frame holds the rigid start instead
+  kIterationLimit,  ///< usable, but not a minimum
+  kFailed,          ///< not finite: the frame keeps its rigid initial value
 };
 std::string_view StopReasonName(StopReason reason);
 
-/// One frame's account. Energies as the paper writes them, without weights and factor 1/2, in the
-/// precision of the pair loop, summed over the hands that hold.
+/// Report of one frame. Energies as in the paper, without weights and the factor 1/2, in the
+/// precision of the pair loop, summed over the holding hands.
 struct FrameReport {
   Energies energies;
   double energy_total = 0.0;            ///< weighted sum
-  std::vector<double> custom_energies;  ///< of FitOptions::custom_terms, NaN where one did not act
-  std::string
-      fault;  ///< what an custom term did wrong, so that the frame is at its start; or empty
-  double wrist_offset_m = 0.0;  ///< how far the farther wrist is from the clip's
+  std::vector<double> custom_energies;  ///< of FitOptions::custom_terms; NaN if inactive
+  std::string fault;  ///< error of a custom term, so the frame keeps its initial value; or empty
+  double wrist_offset_m = 0.0;  ///< maximum distance of a wrist from the clip's
   int iterations = 0;
-  double solve_ms = 0.0;  ///< wall time of the frame: body model, start, solve
+  double solve_ms = 0.0;  ///< wall time of the frame: body model, initialization, solve
   StopReason stop = StopReason::kGiven;
 };
 
-/// Fits one frame after another, with one hand or two: the door for repeated solves, with
-/// everything that a clip keeps (hands, object, D, S) prepared once. Not for use by several threads
-/// at a time.
+/// Fits one frame after another, with one or two hands. Prepares everything that a clip shares
+/// (hands, object, D, S) once, for repeated solves. Not thread-safe.
 class FrameFitter {
  public:
-  /// For the hands in `hands` (one, or one of each side), none of which holds yet. `object` and
-  /// the models must outlive this. `frame_s` is the time between frames.
+  /// For the hands in `hands` (one, or one of each side), none of which holds yet. `object` and the
+  /// models must outlive this. `frame_s`: frame interval.
   FrameFitter(std::span<const HandModel* const> hands, const FitObject& object,
               const FitOptions& options, double frame_s);
 
-  /// One hand that holds from the given first frame on: the body's pose with the grasping fingers
-  /// in it, and the object's pose. `object_vertices` (3 x M) in the object's frame; all that the
-  /// paper's terms need, and no others are on.
+  /// For one hand that holds from the first frame on, given by the body's pose including the
+  /// grasping fingers, and the object pose. `object_vertices`: (3 x M), object frame. Only the
+  /// paper's terms are on; they need nothing else.
   FrameFitter(const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
               const JointPose& first_pose, const Eigen::Vector3d& first_trans,
               const ObjectPose& first_object, const FitOptions& options = {});
@@ -75,31 +73,31 @@ class FrameFitter {
   FrameFitter(const FrameFitter&) = delete;
   FrameFitter& operator=(const FrameFitter&) = delete;
 
-  /// Puts the object somewhere, before any hand holds it.
+  /// Sets the object pose before any hand holds it.
   void Place(const ObjectPose& object) { object_ = object; }
-  /// A hand takes hold in the frame solved last (or given first), its wrist off the clip's by
-  /// `offset`. Its D and S are taken here.
+  /// Starts a hold in the last solved (or the given first) frame, with the wrist at `offset` from
+  /// the clip's. Computes D and S.
   void TakeHold(Side side, const JointPose& pose, const Eigen::Vector3d& trans,
                 const FingerPose& fingers, const WristOffset& offset = {});
   void Release(Side side);
-  /// Refines the grasp of a hand that has just taken hold, its D and S with it: what lies too deep
-  /// in the other comes out, by the object that moves to where the hand leaves it (`move_object`),
-  /// or by hand and arm. Does nothing where the terms of penetration are off or content.
+  /// Refines a grasp that has just started, with its D and S, to resolve excessive penetration: by
+  /// moving the object within the hand (`move_object`), or else hand and arm. Does nothing if the
+  /// penetration terms are off or satisfied.
   void Refine(Side side, const JointPose& pose, const Eigen::Vector3d& trans, bool move_object);
 
-  /// Where the clip has the object in the next frame, for FitOptions::lambda_object.
+  /// The clip's object pose in the next frame, for FitOptions::lambda_object.
   void Guide(const ObjectPose& object) { guide_ = object; }
-  /// Solves the next frame, from the last one's solution carried along rigidly by the wrists.
+  /// Solves the next frame, starting from the last solution moved rigidly with the wrists.
   FrameReport Solve(const JointPose& pose, const Eigen::Vector3d& trans);
 
-  const ObjectPose& Object() const { return object_; }  ///< of the last frame solved
-  /// The clip's pose of the last frame with arms and fingers of the hands that hold.
+  const ObjectPose& Object() const { return object_; }  ///< of the last solved frame
+  /// The clip's pose of the last frame, with arms and fingers of the holding hands.
   const JointPose& Body() const { return body_; }
   const FittedHand& Hand(Side side) const;
   const FingerPose& Fingers() const { return hands_.front()->fingers; }  ///< of the first hand
-  /// Account of the frame as it stands, unsolved: for the given first one.
+  /// Report of the current frame without solving: for the given first one.
   FrameReport FirstFrame();
-  int NumContactPairs() const;  ///< of the hands that hold now
+  int NumContactPairs() const;  ///< of the currently holding hands
 
  private:
   FittedHand& Find(Side side);
@@ -112,7 +110,7 @@ class FrameFitter {
   std::unique_ptr<FitObject> own_object_;
   std::vector<std::unique_ptr<FittedHand>> hands_;
   ObjectPose object_;
-  int frame_ = 0;  // solved last
+  int frame_ = 0;  // last solved
   std::optional<ObjectPose> guide_;
   JointPose body_;
 };

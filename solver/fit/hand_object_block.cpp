@@ -14,7 +14,7 @@
 namespace holdfast {
 namespace {
 
-// Upper S with S^T S = M for a positive semidefinite M.
+// Upper triangular S with S^T S = M for positive semidefinite M.
 Eigen::Matrix3d Factor3(const Eigen::Matrix3d& M) {
   Eigen::Matrix3d S = Eigen::Matrix3d::Zero();
   double pivot = M(0, 0);
@@ -37,11 +37,11 @@ Eigen::Matrix3d Factor3(const Eigen::Matrix3d& M) {
 }  // namespace
 
 struct HandObjectBlock::Scratch {
-  std::array<double, 4 + 3 + kHandDofs> point;  // parameters of what follows
+  std::array<double, 4 + 3 + kHandDofs> point;  // parameters of the data below
   bool valid = false;
-  bool rows_valid = false;  // of skin terms; they may choose points anew while the rest stays
+  bool rows_valid = false;  // of skin terms, whose points may change while the rest stays
   bool has_jacobian = false;
-  std::array<double, 4 + 3 + kHandDofs> linearized;  // where Jacobians were last asked for
+  std::array<double, 4 + 3 + kHandDofs> linearized;  // parameters of the last Jacobians
   std::optional<Energies> linearized_energies;
   Eigen::Matrix3d rotation;
   Eigen::Matrix3Xd arms;  // v_i - T, world
@@ -52,7 +52,7 @@ struct HandObjectBlock::Scratch {
   Energies vertex_energies, energies;
   Isa isa = BestIsa();
   System system;
-  RowMajorMatrix factor;  // of the system: the rows that Ceres gets
+  RowMajorMatrix factor;  // of the system: the rows passed to Ceres
   Eigen::VectorXd factor_residuals = Eigen::VectorXd(kRows);
 };
 
@@ -132,7 +132,7 @@ bool HandObjectBlock::Watch(double const* const* parameters) {
 }
 
 const Energies& HandObjectBlock::EnergiesAt(double const* const* parameters) const {
-  // A solver's last point is mostly the last it linearized at, and not the last it tried.
+  // A solver's last point is usually the last one it linearized at, not the last one it tried.
   const Scratch& s = *scratch_;
   const auto at = [&](int block, int size, int begin) {
     return std::equal(parameters[block], parameters[block] + size, s.linearized.begin() + begin);
@@ -144,13 +144,13 @@ const Energies& HandObjectBlock::EnergiesAt(double const* const* parameters) con
   return s.energies;
 }
 
-// The vertices of one group, moved by `kFingers` finger numbers (fixed, so that the small products
-// unroll). In the object's frame dz = [z]x delta - R^T dT + R^T dv.
+// Chain rule for the vertices of one group, which depend on `kFingers` finger parameters (fixed, so
+// that the small products unroll). In the object frame dz = [z]x delta - R^T dT + R^T dv.
 template <int kFingers>
 void HandObjectBlock::ChainGroup(int g, System& system) const {
   constexpr int kColumns = 6 + kFingers;
-  constexpr int kWidth = (kColumns + 7) / 8 * 8;  // zeros up to a whole vector
-  constexpr int kVerticesAtOnce = 20;             // their rows stay in the first-level cache
+  constexpr int kWidth = (kColumns + 7) / 8 * 8;  // zero-padded to a whole vector
+  constexpr int kVerticesAtOnce = 20;             // their rows stay in the L1 cache
   using Row3 = Eigen::Matrix<double, 3, kWidth, Eigen::RowMajor>;
   Scratch& s = *scratch_;
   const HandModel::Group& group = state_->Hand().Groups()[static_cast<std::size_t>(g)];
@@ -165,7 +165,7 @@ void HandObjectBlock::ChainGroup(int g, System& system) const {
   const auto count = static_cast<int>(group.vertices.size());
   for (int begin = 0; begin < count; begin += kVerticesAtOnce) {
     const int end = std::min(begin + kVerticesAtOnce, count);
-    // All factors first: chains of roots and quotients that the processor then works on together.
+    // All factors first: independent chains of roots and quotients that the processor can overlap.
     for (int m = begin; m < end; ++m) {
       const int i = group.vertices[static_cast<std::size_t>(m)];
       factors[m - begin] = Factor3(s.quadratics[static_cast<std::size_t>(i)].hessian);
@@ -196,7 +196,7 @@ void HandObjectBlock::ChainGroup(int g, System& system) const {
     RankUpdate(s.isa, rows, 3 * (end - begin), kWidth, hessian.data());
   }
 
-  // Scatter: the group's column c is column place(c) of the whole; only the lower triangle.
+  // Scatter: column c of the group is column place(c) of the system; lower triangle only.
   const auto place = [&](int c) {
     return c < 6 ? c : 6 + 3 * group.joints[static_cast<std::size_t>(c - 6) / 3] + (c - 6) % 3;
   };
@@ -206,7 +206,7 @@ void HandObjectBlock::ChainGroup(int g, System& system) const {
   }
 }
 
-// Rows of skin terms: few, and each through any vertices, so they are written out in full width.
+// Rows of skin terms are few and involve arbitrary vertices, so they are stored in full width.
 void HandObjectBlock::ChainRows(System& system) const {
   constexpr int kWidth = (kTangent + 7) / 8 * 8;
   Scratch& s = *scratch_;
@@ -279,7 +279,7 @@ bool HandObjectBlock::Evaluate(double const* const* parameters, double* residual
   if (!std::isfinite(cost)) return false;
   Eigen::Map<Eigen::Matrix<double, kRows, 1>> r(residuals);
   if (jacobians == nullptr) {
-    // Ceres reads nothing but the norm of residuals that come without a Jacobian.
+    // Without a Jacobian, Ceres uses only the norm of the residuals.
     r.setZero();
     r(0) = std::sqrt(2.0 * cost);
     return true;

@@ -10,8 +10,8 @@
 namespace holdfast {
 namespace {
 
-// Frames that one worker takes in a row. Which points a term watches depends on the frames before
-// in the same chunk and on nothing else.
+// Successive frames handled by one worker. The points that a term watches depend only on the frames
+// before in the same chunk.
 constexpr int kChunk = 32;
 
 }  // namespace
@@ -54,7 +54,7 @@ struct HoldEvaluation::Worker {
     SkinTerms skin_terms;
   };
 
-  // The block of one hold: made when it is first needed, the last one kept.
+  // The block of one hold, created on demand; the last one is cached.
   HandObjectBlock& Block(const ClipProblem& problem, int hold, const HoldTerms& terms) {
     const auto h = static_cast<std::size_t>(problem.holds[static_cast<std::size_t>(hold)].hand);
     if (block_hold[h] != hold) {
@@ -106,8 +106,8 @@ HoldEvaluation::HoldEvaluation(const ClipProblem& problem, const FitOptions& opt
 HoldEvaluation::~HoldEvaluation() = default;
 
 void HoldEvaluation::PrepareForEvaluation(bool, bool new_evaluation_point) {
-  // Most points that are tried are accepted: their Jacobians are made at once, while the hand is
-  // there, instead of in a second pass.
+  // Most trial points are accepted, so Jacobians are computed at once, while the hand is available,
+  // not in a second pass.
   if (new_evaluation_point || !evaluated_) EvaluateAll();
 }
 

@@ -20,9 +20,9 @@
 
 namespace holdfast {
 
-/// Cost of one hand that holds the object in one frame of a clip: unknowns, and residuals and
-/// Jacobians of its HandObjectBlock as HoldEvaluation evaluated them last.
-/// Parameter blocks: q (4), T (3), P (45), with `moves` C (4) and c (3) as in WristOffsetBlock.
+/// Cost of one hand holding the object in one frame of a clip: the unknowns, and residuals and
+/// Jacobians of its HandObjectBlock from the last HoldEvaluation. Parameter blocks: q (4), T (3), P
+/// (45), with `moves` also C (4) and c (3) as in WristOffsetBlock.
 class HoldCost final : public ceres::CostFunction {
  public:
   /// `frame_state` must outlive this.
@@ -31,13 +31,13 @@ class HoldCost final : public ceres::CostFunction {
                 double** jacobians) const override;
 
   int hold, frame;
-  const double* orientation;  // of the frame's object, of which `this` is one of two hands
+  const double* orientation;  // of the frame's object, shared by both hands
   const double* translation;
-  JointPose body;  ///< of the frame, with the arm where `offset` wants it
+  JointPose body;  ///< of the frame, with the arm at `offset`
   FingerPose fingers;
-  WristOffset step;  ///< on top of what the body has
+  WristOffset step;  ///< relative to the body
   bool moves;
-  std::vector<Slip::Mark> marks;  ///< where contacts were in the frame before, with slip
+  std::vector<Slip::Mark> marks;  ///< contacts in the preceding frame, with slip
   Energies energies;
 
  private:
@@ -47,20 +47,20 @@ class HoldCost final : public ceres::CostFunction {
   std::vector<double> jacobians_;
 };
 
-/// Evaluates all held frames of a clip before Ceres asks for them: in parallel, with one hand state
-/// of either side for each thread, and with the same bytes for any number of threads.
+/// Evaluates all frames of all holds before Ceres requests them: in parallel, with one hand state
+/// of either side per thread. The result is bitwise independent of the number of threads.
 class HoldEvaluation final : public ceres::EvaluationCallback {
  public:
   /// The arguments must outlive this.
   HoldEvaluation(const ClipProblem& problem, const FitOptions& options, int threads);
   ~HoldEvaluation() override;
 
-  /// In the order of frames; may be added to until the first evaluation.
+  /// In frame order; may be extended until the first evaluation.
   std::vector<std::unique_ptr<HoldCost>>& Frames() { return frames_; }
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
-  /// Where contacts that slip are now becomes where they were, for the frames that follow.
+  /// Makes the current positions of slipping contacts the previous ones of the following frames.
   void MarkContacts();
-  /// Energies of every held frame where its unknowns are now.
+  /// Evaluates the energies of every held frame at the current unknowns.
   void EvaluateAll();
 
  private:

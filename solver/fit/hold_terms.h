@@ -17,12 +17,12 @@
 
 namespace holdfast {
 
-/// What a hand keeps of the moment it took hold: the paper's E_d and E_c with D and S of that
-/// moment, or Slip in their place. Const while frames are solved, and shareable between threads.
+/// Terms that keep the relation at the start of a hold: the paper's E_d and E_c with D and S of
+/// that moment, or Slip instead. Const while frames are solved, and shareable between threads.
 class HoldTerms {
  public:
-  /// `z` (3 x N): the hand in the object's frame as it takes hold, meters. `object` must outlive
-  /// this. Slip needs the object's distance. Without `z` nothing is kept.
+  /// `z` (3 x N): the hand in the object frame at the start of the hold, meters. `object` must
+  /// outlive this. Slip needs the object's distance. With an empty `z` there are no terms.
   HoldTerms(const FitObject& object, const Eigen::Matrix3Xd& z, bool slip,
             const FitOptions& options) {
     if (z.cols() == 0) return;
@@ -52,8 +52,8 @@ class HoldTerms {
 
   double ContactWeight() const { return contact_weight_; }  ///< of E_c, on the sum
   bool Slips() const { return slip_ != nullptr; }
-  Slip* SlipTerm() const { return slip_.get(); }  ///< null where the hand holds firmly
-  /// Pairs of S; with slip, vertices that touch.
+  Slip* SlipTerm() const { return slip_.get(); }  ///< null for a firm hold
+  /// Number of pairs of S; with slip, of vertices in contact.
   int NumContacts() const {
     return slip_ ? slip_->NumContacts() : contact_ ? contact_->NumPairs() : 0;
   }
@@ -65,11 +65,10 @@ class HoldTerms {
   std::unique_ptr<Slip> slip_;
 };
 
-/// The terms between skin and object that options and object allow, each of one hand and one
-/// thread.
+/// Terms between skin and object that options and object allow, each for one hand and one thread.
 using SkinTerms = std::vector<std::pair<EnergyTerm, std::unique_ptr<SkinTerm>>>;
 
-/// `anatomy` and `object` must outlive them.
+/// `anatomy` and `object` must outlive the result.
 inline SkinTerms MakeSkinTerms(const HandAnatomy& anatomy, const FitObject& object,
                                const FitOptions& options) {
   SkinTerms terms;

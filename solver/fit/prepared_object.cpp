@@ -52,7 +52,7 @@ std::shared_ptr<const Value> FitLibrary::Find(Shelf<Value>& shelf, const std::st
     try {
       promise.set_value(make());
     } catch (...) {
-      promise.set_exception(std::current_exception());  // the same fault for all who ask
+      promise.set_exception(std::current_exception());  // the same error for all requests
     }
   }
   return value.get();

@@ -16,28 +16,28 @@
 
 namespace holdfast {
 
-/// An object with all that a fit asks of it; const, shared by fits.
+/// An object with all data that a fit needs; const, shared by fits.
 struct PreparedObject {
   LoadedObject object;
   Solid solid;              ///< of the full mesh
   TriangleMesh simplified;  ///< for the pair terms
   FitObject fit;
-  std::vector<std::string> notes;  ///< of loading and simplifying
+  std::vector<std::string> notes;  ///< from loading and simplifying
 };
 
-/// Simplifies the object to `vertices` for the pair terms and prepares its distances, on up to
-/// `threads` threads. Throws what Decimate and SignedDistance throw.
+/// Simplifies the object to `vertices` vertices for the pair terms and computes its distances, on
+/// up to `threads` threads. Throws what Decimate and SignedDistance throw.
 PreparedObject PrepareObject(LoadedObject object, int vertices = 300, int threads = 1);
 
-/// Body models and objects that several fits share, each prepared once and by one thread, however
-/// many ask. Keeps the last few of each: memory does not grow with the number of fits.
+/// Cache of body models and objects shared by several fits. Each is prepared once, by one thread.
+/// Keeps the last few of each, so memory does not grow with the number of fits.
 class FitLibrary {
  public:
   explicit FitLibrary(std::size_t capacity = 6) : capacity_(capacity) {}
 
-  /// The embedded body where `path` is empty. Throws what BodyModel::Load throws.
+  /// The embedded body if `path` is empty. Throws what BodyModel::Load throws.
   std::shared_ptr<const BodyModel> Body(const std::string& path);
-  /// The object alone, at once. Throws what LoadObject throws.
+  /// The object without fit data. Throws what LoadObject throws.
   std::shared_ptr<const LoadedObject> Loaded(const std::string& path_or_name, double scale);
   /// Throws what LoadObject and Decimate throw; prepares on `threads` threads.
   std::shared_ptr<const PreparedObject> Object(const std::string& path_or_name, double scale,
@@ -50,7 +50,7 @@ class FitLibrary {
       std::string key;
       std::shared_future<std::shared_ptr<const Value>> value;
     };
-    std::list<Entry> entries;  // the last one asked for comes first
+    std::list<Entry> entries;  // most recently requested first
   };
   template <typename Value, typename Make>
   std::shared_ptr<const Value> Find(Shelf<Value>& shelf, const std::string& key, const Make& make);

@@ -10,7 +10,7 @@
 namespace holdfast {
 namespace {
 
-// Relative speeds of a finger's joints while it closes.
+// Relative joint speeds of a finger while it closes.
 constexpr double kFingerSpeed[3] = {1.0, 1.0, 0.67};
 constexpr double kThumbSpeed[3] = {0.6, 0.7, 0.8};
 
@@ -18,7 +18,7 @@ double Speed(int joint) {
   return joint / 3 == kThumb ? kThumbSpeed[joint % 3] : kFingerSpeed[joint % 3];
 }
 
-// Closes one hand on one object; holds what every step looks at.
+// Closes one hand on one object; holds the data used in every step.
 class FingerCloser {
  public:
   FingerCloser(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
@@ -27,17 +27,17 @@ class FingerCloser {
   Closing Close(const HandAngles& start);
 
  private:
-  // How far each finger has got.
+  // Progress of one finger.
   struct Progress {
     int first_free = 3;  // joints before it are stopped; 3: the finger is done
-    double room = 0.0;   // meters to what is nearest in its way
+    double room = 0.0;   // clearance to the nearest obstacle, meters
   };
   using ByFinger = std::array<Progress, kNumFingers>;
 
   const Eigen::Matrix3Xd& VerticesAt(const HandAngles& angles);
   double SkinClearance(const Eigen::Matrix3Xd& vertices, int part,
                        double most = std::numeric_limits<double>::infinity()) const;
-  // Skin farther than this is not what is nearest in the finger's way.
+  // Upper bound on skin distances that can still be the finger's nearest obstacle.
   double MostOfUse(const Progress& progress) const {
     constexpr double kRounding = 1e-9;
     return std::max(progress.room, 0.0) + options_.touch_distance + kRounding;
@@ -61,9 +61,9 @@ class FingerCloser {
   const Eigen::Isometry3d& wrist_from_object_;
   const Eigen::Isometry3d object_from_wrist_;
   const ClosingOptions& options_;
-  // Of each finger with the thumb.
+  // Per finger, its pairs with the thumb.
   std::array<std::vector<HandLandmarks::BallPair>, kNumFingers> meeting_thumb_;
-  Eigen::Matrix3Xd centers_;  // of the balls, for the last VerticesAt
+  Eigen::Matrix3Xd centers_;  // of the balls, at the last VerticesAt
 };
 
 FingerCloser::FingerCloser(const HandAnatomy& anatomy, HandEvaluation& hand,
@@ -93,7 +93,7 @@ const Eigen::Matrix3Xd& FingerCloser::VerticesAt(const HandAngles& angles) {
   return vertices;
 }
 
-// Least distance of a part's skin to the object, or `most` where that is less.
+// Minimum distance of a part's skin to the object, at most `most`.
 double FingerCloser::SkinClearance(const Eigen::Matrix3Xd& vertices, int part, double most) const {
   return landmarks_.SkinPatches(part).Least(
       [&](int s) {
@@ -104,8 +104,8 @@ double FingerCloser::SkinClearance(const Eigen::Matrix3Xd& vertices, int part, d
       most);
 }
 
-// Meters until the thumb, or for the thumb a finger, or the palm is in a finger's way; negative
-// where it is. Neighboring fingers rub along each other all the time.
+// Clearance (meters) of a finger to the palm and to the thumb (for the thumb, to the fingers);
+// negative on collision. Neighboring fingers rub along each other all the time and are ignored.
 double FingerCloser::RoomInHand(const Eigen::Matrix3Xd& vertices, int finger) const {
   double room = std::numeric_limits<double>::infinity();
   for (const HandLandmarks::BallPair& pair : meeting_thumb_[finger]) {
@@ -124,7 +124,7 @@ double FingerCloser::RoomInHand(const Eigen::Matrix3Xd& vertices, int finger) co
   return room;
 }
 
-// 0 where the thumb touches nothing, 1 where it touches, up to 2 with the pad flat on the surface.
+// 0 if the thumb touches nothing, 1 if it touches, up to 2 with its pad flat on the surface.
 double FingerCloser::ThumbWorth(const Closing& state) {
   constexpr int kTip = 3 * kThumb + 2;
   if (!state.touching[kTip]) return state.touching[kTip - 1] ? 0.5 : 0.0;
@@ -145,11 +145,11 @@ double FingerCloser::ThumbWorth(const Closing& state) {
   return 1.0 + std::max(0.0, -facing.dot(outward));
 }
 
-// How far the joints of a finger turn at once: no farther than its tip can go, but at least the
-// options' step.
+// Joint rotation of a finger per step: no more than its tip can move, but at least the options'
+// step.
 double FingerCloser::StepOf(int finger, const Progress& progress) const {
   constexpr double kShare = 0.85, kMost = 0.6, kBeyondTip = 0.008;
-  double way = 0.0;  // of the tip, meters per radian
+  double way = 0.0;  // displacement of the tip, meters per radian
   double reach = (axes_.RestTips().col(finger) - axes_.RestJoints().col(3 * finger + 2)).norm();
   for (int j = 2; j >= progress.first_free; --j) {
     const int joint = 3 * finger + j;
@@ -161,7 +161,7 @@ double FingerCloser::StepOf(int finger, const Progress& progress) const {
   return std::clamp(kShare * progress.room / way, options_.step, kMost);
 }
 
-// Fingers that do not move are done; of the others, what touches already stays where it is.
+// Marks fingers that do not move as done and stops the joints of the others that already touch.
 FingerCloser::ByFinger FingerCloser::StopWhereTouching(
     Closing& state, const std::array<bool, kNumFingers>& moving) {
   ByFinger progress;
@@ -181,8 +181,8 @@ FingerCloser::ByFinger FingerCloser::StopWhereTouching(
   return progress;
 }
 
-// Turns the free joints by one step within their ranges. Fingers at the end of theirs are done;
-// false when all are.
+// Turns the free joints by one step within their limits and marks fingers at their limits as done.
+// Returns false when all are done.
 bool FingerCloser::BendFreeJoints(ByFinger& progress, HandAngles& next) const {
   bool moves = false;
   for (int finger = 0; finger < kNumFingers; ++finger) {
@@ -202,8 +202,8 @@ bool FingerCloser::BendFreeJoints(ByFinger& progress, HandAngles& next) const {
   return moves;
 }
 
-// Moves one finger on to its angles in `next`, where the skin is at `vertices`, unless something
-// is in the way.
+// Moves one finger to its angles in `next`, with the skin at `vertices`, unless something is in the
+// way.
 void FingerCloser::TakeStep(int finger, const Eigen::Matrix3Xd& vertices, const HandAngles& next,
                             Closing& state, Progress& progress) const {
   if (progress.first_free == 3) return;
@@ -224,12 +224,12 @@ void FingerCloser::TakeStep(int finger, const Eigen::Matrix3Xd& vertices, const 
   }
   progress.room = std::min(progress.room, deepest - options_.touch_distance);
   if (touched >= 0) progress.first_free = touched + 1;
-  // A step that went clearly in is taken back; the refinement closes the gap.
+  // Undo a step that penetrates clearly; the refinement closes the gap.
   if (touched >= 0 && deepest < -options_.allowed_depth) return;
   state.angles.middleCols<3>(3 * finger) = next.middleCols<3>(3 * finger);
 }
 
-// Bends the joints of `moving` fingers from where `state` has them until nothing more can.
+// Flexes the joints of the `moving` fingers from their angles in `state` until all are blocked.
 void FingerCloser::Bend(Closing& state, const std::array<bool, kNumFingers>& moving) {
   ByFinger progress = StopWhereTouching(state, moving);
   for (int step = 0; step < 120; ++step) {
@@ -242,7 +242,7 @@ void FingerCloser::Bend(Closing& state, const std::array<bool, kNumFingers>& mov
   }
 }
 
-// Straightens the thumb and turns its root; false where the object or the hand is in the way.
+// Straightens the thumb and turns its root; false if this collides with the object or the hand.
 bool FingerCloser::MoveThumbRoot(double abduction, Closing& attempt) {
   attempt.angles(0, 3 * kThumb) = -15.0 * kDegree;
   attempt.angles(1, 3 * kThumb) = abduction;
@@ -252,8 +252,8 @@ bool FingerCloser::MoveThumbRoot(double abduction, Closing& attempt) {
            SkinClearance(vertices, 3 * kThumb + 2) < 0.0 || RoomInHand(vertices, kThumb) < 0.0);
 }
 
-// The thumb comes over the other fingers. Where it goes is decided at its root: the placement's own
-// way if that brings the pad onto the object, else the way that does best.
+// Closes the thumb over the other fingers. Uses the placement's own root abduction if that brings
+// the pad onto the object, else the abduction with the best contact.
 Closing FingerCloser::BringThumb(const Closing& closing, const HandAngles& start) {
   std::array<bool, kNumFingers> thumb_only{};
   thumb_only[kThumb] = true;
@@ -275,7 +275,7 @@ Closing FingerCloser::BringThumb(const Closing& closing, const HandAngles& start
   return best;
 }
 
-// A finger that met nothing has made a fist: it goes with its neighbor instead.
+// A finger that met nothing has closed to a fist: it follows its neighbor instead.
 void FingerCloser::RestIdleFingers(Closing& closing) const {
   constexpr int kOrder[4] = {kIndex, kMiddle, kRing, kPinky};
   const HandAngles relaxed = axes_.Relaxed();
@@ -311,7 +311,7 @@ Closing FingerCloser::Close(const HandAngles& start) {
   }
   RestIdleFingers(closing);
   if (!closing.finger_touching[kThumb] && options_.fingers[kThumb]) {
-    // Rests where it stopped at the latest, halfway otherwise.
+    // Rests at most where it stopped, halfway otherwise.
     closing.angles.middleCols<3>(3 * kThumb) =
         0.5 * (closing.angles + start).middleCols<3>(3 * kThumb);
   }

@@ -12,22 +12,22 @@
 namespace holdfast {
 
 struct ClosingOptions {
-  double step = 0.035;             ///< radians a joint turns per step near the object, more far off
-  double touch_distance = 0.0006;  ///< meters: closer than this is contact
-  double allowed_depth = 0.0015;   ///< meters: steps that end deeper are taken back
+  double step = 0.035;             ///< radians per step near the object, more elsewhere
+  double touch_distance = 0.0006;  ///< contact threshold, meters
+  double allowed_depth = 0.0015;   ///< meters; a step that penetrates deeper is undone
   std::array<bool, kNumFingers> fingers = {true, true, true, true, true};
 };
 
 struct Closing {
   HandAngles angles;
-  std::array<bool, kNumHandParts> touching{};  ///< by part of the hand
+  std::array<bool, kNumHandParts> touching{};  ///< per hand part
   std::array<bool, kNumFingers> finger_touching{};
 };
 
-/// Closes finger by finger as a hand does that does not know what it meets: all joints of a finger
-/// bend; where a phalanx touches, the joints before it stop and those behind go on, until the
-/// fingertip touches, the ranges end, or another finger or the palm is in the way. Fingers that
-/// meet nothing go back to the bend of a neighbor that does. `wrist_from_object` is held.
+/// Closes the fingers by touch, without knowledge of the object. All joints of a finger flex. When
+/// a phalanx touches, the joints proximal to it stop and the distal ones continue until the
+/// fingertip touches, a limit is reached, or another finger or the palm is in the way. Fingers that
+/// touch nothing take the flexion of a touching neighbor. `wrist_from_object` is fixed.
 Closing CloseFingers(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
                      const Eigen::Isometry3d& wrist_from_object, const HandAngles& start,
                      const ClosingOptions& options = {});

@@ -21,7 +21,7 @@ double MillisecondsSince(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
-// How promising a placement is for the way up, the use and what is around.
+// Rank of a placement, by its prior, the object's up, the use and the obstacles.
 double Promise(const GraspScene& scene, const Placement& placement) {
   const Eigen::Matrix3d turned = placement.wrist_from_object.linear().transpose();
   return placement.prior *
@@ -32,8 +32,8 @@ double Promise(const GraspScene& scene, const Placement& placement) {
              scene.options.obstacle_weight * Blocked(scene, placement.wrist_from_object));
 }
 
-// The placements most worth closing, but not all from one place: each further one of a style from
-// the same place counts less.
+// Selects the most promising placements to close, but not all from one place: each further one of
+// the same style and place counts less.
 std::vector<Placement> MostPromising(std::span<const std::vector<Placement>> places, int count) {
   std::vector<std::pair<double, const Placement*>> queue;
   for (const std::vector<Placement>& placements : places) {
@@ -68,7 +68,7 @@ void SortBestFirst(std::vector<GraspReport::Candidate>& candidates) {
   });
 }
 
-// One call of CloseHand: its stages in their order, and what they share.
+// One call of CloseHand: its stages in order, and their shared data.
 class GraspSearch : GraspStages {
  public:
   GraspSearch(const HandModel& hand, const TriangleMesh& object, const DistanceGrid& distance,
@@ -82,8 +82,8 @@ class GraspSearch : GraspStages {
   Grasp Run(const SignedDistance& surface);
 
  private:
-  // Opposed places or handles: their first place, how many there are, how many hands are closed and
-  // refined there, and the share of the progress that has been and that this is.
+  // Antipodal places or handles: index of the first place, their number, how many hands are closed
+  // and refined there, the progress before this part and this part's fraction of it.
   struct Part {
     int first, count, closings, refinements;
     double before, share;
@@ -127,7 +127,7 @@ bool GraspSearch::PlaceHands(const Part& part, std::vector<Placement>& queue) {
   return true;
 }
 
-// Those whose closed hands are the best are kept.
+// Keeps the best closed hands.
 bool GraspSearch::ClosePlaced(const Part& part, const std::vector<Placement>& queue,
                               std::vector<GraspAttempt>& attempts) {
   const Clock::time_point start = Clock::now();
@@ -147,12 +147,12 @@ bool GraspSearch::ClosePlaced(const Part& part, const std::vector<Placement>& qu
   return true;
 }
 
-// All are refined roughly and those that promise most to the end, a few at a time: nothing that is
-// measured then adds to a score, so that what is far behind the best clean one stays there.
+// Refines all attempts roughly, then the most promising ones fully, a few at a time. The thorough
+// assessment only lowers scores, so an attempt far behind the best clean one cannot catch up.
 bool GraspSearch::Refine(const Part& part, std::vector<GraspAttempt> begun,
                          std::vector<GraspReport::Candidate>& refined) {
   constexpr int kAtOnce = 4;
-  constexpr double kGain = 0.3;  // of score, by the rest of the refinement
+  constexpr double kGain = 0.3;  // maximum score gain by the remaining refinement
   const Clock::time_point start = Clock::now();
   RefinementOptions rough, rest;
   rough.rounds = rest.rounds = 1;
@@ -207,7 +207,7 @@ bool GraspSearch::Search(const Part& part, std::vector<GraspReport::Candidate>& 
          Refine(part, std::move(attempts), refined);
 }
 
-// Of what people take by its handle: whether one of the best is clean and holds.
+// For objects that people grasp by the handle: whether one of the best grasps is clean and holds.
 bool GraspSearch::HandleIsEnough(const std::vector<GraspReport::Candidate>& refined) const {
   return options_.best_only && scene_.use.kind == GraspUse::kHandle &&
          std::ranges::any_of(refined, [&](const GraspReport::Candidate& candidate) {
@@ -218,9 +218,9 @@ bool GraspSearch::HandleIsEnough(const std::vector<GraspReport::Candidate>& refi
          });
 }
 
-// What does not hold the object's weight in every direction with the friction assumed is not as
-// good as what does, nor what has to squeeze hard for it as what does so lightly, nor what would
-// let go if the weight pulled a little farther off.
+// Score penalty for a grasp that does not hold the object's weight in every direction with the
+// assumed friction, that needs a strong squeeze for it, or that would fail if the mass center were
+// slightly off.
 double GraspSearch::LostBySlipping(const Grasp& grasp, HandEvaluation& evaluation) const {
   constexpr double kSlips = 1.5, kSqueezes = 0.3, kOffCenter = 0.1, kOffset = 0.1;
   const std::vector<GraspContact> contacts =
@@ -280,8 +280,8 @@ Grasp GraspSearch::Run(const SignedDistance& surface) {
     if (options_.style == GraspStyle::kHandle) out_.status = GraspStatus::kNoHandle;
     return open_;
   }
-  // What is through a handle is not compared with what is not before it is refined.
-  constexpr double kByHandle = 0.4;  // of the progress
+  // Grasps through a handle are compared with the others only after refinement.
+  constexpr double kByHandle = 0.4;  // fraction of the progress
   const double by_handle = out_.handles > 0 ? kByHandle : 0.0;
   std::vector<GraspReport::Candidate> refined;
   if (!Search({out_.oppositions, out_.handles, options_.closings / 2,

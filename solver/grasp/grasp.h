@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// New grasps. A hand, an object with its distances and where to take hold go in; finger pose, the
-/// object's pose relative to the wrist, and measures of the grasp come out.
+/// Grasp synthesis. Input: a hand, an object with its signed distances, and where to grasp it.
+/// Output: finger pose, object pose relative to the wrist, and measures of the grasp.
 
 #include <array>
 #include <cstdint>
@@ -30,45 +30,45 @@
 namespace holdfast {
 
 struct GraspOptions {
-  int oppositions = 56;  ///< different places on the object to take hold of
-  int turns = 12;        ///< directions each is approached from
-  int closings = 240;    ///< placements that fingers are closed for, the most promising
-  int refinements = 32;  ///< closed hands that are refined, the best
-  /// The only style that will do; none: the best of all, by its handle what has one.
+  int oppositions = 56;  ///< distinct antipodal pairs to try
+  int turns = 12;        ///< approach directions per pair
+  int closings = 240;    ///< most promising placements to close fingers on
+  int refinements = 32;  ///< best closed hands to refine
+  /// The only style allowed; none: the best of all, through its handle if it has one.
   std::optional<GraspStyle> style;
-  /// How the object is to be taken; none: as people take it, judged by its shape. kAny: as is
-  /// firmest.
+  /// How the object is grasped. None: as people grasp it, inferred from its shape. kAny: the
+  /// firmest grasp.
   std::optional<GraspUse> use;
-  double handle_weight = 1.0;  ///< how much grasps through a handle are preferred
+  double handle_weight = 1.0;  ///< preference for grasps through a handle
   std::uint64_t seed = 0;
-  int threads = 1;  ///< the result is the same for any number
+  int threads = 1;  ///< the result does not depend on it
 
-  /// World's up, unit, in the wrist's frame, for every pose the wrist may take (one for a first
-  /// frame that is given, several where the forearm may still turn): objects stand z-up, and grasps
-  /// that leave them upright in one of these are preferred. None: any way up is as good.
+  /// World up (unit) in the wrist frame, one entry per admissible wrist pose: one for a given first
+  /// frame, several where the forearm may still turn. Objects stand z-up; grasps that leave the
+  /// object upright in one of these poses are preferred. Empty: orientation is ignored.
   std::vector<Eigen::Vector3d> up_in_wrist;
   double upright_weight = 0.5;
-  /// Objects are picked up from a table: hands that reach below the bottom of one that stands high
-  /// (its least z) are less welcome by up to this much of score. 0: the object floats.
+  /// Objects are picked up from a table: maximum score penalty for hands that reach below the
+  /// bottom (least z) of a tall object. 0: the object floats.
   double table_weight = 0.8;
 
-  /// What the object must keep out of (the rest of the body, a table): points in the wrist's frame,
-  /// meters, one set (3 x n) for each pose that counts, such as frames of a clip.
+  /// Obstacles for the object (the rest of the body, a table): points in the wrist frame, meters,
+  /// one set (3 x n) per pose considered, such as frames of a clip.
   std::vector<Eigen::Matrix3Xd> obstacles_in_wrist;
-  double obstacle_weight = 2.0;  ///< taken from the score of a grasp that meets them in every pose
+  double obstacle_weight = 2.0;  ///< score penalty for a grasp blocked in every pose
 
-  /// Where to take hold; none: anywhere. Hands that touch elsewhere are refused.
+  /// Where to grasp; null: anywhere. Hands that touch elsewhere are rejected.
   std::shared_ptr<const GraspPlace> place;
 
-  double max_penetration_m = 0.0025;  ///< soft tissue gives 2 mm; deeper is refused
-  double touch_distance_m = 0.002;    ///< skin nearer than this touches
+  double max_penetration_m = 0.0025;  ///< soft tissue compresses by 2 mm; deeper is rejected
+  double touch_distance_m = 0.002;    ///< contact threshold for skin
   double friction = 0.5;
 
-  /// Candidates that cannot be the best, or are not by a handle where one holds, are left out.
+  /// Omit candidates that cannot be the best, and those without a handle if a handle grasp holds.
   bool best_only = false;
 };
 
-/// A hand holding an object, relative to the wrist: fits any body pose.
+/// A hand grasping an object, relative to the wrist: independent of the body pose.
 struct Grasp {
   GraspStyle style = GraspStyle::kPower;
   FingerPose fingers = FingerPose::Zero();
@@ -76,49 +76,49 @@ struct Grasp {
   Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
 
   std::array<bool, kNumFingers> fingers_touching{};  ///< index, middle, pinky, ring, thumb
-  std::array<bool, kNumFingers> fingers_through{};   ///< a handle's opening, for kHandle
+  std::array<bool, kNumFingers> fingers_through{};   ///< through a handle's opening, for kHandle
   bool palm_touching = false;
-  double max_penetration_mm = 0.0;   ///< skin in object, vertices and middles of edges
-  double object_in_hand_mm = 0.0;    ///< object's surface in the hand
-  double self_penetration_mm = 0.0;  ///< fingers in each other or the palm
+  double max_penetration_mm = 0.0;   ///< skin in object, at vertices and edge midpoints
+  double object_in_hand_mm = 0.0;    ///< object surface in the hand
+  double self_penetration_mm = 0.0;  ///< fingers in each other or in the palm
   double limit_excess_deg = 0.0;
-  double wrench_quality = 0.0;   ///< WrenchQuality: 0 without force closure
-  double below_bottom_mm = 0.0;  ///< how far the hand reaches below the object's least z
-  double outside_place = 0.0;    ///< share of the skin in contact that is out of its region
-  double from_place_m = 0.0;     ///< of the middle of the contacts from the point asked for
-  double blocked = 0.0;          ///< share of the poses in which the object meets an obstacle
-  Eigen::Vector3d object_up = Eigen::Vector3d::UnitZ();  ///< the object's way up (ObjectUse::up)
-  double upright = 0.0;                                  ///< cosine of that with up, 0 if not asked
+  double wrench_quality = 0.0;   ///< WrenchQuality; 0 without force closure
+  double below_bottom_mm = 0.0;  ///< depth of the hand below the object's least z
+  double outside_place = 0.0;    ///< fraction of the skin in contact that is outside the region
+  double from_place_m = 0.0;     ///< from the center of the contacts to the requested point
+  double blocked = 0.0;          ///< fraction of the poses with the object in an obstacle
+  Eigen::Vector3d object_up = Eigen::Vector3d::UnitZ();  ///< the object's up (ObjectUse::up)
+  double upright = 0.0;                                  ///< cosine with up; 0 if none is given
   double score = 0.0;                                    ///< larger is better
-  ContactMetrics metrics;                                ///< of the grasp that is returned
-  /// Of the grasp that is returned; none when the mesh encloses no solid (WhyNotSolid).
+  ContactMetrics metrics;                                ///< of the returned grasp
+  /// Of the returned grasp; none when the mesh encloses no solid (WhyNotSolid).
   std::optional<GraspCertificate> certificate;
 };
 
 enum class GraspStatus {
   kFound,
-  kNothingToGrasp,  ///< no two opposed places within a hand's span: too large, or no solid
-  kNothingAtPlace,  ///< the same of the place asked for
-  kNoHandle,        ///< asked for a handle, and there is none that a finger fits through
-  kNoRoom,          ///< no way to put the hand there
+  kNothingToGrasp,  ///< no antipodal pair within a hand's span: too large, or no solid
+  kNothingAtPlace,  ///< the same, at the requested place
+  kNoHandle,        ///< handle requested, but no opening admits a finger
+  kNoRoom,          ///< no collision-free placement of the hand
   kNoCleanGrasp,    ///< hands close, but not cleanly or not firmly; the best try is returned
-  kFewer,           ///< of FindGrasps: there are fewer than asked for
-  kStopped,         ///< by the progress callback; the hand returned is open
+  kFewer,           ///< FindGrasps found fewer grasps than requested
+  kStopped,         ///< stopped by the progress callback; the returned hand is open
 };
 std::string_view Describe(GraspStatus status);
 std::string_view StyleName(GraspStyle style);
 /// "power", "precision" or "handle"; nothing for any other name.
 std::optional<GraspStyle> StyleByName(std::string_view name);
-/// An option of this name: a StyleName, or "auto" for nothing.
+/// Adds an option `name` whose values are a StyleName or "auto" (no value).
 void AddStyleOption(OptionTable& table, const std::string& name, std::optional<GraspStyle>& style,
                     std::string help);
 
 struct GraspReport {
   GraspStatus status = GraspStatus::kNothingToGrasp;
-  GraspUse use = GraspUse::kAny;  ///< what the object was taken for
+  GraspUse use = GraspUse::kAny;  ///< assumed use of the object
   int oppositions = 0, handles = 0, placements = 0, closings = 0, refinements = 0;
-  /// Each grasp that was refined to the end, best first, and why it was refused (empty: it was
-  /// not).
+  /// All fully refined grasps, best first, each with the reason for its rejection (empty:
+  /// accepted).
   struct Candidate {
     Grasp grasp;
     std::string refused;
@@ -127,22 +127,22 @@ struct GraspReport {
   double search_ms = 0.0, closing_ms = 0.0, refinement_ms = 0.0;
 };
 
-/// Called now and then with the share of the work done, in [0, 1], from one thread at a time.
+/// Called repeatedly with the fraction of the work done, in [0, 1], by one thread at a time.
 /// Returning false stops the search.
 using GraspProgress = std::function<bool(double)>;
 
-/// Closes a hand around an object. Opposed places are found on the surface and hands are put to
-/// them in power and precision style; handles are found, and hands put to them with fingers
-/// through. Fingers close until they touch, all is refined by least squares, and the firmest clean
-/// grasp is returned. When the report's status is not kFound the grasp is the
-/// least bad try, or the open hand when there was none.
+/// Closes a hand around an object. Finds antipodal pairs on the surface and places hands there in
+/// power and precision style; finds handles and places hands with fingers through them. The fingers
+/// close until they touch, the result is refined by least squares, and the firmest clean grasp is
+/// returned. When the report's status is not kFound, returns the least bad try, or the open hand if
+/// there was none.
 ///
-/// `object` in its own frame, meters, with the signed distances of the same mesh.
+/// `object` is in its own frame, meters; the signed distances are of the same mesh.
 Grasp CloseHand(const HandModel& hand, const TriangleMesh& object, const SignedDistance& surface,
                 const DistanceGrid& distance, const GraspOptions& options,
                 GraspReport* report = nullptr, const GraspProgress& progress = {});
 
-/// Where the object is when the wrist has this world rotation and position.
+/// Pose of the object in the world for this world rotation and position of the wrist.
 Eigen::Isometry3d ObjectInWorld(const Grasp& grasp, const Eigen::Matrix3d& wrist_rotation,
                                 const Eigen::Vector3d& wrist_position);
 

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kSurfacePoints = 8000;
 
-// What lies flat may be turned over; what stands has an up.
+// A flat object may be turned over; a tall one has an up.
 double Tallness(const Eigen::Vector3d& extent) {
   const double wide = std::max(extent.x(), extent.y());
   return wide > 0.0 ? std::clamp(1.5 * extent.z() / wide, 0.4, 1.0) : 1.0;
@@ -29,7 +29,7 @@ std::vector<int> AllIds(int count) {
   return ids;
 }
 
-// How far a pose is from one that is held without thinking, mean squared radians.
+// Deviation from a relaxed posture and between neighboring fingers, mean squared radians.
 double Discomfort(const HandAxes& axes, const HandAngles& angles) {
   const HandAngles apart = angles - axes.Relaxed();
   double sum = apart.squaredNorm() / kJointsPerHand;
@@ -42,7 +42,7 @@ double Discomfort(const HandAxes& axes, const HandAngles& angles) {
   return sum;
 }
 
-// What a flat object lies on cannot be avoided; below a tall one no hand has any business.
+// Penalty for reaching below the object, by its height: with a flat object this cannot be avoided.
 double BelowTable(const GraspScene& scene, const Grasp& grasp) {
   constexpr double kTall = 0.07, kFarBelow = 25.0;
   const std::vector<Eigen::Vector3d>& press = scene.use.press;
@@ -55,7 +55,7 @@ double BelowTable(const GraspScene& scene, const Grasp& grasp) {
          std::min(1.0, grasp.below_bottom_mm / kFarBelow);
 }
 
-// Share of the skin in contact that touches elsewhere than where it is wanted.
+// Fraction of the skin in contact that is outside the requested region.
 double OutsidePlace(const GraspPlace& place, const Eigen::Matrix3Xd& skin,
                     const Eigen::VectorXd& distance) {
   const double near = 1e-3 * ContactProtocol{}.contact_threshold_mm;
@@ -68,7 +68,7 @@ double OutsidePlace(const GraspPlace& place, const Eigen::Matrix3Xd& skin,
   return touching == 0 ? 0.0 : outside / static_cast<double>(touching);
 }
 
-// How many fingers have their backs against the object.
+// Number of fingers with their backs against the object.
 int KnucklesTouching(const GraspScene& scene, HandEvaluation& hand, const FingerPose& fingers,
                      const Eigen::VectorXd& distance) {
   const HandAnatomy& anatomy = scene.anatomy;
@@ -90,15 +90,15 @@ int KnucklesTouching(const GraspScene& scene, HandEvaluation& hand, const Finger
   return static_cast<int>(std::count(touching.begin(), touching.end(), true));
 }
 
-// Where the hand touches the object, in the object's frame.
+// Contacts of the hand with the object, in the object frame.
 struct HandContacts {
   std::vector<GraspContact> points;
-  int parts = 0;                                        // how many touch
-  std::array<bool, kNumHandParts> touching{};           // by part
+  int parts = 0;                                        // number of touching parts
+  std::array<bool, kNumHandParts> touching{};           // per part
   std::array<Eigen::Vector3d, kNumHandParts> pressing;  // direction each touching part presses in
 };
 
-// Skin points of a part's pad that touch, nearest first.
+// Touching skin points of a part's pad, nearest first.
 std::vector<std::pair<double, int>> TouchingOfPad(const GraspScene& scene, int part,
                                                   const Eigen::VectorXd& distance) {
   std::vector<std::pair<double, int>> near;
@@ -109,7 +109,7 @@ std::vector<std::pair<double, int>> TouchingOfPad(const GraspScene& scene, int p
   return near;
 }
 
-// Also notes in `grasp` which fingers touch, and whether the palm does.
+// Also sets in `grasp` which fingers touch and whether the palm does.
 HandContacts FindHandContacts(const GraspScene& scene, const Eigen::Matrix3Xd& skin,
                               const Eigen::VectorXd& distance, Grasp& grasp) {
   HandContacts contacts;
@@ -130,7 +130,7 @@ HandContacts FindHandContacts(const GraspScene& scene, const Eigen::Matrix3Xd& s
     add_contact(near.front().second);
     contacts.touching[part] = !contacts.points.empty();
     if (contacts.touching[part]) contacts.pressing[part] = contacts.points.back().inward;
-    // A palm is as good as several pads: add its touching places far apart.
+    // A palm counts as several pads: add touching places that are far apart.
     if (part == kPalmPart) {
       for (const auto& [d, i] : near) {
         if ((skin.col(i) - skin.col(near.front().second)).norm() > 0.025) {
@@ -143,7 +143,7 @@ HandContacts FindHandContacts(const GraspScene& scene, const Eigen::Matrix3Xd& s
   return contacts;
 }
 
-// Fingers that press against the thumb or the palm hold; those that rest on a side only touch.
+// Rewards fingers that press against the thumb or the palm; the others only touch.
 double Opposed(const HandContacts& contacts) {
   double opposed = 0.0;
   for (int finger = 0; finger < kThumb; ++finger) {
@@ -161,14 +161,14 @@ double Opposed(const HandContacts& contacts) {
   return opposed;
 }
 
-// Forces that do not cancel lean on the object instead of holding it.
+// Forces that do not cancel push the object away instead of holding it.
 double Leaning(const std::vector<GraspContact>& contacts) {
   Eigen::Vector3d resultant = Eigen::Vector3d::Zero();
   for (const GraspContact& contact : contacts) resultant += contact.inward;
   return contacts.empty() ? 1.0 : resultant.norm() / static_cast<double>(contacts.size());
 }
 
-// Of the contacts; of the whole skin where there are none.
+// Mean of the contacts, or of the whole skin if there are none.
 Eigen::Vector3d MiddleOfHold(const std::vector<GraspContact>& contacts,
                              const Eigen::Matrix3Xd& skin) {
   if (contacts.empty()) return skin.rowwise().mean();
@@ -179,8 +179,8 @@ Eigen::Vector3d MiddleOfHold(const std::vector<GraspContact>& contacts,
 
 bool AtPoint(const GraspScene& scene) { return scene.options.place && scene.options.place->At(); }
 
-// Weighs what was measured, without what a handle adds. `off_center`: meters of lever for the
-// object's weight, or from where the hand is wanted.
+// Weighted sum of the measures, without the terms for handles. `off_center`: lever of the object's
+// weight, or distance to the requested place, meters.
 double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angles,
              const HandContacts& contacts, double off_center) {
   const double opposed = Opposed(contacts);
@@ -188,8 +188,8 @@ double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angl
   const auto fingers = static_cast<double>(
       std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.end(), true));
   const bool in_palm = grasp.palm_touching && grasp.style != GraspStyle::kPrecision;
-  // What is lifted by its body is taken in the palm where it fits one. A tool turns about its own
-  // axis between the few parts that press it.
+  // A vessel or box is lifted by its body: grasped in the palm where it fits. A tool rotates about
+  // its own axis if only a few parts press it.
   const double part_worth = scene.use.kind == GraspUse::kTool ? 0.06 : 0.02;
   const double palm_worth = scene.use.kind == GraspUse::kVessel ? 1.0
                             : scene.use.kind == GraspUse::kBox  ? 0.5
@@ -250,7 +250,7 @@ std::vector<ClosedHands::Inside> ClosedHands::FindInside(const Eigen::Matrix3Xd&
                            {closed.faces(0, face), closed.faces(1, face), closed.faces(2, face)},
                            {1.0 - shares.sum(), shares.x(), shares.y()},
                            (nearest.closest - x).normalized()}});
-        return 0.0;  // the least that there is: none inside is left out
+        return 0.0;  // lowest possible bound: no inside point is pruned
       },
       0.0);
   const std::lock_guard lock(mutex_);
@@ -311,7 +311,7 @@ double UprightScore(const GraspScene& scene, GraspStyle style, double upright) {
   if (scene.use.up_weight == 0.0) {
     return weight * (style == GraspStyle::kHandle ? 3.0 : scene.tallness) * upright;
   }
-  // What is made to be filled: a tilt of a few degrees counts.
+  // Made to be filled: a tilt of a few degrees matters.
   const double tilt = std::sqrt(std::max(0.0, 1.0 - upright * upright));
   return weight * scene.use.up_weight * (upright - 0.8 * tilt);
 }
@@ -361,7 +361,7 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
     }
   }
 
-  // Meters of lever for its weight, or from where it is wanted; a handle is where it is.
+  // Lever of the weight or distance to the requested place, meters; 0 for a handle, which is fixed.
   const bool by_handle = grasp.style == GraspStyle::kHandle;
   const bool at_point = AtPoint(scene);
   const double off_center = (by_handle || scene.use.held_anywhere) && !at_point

@@ -19,15 +19,15 @@
 
 namespace holdfast {
 
-/// A hand's surface, closed at the wrist, in any posture: moved there, not made anew. Shared by
-/// threads.
+/// Surface of a hand, closed at the wrist, in any posture. Its distance structure is updated, not
+/// rebuilt. Shared by threads.
 class ClosedHands {
  public:
   explicit ClosedHands(const HandModel& hand);
 
-  /// The points (3 x n, frame of the vertices; patches that were made of them in any frame) that
-  /// are in the hand whose vertices these are, with the skin over each: below the wrist's closed
-  /// opening that has corners that the hand has not.
+  /// A point inside the hand, with the skin triangle over it; below the closed wrist opening, the
+  /// triangle has corners that are not hand vertices. FindInside() returns those of `points` (3 x
+  /// n, frame of `vertices`) that lie inside; `patches` were made of the same points, in any frame.
   struct Inside {
     double depth;  ///< meters
     Intrusion over;
@@ -41,61 +41,61 @@ class ClosedHands {
   mutable std::vector<std::unique_ptr<SignedDistance>> idle_;
 };
 
-/// What grasps of one search are judged against; const, shared by its threads.
+/// What the grasps of one search are assessed against. Const; shared by the threads of the search.
 struct GraspScene {
   GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer, const DistanceGrid& distance,
              const TriangleMesh& mesh, const GraspOptions& search_options);
 
-  /// Fills `handles`: those that may be held by the options' place.
+  /// Fills `handles` with the handles that the options' place allows.
   void LookForHandles();
-  /// Sets `use`, and `held_at` with it. Of a place asked for the use says nothing.
+  /// Sets `use` and `held_at`. Where a place is requested, drops the location constraints of `use`.
   void TakeFor(ObjectUse found);
 
   const HandAnatomy& anatomy;
   const GraspPlacer& placer;
   const DistanceGrid& object;
   Eigen::Vector3d centroid;
-  Eigen::Vector3d held_at;   ///< where hands are wanted: the centroid, or the place asked for
+  Eigen::Vector3d held_at;   ///< preferred grasp center: the centroid or the requested place
   double size;               ///< diagonal of the bounding box, meters
-  double bottom, height;     ///< least z, extent in z, meters
-  double tallness;           ///< in (0, 1]: how much it matters which way up the object is
-  Eigen::Matrix3Xd surface;  ///< points all over the object (3 x n)
+  double bottom, height;     ///< least z and extent in z, meters
+  double tallness;           ///< in (0, 1]: importance of the object's up direction
+  Eigen::Matrix3Xd surface;  ///< points sampled over the object (3 x n)
   PointPatches surface_patches;
   ClosedHands hands;
   std::vector<Handle> handles;
   ObjectUse use;
   const GraspOptions& options;
-  WristObstacles obstacles;  ///< the options'
+  WristObstacles obstacles;  ///< of the options
 };
 
-/// A closed hand, not yet judged.
+/// A closed hand, not yet assessed.
 struct GraspAttempt {
   GraspStyle style = GraspStyle::kPower;
   HandAngles angles = HandAngles::Zero();
   Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
-  int handle = -1;                                         ///< which of the scene's, for kHandle
-  double rank = -std::numeric_limits<double>::infinity();  ///< its score before refinement
+  int handle = -1;                                         ///< index into `handles`, for kHandle
+  double rank = -std::numeric_limits<double>::infinity();  ///< score before refinement
 };
 
-/// Cosine of the object's up with the nearest of the options' ups; 0 where none is given.
+/// Cosine of the object's up with the nearest of the options' up directions; 0 if none is given.
 double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object);
 
-/// What is gained by an object that is that upright, by what it is for.
+/// Score term for the object's uprightness, depending on its use.
 double UprightScore(const GraspScene& scene, GraspStyle style, double upright);
 
-/// Share of the options' obstacle poses in which a point is deeper than soft tissue in the object.
+/// Fraction of the obstacle poses in which a point is deeper in the object than soft tissue allows.
 double Blocked(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object);
 
-/// Measures and scores a hand: firm (wrench quality, fingers pressing against the thumb or the
-/// palm, forces that cancel, near the centroid), clean (depths), comfortable, the right way up, and
-/// where and how people take such an object (ObjectUse).
-/// `thorough` adds the object's surface in the hand, which is slow.
+/// Measures and scores a hand. The score rewards firm grasps (wrench quality, fingers pressing
+/// against the thumb or the palm, forces that cancel, contacts near the centroid), small
+/// penetration, comfort, the object upright, and agreement with how people grasp such an object
+/// (ObjectUse). `thorough` adds the object surface inside the hand, which is slow.
 Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& attempt,
              bool thorough);
 
-/// How hand and object go through each other, as a phrase; empty where they do not.
+/// Describes how hand and object penetrate each other, as a phrase; empty if they do not.
 std::string WhyThrough(const GraspScene& scene, const Grasp& grasp);
-/// Why a thoroughly assessed grasp may not be returned, as a phrase; empty when it may.
+/// Why a thoroughly assessed grasp is rejected, as a phrase; empty if it is accepted.
 std::string WhyRefused(const GraspScene& scene, const Grasp& grasp);
 
 }  // namespace holdfast

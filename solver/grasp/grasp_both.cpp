@@ -27,10 +27,10 @@ struct Person {
   Eigen::Vector3d trans;
   std::array<Eigen::Isometry3d, 2> world_from_wrist;
   Eigen::Vector3d facing;  // horizontal, unit
-  std::vector<int> trunk;  // vertices that are neither hands nor forearms
+  std::vector<int> trunk;  // vertices outside hands and forearms
 };
 
-// Somewhere to hold the object, before hands close.
+// Placement of the object before the hands close.
 struct BothHandsPlacement {
   Eigen::Isometry3d world_from_object;
   std::array<Eigen::Isometry3d, 2> world_from_wrist;
@@ -65,7 +65,7 @@ double Deepest(const Person& person, const JointPose& pose, const DistanceGrid& 
   return deepest;
 }
 
-// Moves an arm so that its wrist is there, if elbow and wrist can.
+// Moves an arm so that its wrist is at the target; false if elbow or wrist limits prevent it.
 bool Reach(const Person& person, Side side, const Eigen::Isometry3d& target,
            const WristLimits& limits, JointPose& pose) {
   constexpr double kReached = 0.001;  // meters
@@ -83,13 +83,13 @@ bool Reach(const Person& person, Side side, const Eigen::Isometry3d& target,
   const Eigen::Vector3d lower = state.joints.col(arm.end) - state.joints.col(arm.middle);
   const double flexion = std::atan2(upper.cross(lower).norm(), upper.dot(lower));
   if (flexion > arm.max_flexion_rad) return false;
-  // The forearm's twist is shared by elbow and wrist.
+  // Elbow and wrist share the forearm's twist.
   pose.col(arm.middle) = LogSO3(state.world_rotation[arm.root].transpose() * wrist.lower);
   pose.col(arm.end) = LogSO3(wrist.wrist);
   return true;
 }
 
-// The rotation that takes `axis` to `to` and keeps z as near to world's z as that allows.
+// Rotation that maps `axis` to `to` and keeps z as close to world z as that allows.
 Eigen::Matrix3d KeepUp(const Eigen::Vector3d& axis, const Eigen::Vector3d& to) {
   const auto frame = [](const Eigen::Vector3d& first, const Eigen::Vector3d& up) {
     Eigen::Vector3d second = up - up.dot(first) * first;
@@ -101,7 +101,7 @@ Eigen::Matrix3d KeepUp(const Eigen::Vector3d& axis, const Eigen::Vector3d& to) {
   return frame(to, Eigen::Vector3d::UnitZ()) * frame(axis, Eigen::Vector3d::UnitZ()).transpose();
 }
 
-// A span of the object between the hands, and what it costs to hold it there.
+// Places a span of the object between the hands and computes the cost of holding it there.
 std::optional<BothHandsPlacement> PlaceBetween(const Person& person, const Opposition& span,
                                                double sign, const TriangleMesh& mesh,
                                                const DistanceGrid& object,
@@ -115,7 +115,7 @@ std::optional<BothHandsPlacement> PlaceBetween(const Person& person, const Oppos
   const Eigen::Vector3d apart = palm[1] - palm[0];
   Eigen::Vector3d level(apart.x(), apart.y(), 0.0);
   if (level.norm() < 0.02) {
-    // Hands one above the other, or together: the object goes across the body.
+    // Hands above each other or together: the object is held across the body.
     level = Eigen::Vector3d::UnitZ().cross(person.facing);
   }
   level.normalize();
@@ -125,7 +125,7 @@ std::optional<BothHandsPlacement> PlaceBetween(const Person& person, const Oppos
   const Eigen::Vector3d middle = 0.5 * (palm[0] + palm[1]);
   const double upright = placement.world_from_object.linear()(2, 2);
 
-  // Away from the body until it is clear of it.
+  // Move the object away from the body until it is clear of it.
   bool clear = false;
   double pushed = 0.0;
   for (; pushed < 0.31 && !clear; pushed += 0.03) {
@@ -152,7 +152,7 @@ std::optional<BothHandsPlacement> PlaceBetween(const Person& person, const Oppos
       if (!Reach(person, kSides[h], wrist, options.wrist, pose)) continue;
       const double turn = LogSO3(person.world_from_wrist[h].linear().transpose() * rotation).norm();
       const double shift = (wrist.translation() - person.world_from_wrist[h].translation()).norm();
-      // A wrist bent far is no way to carry: 0.1 m weighs like 30 degrees.
+      // Avoid strongly bent wrists; 0.1 m of shift weighs like 30 degrees of turn.
       const double bend = LogSO3(ExpSO3(pose.col(WristJoint(kSides[h])))).norm();
       const double cost = turn + 5.0 * shift + 0.5 * bend;
       if (cost < least) {
@@ -166,7 +166,7 @@ std::optional<BothHandsPlacement> PlaceBetween(const Person& person, const Oppos
   return placement;
 }
 
-// Brings an open hand up to its side of the object along the palm's normal.
+// Moves an open hand to its side of the object along the palm normal.
 Eigen::Isometry3d BringUp(const HandAnatomy& anatomy, const Eigen::Matrix3Xd& open,
                           const DistanceGrid& object, Eigen::Isometry3d wrist_from_object) {
   constexpr double kFarOff = 0.10, kOn = 0.0005;
@@ -184,7 +184,7 @@ Eigen::Isometry3d BringUp(const HandAnatomy& anatomy, const Eigen::Matrix3Xd& op
   return wrist_from_object;
 }
 
-// Open, the thumb beside a flat face or over its edge: the first way that is free, else the freest.
+// Open hand, thumb beside a flat face or over its edge: the first free pose, else the freest.
 HandAngles ThumbAside(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
                       const Eigen::Isometry3d& wrist_from_object) {
   constexpr double kThumbs[][2] = {
@@ -220,8 +220,8 @@ struct ClosedHand {
   Eigen::Isometry3d wrist_from_object;
 };
 
-// Brings a hand up to its side of the object and closes it. Where fingers that close over an edge
-// leave the part of the object that was asked for, the thumb stays open, or all of them do.
+// Moves a hand to its side of the object and closes it. If fingers closing over an edge leave the
+// requested region of the object, the thumb stays open, or all fingers do.
 ClosedHand CloseAtSide(const GraspScene& scene, const Eigen::Matrix3Xd& open,
                        const Eigen::Isometry3d& wrist_from_object) {
   const HandAnatomy& anatomy = scene.anatomy;
@@ -248,7 +248,7 @@ ClosedHand CloseAtSide(const GraspScene& scene, const Eigen::Matrix3Xd& open,
   return *best;
 }
 
-// Without the thumb, which would keep a palm off a flat face.
+// Skin without the thumb, which would keep a palm off a flat face.
 Eigen::Matrix3Xd OpenSkin(const HandAnatomy& anatomy) {
   HandEvaluation evaluation = AtWrist(anatomy.hand);
   const FingerPose open = anatomy.axes.PoseOf(OpenHand(anatomy.axes));
@@ -261,7 +261,7 @@ Eigen::Matrix3Xd OpenSkin(const HandAnatomy& anatomy) {
   return vertices(Eigen::all, kept);
 }
 
-// Both hands of one search, and what they are judged against.
+// Both hands of one search with their scenes.
 struct Hands {
   Hands(const Person& person, const TriangleMesh& object, const DistanceGrid& distance,
         const GraspOptions& options)
@@ -329,7 +329,7 @@ Person PersonIn(const BodySurface& body, const JointPose& pose, const Eigen::Vec
   for (int h = 0; h < 2; ++h) {
     person.world_from_wrist[h] = state.WorldFromJoint(WristJoint(kSides[h]));
   }
-  // Across the shoulders, then forward.
+  // Forward is orthogonal to the line between the shoulders.
   const Eigen::Vector3d shoulders =
       state.joints.col(Arm(Side::kLeft).root) - state.joints.col(Arm(Side::kRight).root);
   person.facing = shoulders.cross(Eigen::Vector3d::UnitZ());
@@ -339,7 +339,7 @@ Person PersonIn(const BodySurface& body, const JointPose& pose, const Eigen::Vec
   return person;
 }
 
-// Opposed places that palms can lie on, where they are asked for.
+// Antipodal places that palms can lie on, within the requested place.
 std::vector<Opposition> Spans(const TriangleMesh& object, const DistanceGrid& distance,
                               const Eigen::Vector3d& middle, const BothHandsOptions& options) {
   OppositionOptions search;

@@ -10,18 +10,18 @@
 namespace holdfast {
 namespace {
 
-// The fractional steps of the R3 sequence (Roberts 2018): 1/g, 1/g^2, 1/g^3 with g^4 = g + 1.
+// Fractional steps of the R3 sequence (Roberts 2018): 1/g, 1/g^2, 1/g^3 with g^4 = g + 1.
 constexpr double kStep[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
 
 double Fraction(double x) { return x - std::floor(x); }
 
-// A shift of the sequences in [0, 1) from the seed.
+// Offset of the sequences in [0, 1), from the seed.
 double Shift(std::uint64_t seed, int dimension) {
   return static_cast<double>(MixSeed(seed, static_cast<std::uint64_t>(dimension)) >> 11) *
          0x1.0p-53;
 }
 
-// Widths a hand closes on at ease count full; the span's limits less.
+// 1 for widths that a hand grasps comfortably; less near the limits of its span.
 double WidthQuality(double width, double max_width) {
   const double wide = std::clamp((max_width - width) / (0.35 * max_width), 0.15, 1.0);
   const double thin = std::clamp(width / 0.012, 0.35, 1.0);
@@ -34,7 +34,7 @@ bool SameNeighborhood(const Opposition& a, const Opposition& b, double size) {
          std::abs(a.width - b.width) < 0.015;
 }
 
-// As many places as asked for of those allowed, or as there are among many more.
+// As many allowed points as requested, or all among a much larger sample.
 Eigen::Matrix3Xd AllowedPoints(const TriangleMesh& object, const OppositionOptions& options) {
   if (!options.allowed) return SampleSurface(object, options.samples, options.seed);
   constexpr int kMore = 30;
@@ -61,7 +61,7 @@ std::optional<InwardRay> MeasureThickness(const TriangleMesh& object, const Tria
     hit = tree.Closest(ray.start + s * ray.inward, hit.face);
     const double distance = std::sqrt(hit.squared_distance);
     const double facing = normal_of(hit.face).dot(ray.inward);
-    // Faces may be turned the wrong way; the one that was left is not met again.
+    // Face orientation may be inverted; the face that the ray left is not met again.
     if (distance < kTouch_m && (facing > kFacing || (s > kOwnSurface_m && facing < -kFacing))) {
       return InwardRay{ray.start, ray.inward, s};
     }

@@ -21,7 +21,7 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Wrenches = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-constexpr double kBalanced = 1e-6;  // of the load's length
+constexpr double kBalanced = 1e-6;  // relative to the length of the load
 
 void RequireValid(double length_m, const CertificateOptions& options) {
   const auto require = [](bool valid, const char* what) {
@@ -35,10 +35,10 @@ void RequireValid(double length_m, const CertificateOptions& options) {
           "squeeze and step of friction are not positive");
 }
 
-// Wrenches (a column each) of forces with normal component 1 along the edges of the pyramids; each
-// is linear in the friction.
+// Wrenches (one column each) of forces with normal component 1 along the edges of the pyramids;
+// each is linear in the friction.
 struct EdgeWrenches {
-  Wrenches without;  // friction
+  Wrenches without;  // without friction
   Wrenches per_friction;
 
   EdgeWrenches(std::span<const GraspContact> contacts, const Eigen::Vector3d& mass_center,
@@ -75,12 +75,12 @@ struct FreeEnvironment {
   ~FreeEnvironment() { glp_free_env(); }
 };
 
-// The linear program of how much x >= 0 of each wrench there is: least cost of over and under, both
-// >= 0, where W x - over + under = load, where the sum of x may be bounded. Rows: the six of W and
-// the sum; columns: over and under of each row, then x.
+// Linear program for the amount x >= 0 of each wrench: minimum cost of x and of the slacks over and
+// under, both >= 0, with W x - over + under = load; the sum of x may be bounded. Rows: the six of W
+// and the sum; columns: over and under of each row, then x.
 class WrenchProgram {
  public:
-  // Costs of the forces x, and of over and under.
+  // Costs of the forces x and of the slacks.
   WrenchProgram(double forces, double missing) : forces_(forces) {
     thread_local const FreeEnvironment at_the_end_of_the_thread;
     (void)at_the_end_of_the_thread;
@@ -98,7 +98,7 @@ class WrenchProgram {
     glp_set_row_bnds(program_.get(), 7, GLP_FR, 0.0, 0.0);
   }
 
-  // The wrenches from now on; the last solution's basis stays where there are as many as before.
+  // Replaces the wrenches; the basis of the last solution is kept if their number is unchanged.
   void Set(const Wrenches& wrenches) {
     for (Eigen::Index i = 0; i < wrenches.cols(); ++i) {
       if (i < std::ssize(wrenches_)) {
@@ -119,13 +119,13 @@ class WrenchProgram {
     for (int k = 0; k < 6; ++k) glp_set_row_bnds(program_.get(), 1 + k, GLP_FX, load(k), load(k));
   }
   void SetMostSum(double most) { glp_set_row_bnds(program_.get(), 7, GLP_UP, 0.0, most); }
-  // W x and the sum of x at the optimum, x made feasible exactly: no part negative. Both zero when
-  // the solver fails.
+  // Returns W x and the sum of x at the optimum, with negative entries of x set to 0 so that x is
+  // exactly feasible. Both are zero if the solver fails.
   std::pair<Vector6d, double> Minimize() {
     glp_smcp options;
     glp_init_smcp(&options);
     options.msg_lev = GLP_MSG_OFF;
-    options.meth = GLP_DUALP;  // where the last basis is still feasible for it, else primal
+    options.meth = GLP_DUALP;  // dual if the last basis is dual feasible, else primal
     std::pair<Vector6d, double> reached{Vector6d::Zero(), 0.0};
     if (glp_simplex(program_.get(), &options) != 0) {
       glp_std_basis(program_.get());
@@ -139,7 +139,7 @@ class WrenchProgram {
     }
     return reached;
   }
-  // The multipliers of the six rows.
+  // Multipliers of the six load rows.
   Vector6d Direction() const {
     Vector6d direction;
     for (int k = 0; k < 6; ++k) direction(k) = glp_get_row_dual(program_.get(), 1 + k);
@@ -163,13 +163,13 @@ class WrenchProgram {
   std::unique_ptr<glp_prob, decltype(&glp_delete_prob)> program_{nullptr, glp_delete_prob};
 };
 
-// Four directions that span space positively: what balances the weight in these does in all.
+// Four directions that positively span space: if the weight is balanced in these, it is in all.
 Eigen::Matrix<double, 3, 4> Tetrahedron() {
   return (Eigen::Matrix<double, 3, 4>() << 1, 1, -1, -1, 1, -1, 1, -1, 1, -1, -1, 1).finished() /
          std::sqrt(3.0);
 }
 
-// The least missing of loads, by forces whose sum is bounded.
+// Minimizes the unbalanced part of loads, by forces with a bounded sum.
 class BalanceProgram : public WrenchProgram {
  public:
   explicit BalanceProgram(double most_squeeze)
@@ -186,7 +186,7 @@ class BalanceProgram : public WrenchProgram {
   double most_squeeze_;
 };
 
-// The friction up to which the multipliers of a program refute that a load is balanced.
+// Friction up to which the multipliers of a program refute that a load is balanced.
 double RefutedBy(const Vector6d& multipliers, const Vector6d& load, const EdgeWrenches& edges,
                  const CertificateOptions& options) {
   const double lifted = multipliers.dot(load) / options.most_squeeze;
@@ -201,8 +201,8 @@ double RefutedBy(const Vector6d& multipliers, const Vector6d& load, const EdgeWr
   return refuted;
 }
 
-// The least friction that balances the weight in all directions, to `friction_step`: of one after
-// the other, from that of those before. By growing steps and bisection, both from what is refuted.
+// Least friction, to `friction_step`, that balances the weight in all directions. Each direction
+// starts from the last result; steps grow and are bisected above the refuted friction.
 std::optional<double> LeastFriction(const EdgeWrenches& edges, const CertificateOptions& options) {
   BalanceProgram program(options.most_squeeze);
   double friction = 0.0;
@@ -229,8 +229,8 @@ std::optional<double> LeastFriction(const EdgeWrenches& edges, const Certificate
   return friction;
 }
 
-// The 27 vertices of the polytope 2_21 (minuscule weights of E6) and their opposites: the convex
-// hull of all 54 contains the ball of radius 1/sqrt(2) and is in that of sqrt(4/3).
+// The 27 vertices of the polytope 2_21 (minuscule weights of E6) and their opposites. The convex
+// hull of all 54 contains the ball of radius 1/sqrt(2) and lies in that of radius sqrt(4/3).
 Eigen::Matrix<double, 6, 54> DirectionsAround() {
   Eigen::Matrix<double, 6, 54> directions = Eigen::Matrix<double, 6, 54>::Zero();
   const double unit = 1.0 / std::sqrt(3.0);
@@ -246,8 +246,8 @@ Eigen::Matrix<double, 6, 54> DirectionsAround() {
     directions(5, column++) = -unit;
   }
   directions.rightCols<27>() = -directions.leftCols<27>();
-  // Each is followed by the nearest of those that remain: from one's program to the next is the
-  // least way then.
+  // Each is followed by the nearest of the remaining ones, so that consecutive programs differ
+  // least.
   for (int i = 1; i + 1 < directions.cols(); ++i) {
     Eigen::Index next;
     (directions.col(i - 1).transpose() * directions.rightCols(directions.cols() - i))
@@ -257,7 +257,7 @@ Eigen::Matrix<double, 6, 54> DirectionsAround() {
   return directions;
 }
 
-// The support function's least value found by descent from a direction; at least 0.
+// Least value of the support function found by descent from a direction; at least 0.
 double DescendedSupport(const Wrenches& wrenches, Vector6d direction) {
   double least = std::numeric_limits<double>::infinity();
   for (int step = 0; step < 16 && direction.norm() > 1e-9; ++step) {
@@ -269,10 +269,10 @@ double DescendedSupport(const Wrenches& wrenches, Vector6d direction) {
   return std::max(0.0, least);
 }
 
-// The directions around of which a ball's bound asks, and what they say of each other.
+// Directions in which the bound of the ball is evaluated, and their additive relations.
 struct DirectionsOfBall {
   Eigen::Matrix<double, 6, 54> all = DirectionsAround();
-  // Of each, the pairs of others that add up to it.
+  // Per direction, the pairs of others that add up to it.
   std::array<std::vector<std::pair<int, int>>, 54> sums;
 
   DirectionsOfBall() {
@@ -286,8 +286,8 @@ struct DirectionsOfBall {
   }
 };
 
-// How far the hull of wrenches reaches in directions, by linear programs over a few of them: more
-// are added where the multipliers say that they would reach farther.
+// How far the hull of wrenches reaches in given directions, by linear programs over a subset of the
+// wrenches; wrenches that the multipliers show to reach farther are added.
 class HullReach {
  public:
   explicit HullReach(const Wrenches& wrenches)
@@ -299,10 +299,10 @@ class HullReach {
     program_.Add(wrenches_.col(wrench));
   }
   struct Reached {
-    double forces;  // that add up to the direction: 1 / reach
-    double missed;  // how far from the direction they end
+    double forces;  // sum of the forces for the direction: 1 / reach
+    double missed;  // distance of their result from the direction
   };
-  // Least forces, or the first found that are no more than `enough`.
+  // Least sum of forces, or the first one found that is at most `enough`.
   Reached Towards(const Vector6d& direction, double enough) {
     constexpr int kMaxAdded = 6;
     constexpr double kFarther = 1.0 + 1e-9;
@@ -325,7 +325,7 @@ class HullReach {
   Vector6d Direction() const { return program_.Direction(); }
 
  private:
-  static constexpr double kOutOfReach = 1e4;  // cost of a wrench that is
+  static constexpr double kOutOfReach = 1e4;  // cost of the slacks, for unreachable wrenches
 
   const Wrenches& wrenches_;
   std::vector<bool> used_;
@@ -355,14 +355,14 @@ void BoundBall(const Wrenches& wrenches, GraspCertificate& certificate) {
   double lower = least, upper = least, most = 0.0;
   for (int n = 0; n < along.rows() && lower > 0.0 && upper > 0.0; ++n) {
     const int i = (first + n) % static_cast<int>(along.rows());
-    // Nearer than the nearest so far? Not where two that add up to it state it.
+    // Two directions that add up to this one bound its forces; no program where that suffices.
     for (const auto& [a, b] : directions.sums[i]) {
       const double forces = reached[a].forces + reached[b].forces;
       if (forces < reached[i].forces) reached[i] = {forces, reached[a].missed + reached[b].missed};
     }
     if (!(reached[i].forces <= most)) {
       reached[i] = hull.Towards(directions.all.col(i), most);
-      // The multipliers are the normal of the facet that is met there.
+      // The multipliers are the normal of the facet that is met in this direction.
       upper = std::min(upper, DescendedSupport(wrenches, hull.Direction()));
       upper = std::min(upper, DescendedSupport(wrenches, -hull.Direction()));
     }

@@ -15,30 +15,30 @@
 namespace holdfast {
 namespace {
 
-constexpr double kShortest = 0.0003;     // a step along a ray, meters
-constexpr double kFingerPasses = 0.030;  // how far a finger needs its full width on either side
-constexpr double kOutOfSight = 0.150;    // and its path stays free this far: no bowl's floor
-constexpr double kBesideBar = 0.012;     // free all round a bar: a finger
-// Slots narrower than twice this are part of the bar: molded handles are hollow at the back. It
-// also keeps rays that run along a thin wall from slipping out of it.
+constexpr double kShortest = 0.0003;     // minimum step along a ray, meters
+constexpr double kFingerPasses = 0.030;  // distance a finger needs its full width on either side
+constexpr double kOutOfSight = 0.150;    // its path must stay free this far: no bowl's floor
+constexpr double kBesideBar = 0.012;     // free space all around a bar: a finger
+// Slots narrower than twice this count as part of the bar: molded handles are hollow at the back.
+// This also keeps rays along a thin wall from slipping out of it.
 constexpr double kSlot = 0.0035;
-constexpr int kWaysThrough = 49;  // ways through that are tried, over half a sphere
+constexpr int kWaysThrough = 49;  // tested directions through an opening, over half a sphere
 constexpr int kEnclosingRays = 12;
 constexpr int kBarRays = 24;
 
-// A grid of distances shows walls thinner than its cells as places that are near, not inside.
+// In a distance grid, walls thinner than a cell appear as near points, not as inside.
 constexpr double kThinWall = 0.0006;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// Whether a ray from within the grid has left it: the object is nowhere on the rest of its way.
+// Whether a ray from within the grid has left it, so that the object cannot be met any more.
 bool HasLeft(const DistanceGrid& object, const Eigen::Vector3d& point) {
   return (point.array() < object.Min().array()).any() ||
          (point.array() > object.Max().array()).any();
 }
 
-// Where a ray from outside the object and within the grid enters the object, or infinity; it is
-// known to be free up to `begin`.
+// Where a ray from a point outside the object and within the grid enters the object, or infinity.
+// The ray is known to be free up to `begin`.
 double Entry(const DistanceGrid& object, const Eigen::Vector3d& from, const Eigen::Vector3d& way,
              double farthest, double begin = 0.0) {
   for (double s = begin; s < farthest;) {
@@ -51,7 +51,7 @@ double Entry(const DistanceGrid& object, const Eigen::Vector3d& from, const Eige
   return kInfinity;
 }
 
-// Where a ray from inside leaves the object, slots included, or infinity.
+// Where a ray from inside leaves the object, slots counted as inside, or infinity.
 double Exit(const DistanceGrid& object, const Eigen::Vector3d& from, const Eigen::Vector3d& way,
             double farthest) {
   for (double s = 0.0; s < farthest + kSlot;) {
@@ -62,7 +62,7 @@ double Exit(const DistanceGrid& object, const Eigen::Vector3d& from, const Eigen
   return kInfinity;
 }
 
-// `clearance`: of the point, which is in the grid; more than the radius.
+// `clearance`: of the point, which is in the grid; greater than the radius.
 bool FingerPasses(const DistanceGrid& object, const Eigen::Vector3d& point, double clearance,
                   const Eigen::Vector3d& way, double radius) {
   for (const double sign : {1.0, -1.0}) {
@@ -78,8 +78,8 @@ bool FingerPasses(const DistanceGrid& object, const Eigen::Vector3d& point, doub
   return true;
 }
 
-// Mean distance of what surrounds a point across `way`; infinity if a ray escapes, or where it is
-// not below `most`.
+// Mean distance to the surrounding object orthogonal to `way`; infinity if a ray escapes or the
+// mean is not below `most`.
 double Enclosure(const DistanceGrid& object, const Eigen::Vector3d& point, double clearance,
                  const Eigen::Vector3d& way, double max_opening, double most) {
   const Eigen::Vector3d x = way.unitOrthogonal(), y = way.cross(x);
@@ -107,7 +107,7 @@ std::array<Eigen::Vector3d, kWaysThrough> HalfSphere() {
   return directions;
 }
 
-// The long direction of the material around a point.
+// Direction of largest extent of the material around a point.
 std::optional<Eigen::Vector3d> BarDirection(const DistanceGrid& object, const Eigen::Vector3d& bar,
                                             double radius) {
   constexpr int kSteps = 6;
@@ -119,7 +119,7 @@ std::optional<Eigen::Vector3d> BarDirection(const DistanceGrid& object, const Ei
       for (int z = -kSteps; z <= kSteps; ++z) {
         const Eigen::Vector3d p = radius / kSteps * Eigen::Vector3d(x, y, z);
         if (p.squaredNorm() > radius * radius) continue;
-        // So far from the material there is none at the next steps either.
+        // This far from the material, the next steps cannot be inside either.
         const double away = object.Linear(bar + p) - 0.5 * kSlot;
         if (away > 0.0) {
           z += static_cast<int>(0.9 * away * kSteps / radius);
@@ -139,7 +139,7 @@ std::optional<Eigen::Vector3d> BarDirection(const DistanceGrid& object, const Ei
   return eigen.eigenvectors().col(2);
 }
 
-// Whether the material around `bar`, cut across, is small with a finger's room on every side.
+// Whether the cross-section around `bar` is small, with room for a finger on every side.
 bool IsBar(const DistanceGrid& object, const Eigen::Vector3d& bar, const Eigen::Vector3d& across_1,
            const Eigen::Vector3d& across_2, const HandleOptions& options) {
   for (int i = 0; i < 16; ++i) {
@@ -189,7 +189,7 @@ std::optional<Handle> HandleAt(const DistanceGrid& object, const Eigen::Vector3d
   handle.room = kSlot + Entry(object, face, handle.inward, options.max_opening_m);
   if (handle.room < 2.0 * options.finger_radius_m || handle.room == kInfinity) return std::nullopt;
 
-  // Bars curve: a finger may lie a little farther in, not at the other side.
+  // Bars are curved: a finger may lie slightly farther in, but not at the far side.
   const double deepest = 0.5 * handle.thickness + std::min(handle.room, 0.028);
   const auto finger_fits = [&](double s) {
     for (double in = 0.5 * handle.thickness + options.finger_radius_m; in < deepest; in += 0.003) {
@@ -210,7 +210,7 @@ std::optional<Handle> HandleAt(const DistanceGrid& object, const Eigen::Vector3d
   return finger_fits(0.0) ? std::optional(handle) : std::nullopt;
 }
 
-// Long bars with room behind them first; a little room is enough.
+// Long bars with room behind them come first; a little room is enough.
 double Rank(const Handle& handle) {
   return std::min(handle.Length(), 0.08) + 0.5 * std::min(handle.room, 0.03) -
          0.3 * std::abs(handle.high + handle.low);
@@ -227,12 +227,12 @@ std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions&
     for (int j = 0; j <= nodes.y(); ++j) {
       for (int i = 0; i <= nodes.x(); ++i) {
         const Eigen::Vector3d point = object.Min() + options.step_m * Eigen::Vector3d(i, j, k);
-        if (HasLeft(object, point)) continue;  // the last step may be beyond
+        if (HasLeft(object, point)) continue;  // the last step may be outside
         const double clearance = object.Linear(point);
         if (clearance < options.finger_radius_m || clearance > 0.5 * options.max_opening_m)
           continue;
-        // Halfway between walls the distance has no slope: only there, or every point of a wide
-        // opening would be looked at.
+        // Halfway between walls the distance has no slope. Only those points are tested, else every
+        // point of a wide opening would be.
         Eigen::Vector3d slope;
         for (int axis = 0; axis < 3; ++axis) {
           const Eigen::Vector3d step = options.step_m * Eigen::Vector3d::Unit(axis);
@@ -283,7 +283,7 @@ std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions&
 }
 
 bool PassesThrough(const Handle& handle, const Eigen::Matrix3Xd& chain) {
-  // Past the plane of the opening, not just into it.
+  // The fingertip must pass the plane of the opening, not only enter it.
   constexpr double kPast = 0.003;
   for (Eigen::Index i = 0; i + 1 < chain.cols(); ++i) {
     const Eigen::Vector3d a = chain.col(i) - handle.bar, b = chain.col(i + 1) - handle.bar;

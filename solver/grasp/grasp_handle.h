@@ -9,16 +9,16 @@
 
 namespace holdfast {
 
-/// A bar with an opening behind it that fingers go through: a mug's or a jug's handle. What a pan
-/// or a hammer has is a bar alone, and no handle here. Object frame, meters.
+/// A bar with an opening behind it for fingers, as on a mug or a jug. The plain bar of a pan or a
+/// hammer is not a handle here. Object frame, meters.
 struct Handle {
-  Eigen::Vector3d bar;      ///< in the middle of the bar
-  Eigen::Vector3d along;    ///< unit, the bar's own direction
+  Eigen::Vector3d bar;      ///< center of the bar
+  Eigen::Vector3d along;    ///< unit, direction of the bar
   Eigen::Vector3d inward;   ///< unit, orthogonal to `along`: from the bar into the opening
-  Eigen::Vector3d through;  ///< unit, orthogonal to both: the way fingers take
+  Eigen::Vector3d through;  ///< unit, orthogonal to both: direction of fingers through the opening
   double thickness;         ///< of the bar along `inward`
   double width;             ///< of the bar along `through`
-  double room;              ///< from the bar's inner face to what lies across the opening
+  double room;              ///< from the bar's inner face to the far side of the opening
   double low, high;         ///< along the bar, from `bar`: where a finger fits behind it
 
   double Length() const { return high - low; }
@@ -26,19 +26,19 @@ struct Handle {
 
 struct HandleOptions {
   double finger_radius_m =
-      0.0075;                   ///< of the thinnest finger that counts: openings below take none
-  double max_opening_m = 0.12;  ///< across: wider ones are held by what surrounds them
+      0.0075;                   ///< of the thinnest finger considered; smaller openings are ignored
+  double max_opening_m = 0.12;  ///< across; wider openings are not handles
   double max_bar_m = 0.035;     ///< thickness of a bar, in any direction across it
-  double step_m = 0.004;        ///< of the grid that openings are looked for on
-  int count = 5;                ///< different places on bars kept, the longest first
+  double step_m = 0.004;        ///< of the grid searched for openings
+  int count = 5;                ///< distinct places on bars to keep, longest first
   int threads = 1;
 };
 
 /// Finds handles of any shape, watertight or not, from distances alone. A point is in an opening
-/// when a finger passes straight through it, both ways, and every ray across that direction meets
-/// the object: so it is for a tunnel, and neither for the inside of a cup (its floor stops the
-/// finger) nor for a hook. A bar is what such a ray meets first, if its cross-section is small and
-/// free all round. Deterministic; empty when there is no handle.
+/// when a finger passes straight through it, both ways, and every ray orthogonal to that direction
+/// meets the object. This holds for a tunnel, but neither for the inside of a cup (its floor stops
+/// the finger) nor for a hook. A bar is what such a ray meets first, if its cross-section is small
+/// and has free space all around. Deterministic; empty if there is no handle.
 std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions& options = {});
 
 /// Whether a chain of points (finger joints and tip, object frame) passes behind the bar, through

@@ -12,17 +12,17 @@
 namespace holdfast {
 namespace {
 
-constexpr double kGive = 0.0010;          // skin may start this deep: refinement frees it
-constexpr double kNear = 0.004;           // a pad this far from the surface is nearly worth a touch
-constexpr double kFar = 5.0 * kNear;      // and this far nothing
-constexpr std::size_t kMaxBalls = 16;     // of a finger
-constexpr double kTurn = 16.0 * kDegree;  // a step of turning about the bar
-constexpr int kTurns = 5;                 // steps either way: the palm stays outside
-constexpr std::size_t kBestOfTurn = 3;    // placements kept of each
+constexpr double kGive = 0.0010;          // allowed initial penetration: refinement resolves it
+constexpr double kNear = 0.004;           // length scale: a pad this near is nearly in contact
+constexpr double kFar = 5.0 * kNear;      // beyond this distance a pad counts nothing
+constexpr std::size_t kMaxBalls = 16;     // per finger
+constexpr double kTurn = 16.0 * kDegree;  // step of rotation about the bar
+constexpr int kTurns = 5;                 // steps in each sense: the palm stays outside
+constexpr std::size_t kBestOfTurn = 3;    // placements kept per rotation
 constexpr double kFan[kNumFingers] = {-3.0, 0.0, 7.0, 3.0, 0.0};  // nearly parallel, degrees
 
 constexpr int kSideBySide[kThumb] = {kIndex, kMiddle, kRing, kPinky};
-// Worth of a pad that touches, of a finger through the opening and of one outside.
+// Worth of a touching pad, of a finger through the opening and of one outside.
 constexpr double kThrough = 0.4, kOutside = 0.15, kDiscomfort = 0.08;
 constexpr double kMaxOfThumb = 1.0, kMaxOfPalm = 0.6;
 constexpr double kRounding = 1e-9;
@@ -40,7 +40,7 @@ Eigen::Matrix3d Columns(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
   return m;
 }
 
-// The same handle seen from another frame.
+// The same handle in another frame.
 Handle Moved(const Eigen::Isometry3d& motion, const Handle& handle) {
   Handle moved = handle;
   moved.bar = motion * handle.bar;
@@ -157,14 +157,14 @@ HandlePlacer::Curl HandlePlacer::Posed(HandEvaluation& hand, const HandAngles& a
   return curl;
 }
 
-// Gaps between the object and the balls of one finger, curl after curl. Most balls are far away, as
-// one beside them or the same one of another curl tells.
+// Clearances between the object and the balls of one finger, for successive curls. Most balls are
+// far away; a neighboring ball or the same ball of another curl shows this without a query.
 class HandlePlacer::Gaps {
  public:
   Gaps(const DistanceGrid& object, const Eigen::Isometry3d& object_from_wrist)
       : object_(object), object_from_wrist_(object_from_wrist) {}
 
-  // False where a ball is in the object: mostly the one that was so last, or the tip.
+  // False if a ball is in the object; tests the last such ball first, then from the tip.
   bool Measure(const Curl& curl) {
     if (last_in_ < curl.balls.size()) {
       const Ball& ball = curl.balls[last_in_];
@@ -186,9 +186,9 @@ class HandlePlacer::Gaps {
     return true;
   }
 
-  // Of a ball: infinite where it is more than kFar.
+  // Of a ball; infinite beyond kFar.
   double Gap(std::size_t ball) const { return gaps_[ball] > kFar ? kNoGap : gaps_[ball]; }
-  // Cosine between where the ball's pad faces and the way to the surface.
+  // Cosine between the direction of the ball's pad and the direction to the surface.
   double Facing(const Curl& curl, std::size_t ball) const {
     return -(object_from_wrist_.linear() * curl.balls[ball].pad).dot(seen_[ball].outward);
   }
@@ -202,7 +202,7 @@ class HandlePlacer::Gaps {
   };
 
   static bool IsFar(const Seen& seen, const Ball& ball) {
-    constexpr double kSteepest = 1.05;  // of interpolated distances
+    constexpr double kSteepest = 1.05;  // maximum slope of interpolated distances
     const double way = (seen.distance - ball.radius - kFar) / kSteepest;
     return way > 0.0 && (seen.center - ball.center).squaredNorm() < way * way;
   }
@@ -226,7 +226,7 @@ class HandlePlacer::Gaps {
 HandlePlacer::Fit HandlePlacer::TryFinger(const Curl& curl, const Handle& handle_in_wrist,
                                           Gaps& gaps) {
   if (!gaps.Measure(curl)) return {};
-  std::array<double, 3> touch = {kNoGap, kNoGap, kNoGap};  // least gaps
+  std::array<double, 3> touch = {kNoGap, kNoGap, kNoGap};  // minimum clearances
   double knuckles = kNoGap;
   for (std::size_t b = 0; b < curl.balls.size(); ++b) {
     const double gap = gaps.Gap(b);
@@ -251,7 +251,7 @@ HandlePlacer::MostByFinger HandlePlacer::MostOfFingers(const Handle& handle_in_w
     most[n] = -1e9;
     for (const Curl& curl : curls_[kSideBySide[n]]) {
       const double outside = 3.0 * kOutside - kDiscomfort * curl.discomfort;
-      const double through = 1.0 + 3.0 * (kThrough - kOutside);  // more than that
+      const double through = 1.0 + 3.0 * (kThrough - kOutside);  // upper bound
       if (outside + through <= most[n]) continue;
       most[n] =
           std::max(most[n], outside + (PassesThrough(handle_in_wrist, curl.chain) ? through : 0.0));
@@ -267,7 +267,7 @@ double HandlePlacer::TryThumb(const Curl& curl, const Handle& handle, Gaps& gaps
     const Ball& ball = curl.balls[b];
     const double gap = gaps.Gap(b);
     if (ball.phalanx != 2 || gap == kNoGap) continue;
-    // On the bar, not somewhere on what it belongs to.
+    // On the bar, not elsewhere on the object.
     const double beside =
         std::max(0.0, (gaps.ObjectFromWrist() * ball.center - handle.bar).norm() - 0.045);
     touch = std::max(
@@ -276,7 +276,7 @@ double HandlePlacer::TryThumb(const Curl& curl, const Handle& handle, Gaps& gaps
   return touch - 0.1 * curl.discomfort;
 }
 
-// The best of all, with neighbors alike. Each finger has a curl that is free.
+// Best combination of curls, with neighbors alike. Each finger has a curl that is free.
 HandlePlacer::Choice HandlePlacer::Choose(const Fits& fits) const {
   std::array<std::array<int, kCurls>, kThumb> from{};
   std::array<double, kCurls> worth{}, next;
@@ -304,8 +304,8 @@ HandlePlacer::Choice HandlePlacer::Choose(const Fits& fits) const {
   return choice;
 }
 
-// Fingers and thumb of a hand whose palm is free. False where they are not, or where the
-// placement's prior, to which the palm adds `palm`, is not more than `least`.
+// Chooses fingers and thumb of a hand whose palm is free. False if they are not free, or if the
+// placement's prior, including the palm's `palm`, is not greater than `least`.
 bool HandlePlacer::TryFingers(const Handle& handle, const DistanceGrid& object, double palm,
                               double least, const MostByFinger& most_of,
                               Placement& placement) const {
@@ -352,7 +352,7 @@ bool HandlePlacer::TryFingers(const Handle& handle, const DistanceGrid& object, 
   return best > -1e8 && placement.prior > least;
 }
 
-// Knuckles stay outside: fingers that come from within the opening are no way to hold a bar.
+// Knuckles must stay outside: a bar is not held with fingers that come from within the opening.
 bool HandlePlacer::KnucklesOutside(const Handle& handle_in_wrist) const {
   return std::ranges::none_of(std::array{kIndex, kPinky}, [&](int finger) {
     const Eigen::Vector3d knuckle = curls_[finger].front().chain.col(0);
@@ -370,8 +370,8 @@ bool HandlePlacer::TryHand(const Handle& handle, const DistanceGrid& object, dou
                     most_of, placement);
 }
 
-// The bar lies across the palm, the index finger at one end of it; turned about it the palm goes
-// all the way round. The best hands of one turn.
+// Returns the best hands of one rotation. The bar lies across the palm with the index finger at one
+// end; rotations about the bar take the palm all the way around it.
 std::vector<Placement> HandlePlacer::PlaceTurned(std::span<const Handle> handles, int index,
                                                  double sign, double angle,
                                                  const DistanceGrid& object) const {
@@ -381,8 +381,8 @@ std::vector<Placement> HandlePlacer::PlaceTurned(std::span<const Handle> handles
   const double half = 0.5 * std::max(handle.thickness, handle.width);
   const Eigen::Vector3d along = sign * handle.along;
   const Eigen::Vector3d normal = std::cos(angle) * handle.inward + std::sin(angle) * handle.through;
-  // The palm is not over the opening either, seen from other parts of the same bar: a curved bar
-  // would be held from above a mug's rim.
+  // Nor is the palm over the opening as seen from other parts of the same bar: a curved bar would
+  // be held from above a mug's rim.
   constexpr double kSameHandle = 0.05, kOver = 0.022;
   const auto outside = [&](const Eigen::Isometry3d& wrist_from_object) {
     const Eigen::Vector3d palm_center =
@@ -409,7 +409,7 @@ std::vector<Placement> HandlePlacer::PlaceTurned(std::span<const Handle> handles
     const Eigen::Vector3d middle = handle.bar + 0.5 * (handle.low + handle.high) * handle.along;
     for (double height = palm + half; height < palm + half + 0.027; height += 0.0085) {
       for (double ahead = 0.065; ahead < 0.125; ahead += 0.0115) {
-        // Which finger is where the opening's middle is.
+        // Selects the finger at the center of the opening.
         for (double beside = -0.045; beside < 0.035; beside += 0.013) {
           const Eigen::Vector3d bar =
               ahead * forward + height * axes.PalmNormal() + beside * across;
@@ -423,7 +423,7 @@ std::vector<Placement> HandlePlacer::PlaceTurned(std::span<const Handle> handles
       }
     }
   }
-  // Those first that may become the best: the others need not be tried then.
+  // Poses with the highest upper bound come first, so that the rest can be pruned.
   std::ranges::stable_sort(poses, std::greater(), &Pose::most);
   std::vector<Placement> best;
   for (const Pose& pose : poses) {

@@ -12,47 +12,48 @@
 
 namespace holdfast {
 
-/// A finger's three joints and its tip (3 x 4) in the frame of `state`.
+/// Positions of a finger's three joints and tip (3 x 4) in the frame of `state`.
 Eigen::Matrix<double, 3, 4> FingerChain(const HandAxes& axes, const HandState& state, int finger);
 
-/// Fingers that pass through a handle's opening.
+/// Which fingers pass through a handle's opening.
 std::array<bool, kNumFingers> FingersThrough(const HandAxes& axes, const HandState& state,
                                              const Handle& handle,
                                              const Eigen::Isometry3d& wrist_from_object);
 
-/// Puts a hand to a handle with its fingers already through: a hand that closes from outside never
-/// gets there, since the body of a mug stops fingertips on their way round the bar. Each finger
-/// chooses, by itself but much like its neighbor, from a set of curls worked out once: through the
-/// opening and on the bar if that is free, else outside. Const and shared by threads.
+/// Places a hand on a handle with its fingers already through the opening. A hand that closes from
+/// outside cannot get there: the body of a mug stops the fingertips on their way around the bar.
+/// Each finger selects one of a precomputed set of curls, with a penalty for curls unlike its
+/// neighbor's: a curl through the opening and on the bar if that is free, else one outside. Const
+/// and shared by threads.
 class HandlePlacer {
  public:
   explicit HandlePlacer(const HandAnatomy& anatomy);
 
-  /// The best hands at handles[index], for each way of turning about the bar that has anything
+  /// Returns the best hands at handles[index] for each rotation about the bar that has a finger
   /// through, slightly open: CloseFingers tightens them. `index` becomes Placement::handle.
   std::vector<Placement> Place(std::span<const Handle> handles, int index,
                                const DistanceGrid& object) const;
 
  private:
   struct Ball {
-    Eigen::Vector3d center, pad;  // pad: where the touching side faces
+    Eigen::Vector3d center, pad;  // pad: direction of the touching side
     double radius;
     int phalanx;
   };
   struct Curl {
     std::array<double, 3> flexion, abduction;
     std::vector<Ball> balls;
-    Eigen::Matrix3Xd chain;  // as FingerChain's
+    Eigen::Matrix3Xd chain;  // see FingerChain
     double discomfort;
   };
   struct Fit {
-    double worth = -1e9;  // not free: the least
+    double worth = -1e9;  // lowest value: not free
     bool through = false;
   };
 
-  static constexpr int kCurls = 25;  // of each finger but the thumb
+  static constexpr int kCurls = 25;  // per finger except the thumb
   using Fits = std::array<std::array<Fit, kCurls>, kThumb>;
-  // One curl a finger, from the index finger on.
+  // One curl per finger, from the index finger on.
   struct Choice {
     double worth;
     std::array<int, kThumb> curls;
@@ -60,7 +61,7 @@ class HandlePlacer {
   class Gaps;
 
   Curl Posed(HandEvaluation& hand, const HandAngles& angles, int finger) const;
-  // The most that each finger, from the index finger on, may be worth, wherever it touches.
+  // Upper bound on the worth of each finger, from the index finger on, wherever it touches.
   using MostByFinger = std::array<double, kThumb>;
   MostByFinger MostOfFingers(const Handle& handle_in_wrist) const;
   bool KnucklesOutside(const Handle& handle_in_wrist) const;
@@ -76,10 +77,9 @@ class HandlePlacer {
 
   const HandAnatomy& anatomy_;
   std::array<std::vector<Curl>, kNumFingers> curls_;
-  // What it takes from the worth that a finger, from the index finger on, and the one before it
-  // have these curls.
+  // Penalty for a finger (from the index finger on) and the finger before it having these curls.
   std::array<std::array<std::array<double, kCurls>, kCurls>, kThumb> unlike_{};
-  Eigen::Matrix3Xd palm_;  // points all over palm and back of the hand
+  Eigen::Matrix3Xd palm_;  // points sampled over palm and back of the hand
   PointPatches palm_patches_;
 };
 

@@ -59,7 +59,7 @@ GraspPlace::GraspPlace(const TriangleMesh& object, const Wanted& wanted)
                               low.x(), low.y(), low.z(), high.x(), high.y(), high.z()));
     }
     center_ = *at_;
-    // Hands close on both sides of what is there: its middle is what they are about.
+    // Hands close on both sides of the material: its center is the reference.
     const auto through = MeasureThickness(object, tree_, *at_, wanted.span_m);
     if (through) center_ = through->start + 0.5 * through->length * through->inward;
     reach_ = kReach_m + (center_ - *at_).norm();

@@ -18,35 +18,35 @@
 
 namespace holdfast {
 
-/// Where on an object a hand is to take hold: on a part of its surface, near a point, or both.
-/// Const and shared by threads.
+/// Where on an object a hand is to grasp: a part of its surface, near a point, or both. Const and
+/// shared by threads.
 class GraspPlace {
  public:
-  /// What is asked for, in the object's own frame, meters.
+  /// The request, in the object frame, meters.
   struct Wanted {
-    TriangleMesh region;  ///< contacts belong on this part of the surface; empty: on all of it
-    TriangleMesh avoid;   ///< and not on this part
-    std::optional<Eigen::Vector3d> at;  ///< on both sides of what is at this point
-    /// Widest that is held there: of one hand, or between both.
+    TriangleMesh region;                ///< part of the surface for contacts; empty: all
+    TriangleMesh avoid;                 ///< part of the surface without contacts
+    std::optional<Eigen::Vector3d> at;  ///< grasp both sides of the material here
+    /// Maximum width to grasp, with one hand or between both.
     double span_m = OppositionOptions{}.max_width_m;
   };
-  static constexpr double kFarthestOff_m = 0.03;  ///< of `at` from the surface
-  static constexpr double kReach_m = 0.05;  ///< of the middle of the contacts from the middle there
-  static constexpr double kMaxOutside = 0.1;  ///< share of contacts that may be elsewhere
+  static constexpr double kFarthestOff_m = 0.03;  ///< maximum distance of `at` from the surface
+  static constexpr double kReach_m = 0.05;  ///< maximum distance of the mean contact from Center()
+  static constexpr double kMaxOutside = 0.1;  ///< maximum fraction of contacts outside
 
-  /// Throws Error for a region that is no part of the object or has nothing left, and for a point
-  /// farther than `kFarthestOff_m` from the surface.
+  /// Throws Error for a region that is not part of the object or is empty, and for a point farther
+  /// than `kFarthestOff_m` from the surface.
   GraspPlace(const TriangleMesh& object, const Wanted& wanted);
 
-  /// Whether a point of the surface (or near it) is in the region.
+  /// Whether a point on (or near) the surface is in the region.
   bool InRegion(const Eigen::Vector3d& point) const;
-  /// And near enough to `at`.
+  /// Whether it is in the region and near enough to `at`.
   bool Allows(const Eigen::Vector3d& point) const;
 
   /// The faces of the region, with all vertices of the object.
   const TriangleMesh& Surface() const { return surface_; }
   const std::optional<Eigen::Vector3d>& At() const { return at_; }
-  /// The middle of what is at `at`, else of the region.
+  /// Center of the material at `at`, else of the region.
   const Eigen::Vector3d& Center() const { return center_; }
 
  private:
@@ -55,31 +55,31 @@ class GraspPlace {
   TriangleMesh surface_;
   std::optional<Eigen::Vector3d> at_;
   Eigen::Vector3d center_;
-  double reach_ = 0.0;  // of contacts from it
+  double reach_ = 0.0;  // maximum distance of contacts from `center_`
 };
 
-/// The body as the wrist sees it in up to `num_frames` frames spread over a clip: vertices within
-/// `reach_m` of the wrist, in its frame, meters (3 x n, one set a frame), without the hand and
-/// forearm of `side` themselves, and without the other hand's where that hand is to touch the
-/// object too. For GraspOptions::obstacles_in_wrist: an object that is carried through the clip
-/// should not go through a leg on its way.
+/// Body vertices around the wrist in up to `num_frames` frames spread over a clip: those within
+/// `reach_m` of the wrist, in the wrist frame, meters (3 x n, one set per frame). The hand and
+/// forearm of `side` are excluded, and those of the other side too if `other_hand` is false, for an
+/// object that both hands touch. Meant for GraspOptions::obstacles_in_wrist: an object carried
+/// through the clip should not pass through a leg.
 std::vector<Eigen::Matrix3Xd> BodyAroundWrist(const Clip& clip, const BodySurface& body, Side side,
                                               double reach_m, int num_frames = 8,
                                               bool other_hand = true);
 
-/// Sets of such points in patches, for many poses of one object. Const, shared by threads.
+/// Sets of such points in patches, for many poses of one object. Const; shared by threads.
 class WristObstacles {
  public:
   /// `in_wrist` must outlive this.
   explicit WristObstacles(std::span<const Eigen::Matrix3Xd> in_wrist);
 
-  /// Share of the sets with a point deeper in the held object than soft tissue gives; 0 without
-  /// any.
+  /// Fraction of the sets with a point deeper in the object than soft tissue allows; 0 if there are
+  /// none.
   double ShareBlocked(const DistanceGrid& object, const Eigen::Isometry3d& wrist_from_object) const;
 
  private:
   std::span<const Eigen::Matrix3Xd> sets_;
-  std::vector<PointPatches> patches_;  // of each
+  std::vector<PointPatches> patches_;  // of each set
 };
 
 }  // namespace holdfast

@@ -14,9 +14,9 @@
 namespace holdfast {
 namespace {
 
-constexpr double kPinchStep = 0.0125;  // of the widths pinches are prepared for
+constexpr double kPinchStep = 0.0125;  // spacing of the widths of the prepared pinches
 constexpr int kNumPinches = 9;
-constexpr double kPinchRoom = 0.008;  // a pinch opens this much wider than its object
+constexpr double kPinchRoom = 0.008;  // extra opening of a pinch beyond the object's width
 constexpr double kPowerMinWidth = 0.008;
 constexpr double kPowerMaxWidth = 0.095;
 
@@ -26,7 +26,7 @@ Eigen::Matrix3d Triad(const Eigen::Vector3d& approach, const Eigen::Vector3d& ax
   return m;
 }
 
-// Least distance of some skin points to the object, less `enough` stops the search early.
+// Minimum distance of some skin points to the object; a distance below `enough` stops the search.
 double Clearance(const DistanceGrid& object, const Eigen::Isometry3d& object_from_wrist,
                  const Eigen::Matrix3Xd& skin, const PointPatches& points, double enough) {
   return points.Least([&](int s) { return object.Linear(object_from_wrist * skin.col(s)); },
@@ -72,7 +72,7 @@ void GraspPlacer::FindPatches(PosedHand& posed) const {
   const HandLandmarks& landmarks = anatomy_.landmarks;
   std::vector<int> palm_side, fingers, thumb;
   for (int part = 0; part < kNumHandParts; ++part) {
-    // The base of the thumb is part of the palm as far as objects are concerned.
+    // For contact with objects, the base of the thumb is part of the palm.
     const bool of_thumb = part != kPalmPart && part / 3 == kThumb && part % 3 != 0;
     const std::vector<int>& skin = landmarks.SkinPatches(part).Ids();
     std::vector<int>& all = of_thumb ? thumb : fingers;
@@ -118,8 +118,8 @@ void GraspPlacer::PlacePower(const Opposition& opposition, const Eigen::Vector3d
   if (opposition.width < kPowerMinWidth || opposition.width > kPowerMaxWidth) return;
   const HandAxes& axes = anatomy_.axes;
   const DistanceGrid& object = target.object;
-  // The palm's normal meets the object; thumb to fingers lies along the hand, or obliquely, as a
-  // handle lies across a palm.
+  // The palm's normal points at the object. The direction from thumb to fingers is along the hand,
+  // or oblique, as a handle lies across a palm.
   for (const double roll : {0.0, 25.0 * kDegree, -25.0 * kDegree}) {
     const Eigen::Vector3d along = Eigen::AngleAxisd(roll, axes.PalmNormal()) * axes.Forward();
     Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
@@ -127,7 +127,7 @@ void GraspPlacer::PlacePower(const Opposition& opposition, const Eigen::Vector3d
         Triad(axes.PalmNormal(), along) * Triad(approach, axis).transpose();
     const Eigen::Vector3d turned_center = wrist_from_object.linear() * opposition.center;
 
-    // Towards the palm until something touches: no step is longer than the clearance.
+    // Move towards the palm until something touches: no step exceeds the clearance.
     double height = 0.6 * target.size + 0.12;
     double clearance = 0.0;
     for (int step = 0; step < 40; ++step) {
@@ -138,7 +138,7 @@ void GraspPlacer::PlacePower(const Opposition& opposition, const Eigen::Vector3d
       if (clearance < 0.0008 || height < -0.01) break;
       height -= std::max(clearance - 0.0004, 0.0002);
     }
-    // Too deep for something that thick: what touches is not what is to be grasped.
+    // Too deep for this thickness: another part of the object touches first.
     const double half_thick = std::max(0.0, -object.Distance(opposition.center));
     if (clearance < -target.allowed_depth || height < 0.4 * half_thick || height > 0.075) continue;
     const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
@@ -165,7 +165,7 @@ void GraspPlacer::PlacePrecision(const Opposition& opposition, const Eigen::Vect
                                  const Eigen::Vector3d& approach, const Target& target,
                                  std::vector<Placement>& placements) const {
   const DistanceGrid& object = target.object;
-  // Just open enough; and wider, for walls that curve around the fingers beside.
+  // Just wide enough, then wider, for walls that curve around the adjacent fingers.
   for (const double room : {kPinchRoom, kPinchRoom + 0.025}) {
     const auto posed = std::find_if(pinch_.begin(), pinch_.end(), [&](const PosedHand& hand) {
       return hand.width > opposition.width + room;
@@ -194,11 +194,11 @@ using Wrench = Eigen::Matrix<double, 6, 1>;
 constexpr int kConeEdges = 8;
 constexpr int kStarts = 48;
 constexpr int kDescentSteps = 40;
-// A pad has an area: it resists some twisting about its normal (meters of lever).
+// A pad has an area, so it resists some torsion about its normal (lever in meters).
 constexpr double kPadLever = 0.006;
 
-// Low-discrepancy directions on the 6-sphere: Kronecker points through the normal quantile's
-// logistic approximation; evenness matters, exactness does not.
+// Low-discrepancy directions on the 6-sphere: Kronecker points mapped by a logistic approximation
+// of the normal quantile; only evenness matters.
 Wrench WrenchDirection(int i) {
   constexpr double kRatio[6] = {0.9, 0.81, 0.73, 0.656, 0.59, 0.531};
   Wrench w;

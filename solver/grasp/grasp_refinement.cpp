@@ -15,20 +15,20 @@
 namespace holdfast {
 namespace {
 
-constexpr double kWatchDistance = 0.007;  // skin that could come inside within a round
+constexpr double kWatchDistance = 0.007;  // skin that could penetrate within a round
 constexpr double kWatchCollision = 0.006;
 constexpr int kPointsPerPad = 3;
 constexpr int kPointsPerPalm = 6;
 
-// What the terms of one round act on.
+// Points that the terms of one round act on.
 struct RefinedPoints {
-  std::vector<SkinPoint> watched;   // near enough to come inside
-  std::vector<SkinPoint> touching;  // of the pads, drawn to the surface
+  std::vector<SkinPoint> watched;   // near enough to penetrate
+  std::vector<SkinPoint> touching;  // of the pads, attracted to the surface
   std::vector<HandLandmarks::BallPair> colliding;
   std::vector<Intrusion> intrusions;
 };
 
-// The points of each pad that are nearest to the object, by the distances of the skin points.
+// Selects the points of each pad nearest to the object, from the distances of the skin points.
 std::vector<SkinPoint> NearestOfPads(const HandLandmarks& landmarks,
                                      const Eigen::VectorXd& distance, double reach) {
   std::vector<SkinPoint> touching;
@@ -73,8 +73,8 @@ RefinedPoints ChooseRefinedPoints(const HandAnatomy& anatomy, HandEvaluation& ha
   return points;
 }
 
-// What acts on the points: contact and penetration on the object's pose and the fingers, collision
-// on the fingers alone.
+// Terms on the points: contact and penetration depend on object pose and fingers, collision on the
+// fingers only.
 std::vector<std::unique_ptr<ceres::CostFunction>> PointTerms(const HandAnatomy& anatomy,
                                                              HandEvaluation& hand,
                                                              const DistanceGrid& object,

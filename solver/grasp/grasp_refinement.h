@@ -16,20 +16,20 @@ struct RefinementOptions {
   double penetration_weight = 3000.0;  ///< per meter
   double contact_weight = 300.0;       ///< per meter
   double collision_weight = 1500.0;    ///< per meter, finger against finger
-  double contact_reach_m = 0.008;      ///< pads nearer than this are drawn to the surface
-  double press_m = 0.0004;             ///< how deep pads press
-  int rounds = 2;                      ///< points are chosen anew in each
+  double contact_reach_m = 0.008;      ///< pads nearer than this are attracted to the surface
+  double press_m = 0.0004;             ///< target penetration of pads
+  int rounds = 2;                      ///< the active points are updated in each
   int iterations = 15;                 ///< of Levenberg-Marquardt, per round
 };
 
-/// What of the object is in a hand with these vertices (3 x n, wrist's frame).
+/// Parts of the object inside a hand with these vertices (3 x n, wrist frame).
 using FindIntrusions =
     std::function<std::vector<Intrusion>(const Eigen::Matrix3Xd&, const Eigen::Isometry3d&)>;
 
-/// Refines a closed hand and its object by least squares: pads onto the surface, nothing inside it,
-/// angles within their ranges and near those given. All 45 finger numbers and the object's pose
-/// move, together. `angles` and `wrist_from_object` are the start and the result. What
-/// `find_intrusions` finds where a round begins is pushed out, too.
+/// Refines a closed hand and its object by least squares: pads on the surface, no penetration,
+/// angles within their limits and near the given ones. All 45 finger parameters and the object pose
+/// are optimized jointly. `angles` and `wrist_from_object` are the initial values and the result.
+/// What `find_intrusions` finds at the start of a round is pushed out as well.
 void RefineGrasp(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
                  const RefinementOptions& options, HandAngles& angles,
                  Eigen::Isometry3d& wrist_from_object, const FindIntrusions& find_intrusions = {});

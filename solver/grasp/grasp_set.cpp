@@ -24,7 +24,7 @@ namespace holdfast {
 namespace {
 
 constexpr int kPlacesAtOnce = 16;  // placed before hands are closed there
-// Closed and refined before it is counted who is distinct: fewer when fewer are missing.
+// Closed and refined before distinctness is checked; fewer if fewer grasps are missing.
 constexpr int kFewestAtOnce = 16, kMaxAtOnce = 64;
 
 // One call of FindGrasps.
@@ -50,7 +50,7 @@ class GraspSampler : GraspStages {
   bool IsNew(const Eigen::Isometry3d& wrist_from_object,
              const std::vector<CertifiedGrasp>& among) const;
   double Share() const { return static_cast<double>(out_.grasps.size()) / set_.count; }
-  // False when there are enough, or the search is to stop.
+  // False when there are enough grasps or the search is to stop.
   bool Sample(int sampling);
   bool CloseAndKeep(std::span<const Placement> placements);
   void KeepLoose();
@@ -60,8 +60,8 @@ class GraspSampler : GraspStages {
   std::vector<CertifiedGrasp> loose_;  // valid but not firm
 };
 
-// Open hands at the places, the most promising first, without those near to a better one or to a
-// grasp that is there. False when the search is to stop.
+// Open hands at the places, most promising first, without those near a better one or an existing
+// grasp. False if the search is to stop.
 bool GraspSampler::PlaceHands(std::span<const int> places, std::vector<Placement>& distinct) {
   std::vector<std::vector<Placement>> placed(places.size());
   if (!RunStage(Share(), 0.0, static_cast<int>(places.size()),
@@ -98,8 +98,8 @@ bool GraspSampler::IsNew(const Eigen::Isometry3d& wrist_from_object,
   });
 }
 
-// Whether a hand takes the object for the use that was asked for, where one was: so much of score
-// it may lose by where it touches, what it covers and how it is turned.
+// Whether a hand suits the requested use, if any: kForgiven is the score it may lose by where it
+// touches, what it covers and its orientation.
 bool GraspSampler::FitsUse(HandEvaluation& evaluation, const GraspAttempt& attempt,
                            const std::vector<GraspContact>& contacts) const {
   constexpr double kForgiven = 0.5;
@@ -117,7 +117,7 @@ bool GraspSampler::FitsUse(HandEvaluation& evaluation, const GraspAttempt& attem
          -kForgiven;
 }
 
-// Closes, refines and judges one hand.
+// Closes, refines and assesses one hand.
 GraspSampler::Trial GraspSampler::Try(const Placement& placement) const {
   HandEvaluation evaluation = at_wrist_;
   auto [attempt, thumb_touches] = Close(placement, evaluation);
@@ -128,7 +128,7 @@ GraspSampler::Trial GraspSampler::Try(const Placement& placement) const {
     return FitsUse(evaluation, attempt, found.contacts) && Holds(found.contacts);
   };
   if (!thumb_touches || !holds()) return {};
-  // What is sound but for an edge or a thin wall in the skin is refined once more, without.
+  // A grasp that is sound except for an edge or thin wall in the skin is refined to push that out.
   const FindIntrusions find_intrusions = [&](const Eigen::Matrix3Xd& vertices,
                                              const Eigen::Isometry3d& wrist_from_object) {
     std::vector<Intrusion> intrusions;
@@ -192,7 +192,7 @@ bool GraspSampler::CloseAndKeep(std::span<const Placement> placements) {
   return true;
 }
 
-// What holds, if not firmly, where nothing does.
+// Keeps grasps that hold, but not firmly, if none is firm.
 void GraspSampler::KeepLoose() {
   out_.grasps = std::move(loose_);
   for (CertifiedGrasp& one : out_.grasps) one.grasp.certificate = Certify(one.contacts);
@@ -203,7 +203,7 @@ bool GraspSampler::Sample(int sampling) {
              options_.seed + static_cast<std::uint64_t>(sampling), sampling == 0);
   out_.use = scene_.use.kind;
   ++out_.samplings;
-  // Handles first, and once.
+  // Handles come first, and only once.
   const auto around = static_cast<int>(oppositions_.size());
   std::vector<int> places(around + (sampling == 0 ? scene_.handles.size() : 0));
   std::iota(places.begin(), places.end(), 0);
@@ -291,7 +291,7 @@ NpyArray Floats64(std::vector<std::size_t> shape, const std::vector<double>& val
   return ArrayOf('f', std::move(shape), values);
 }
 
-// UCS-4, padded with zeros to the longest.
+// UCS-4, zero-padded to the longest.
 NpyArray Texts(std::vector<std::size_t> shape, const std::vector<std::string>& values) {
   std::size_t longest = 1;
   for (const std::string& value : values) longest = std::max(longest, value.size());
@@ -309,7 +309,7 @@ struct Quality {
   double (*value)(const CertifiedGrasp&);
 };
 
-// Numbers of one grasp: columns of the table, arrays of the archive.
+// Values of one grasp: columns of the table, arrays of the archive.
 constexpr Quality kQualities[] = {
     {"score", [](const CertifiedGrasp& g) { return g.grasp.score; }},
     {"least_friction",

@@ -12,25 +12,25 @@
 
 namespace holdfast {
 
-/// What the search for one grasp (CloseHand) and that for many (FindGrasps) have in common: a hand,
-/// an object, and the stages from places on it to hands that are judged. All but RunStage and
-/// FindPlaces is const and shared by threads; each gives its own HandEvaluation (AtWrist).
+/// Common base of the search for one grasp (CloseHand) and for many (FindGrasps): a hand, an
+/// object, and the stages from candidate places to assessed hands. All members but RunStage and
+/// FindPlaces are const and shared by threads; each thread passes its own HandEvaluation (AtWrist).
 class GraspStages {
  public:
-  /// All must outlive this.
+  /// All arguments must outlive this.
   GraspStages(const HandModel& hand, const TriangleMesh& object, const DistanceGrid& distance,
               const GraspOptions& options, const GraspProgress& progress);
 
  protected:
-  /// Runs work(i) for 0 <= i < count, each of which writes slot i only, so that the order does not
-  /// matter. False when the search is to stop.
+  /// Runs work(i) for 0 <= i < count. Each call writes only slot i, so the order does not matter.
+  /// Returns false if the search is to stop.
   template <typename Work>
   bool RunStage(double share_before, double share, int count, const Work& work);
 
-  /// Where a hand could go, for the options' style, use and place: `oppositions_` (as many as asked
-  /// for, by the scene's use) and `allowed_depth_`; with `handles`, the scene's handles and use.
+  /// Finds places for a hand by the options' style, use and place. Sets `oppositions_` (at most
+  /// `count`) and `allowed_depth_`; with `handles`, also the scene's handles and use.
   void FindPlaces(int samples, int count, std::uint64_t seed, bool handles);
-  /// Open hands there: the opposed places come first, then the scene's handles.
+  /// Open hands at a place. Indices cover the antipodal pairs first, then the scene's handles.
   std::vector<Placement> PlaceAt(int place) const;
 
   struct ClosedHand {
@@ -43,8 +43,8 @@ class GraspStages {
                                      const Eigen::Isometry3d& wrist_from_object) const;
   /// HoldsGravity and CertifyContacts with the options' friction.
   bool Holds(const std::vector<GraspContact>& contacts) const;
-  /// Whether they hold it firmly: squeezed with no more than six times its weight, and with twelve
-  /// where the mass center is off by a tenth of the object's size, whichever way.
+  /// Whether the contacts hold the object firmly: with a squeeze of at most six times its weight,
+  /// and twelve where the mass center is off by a tenth of the object's size, in any direction.
   bool HoldsFirmly(const std::vector<GraspContact>& contacts) const;
   GraspCertificate Certify(const std::vector<GraspContact>& contacts) const;
 
@@ -56,7 +56,7 @@ class GraspStages {
   const HandAnatomy anatomy_;
   const GraspPlacer placer_;
   GraspScene scene_;
-  const HandEvaluation at_wrist_;  // to be copied by those who evaluate
+  const HandEvaluation at_wrist_;  // copied by each evaluating thread
   std::vector<Opposition> oppositions_;
   double allowed_depth_ = 0.0;  // of a hand in the object before it closes, meters
   bool stopped_ = false;

@@ -57,7 +57,7 @@ double ObjectUse::OppositionWeight(const Eigen::Vector3d& center,
                                    const Eigen::Vector3d& axis) const {
   double along = press.empty() ? 1.0 : 0.0;
   for (const Eigen::Vector3d& way : press) along = std::max(along, std::abs(way.dot(axis)));
-  // A hand around something that stands presses level.
+  // A hand around a standing object presses horizontally.
   if (kind == GraspUse::kVessel) along = std::min(along, 1.0 - std::abs(axis.dot(up)));
   return std::exp(-2.0 * (1.0 - HoldWeight(center)) - 1.5 * (1.0 - along));
 }
@@ -67,7 +67,7 @@ double ObjectUse::DirectionScore(const Eigen::Vector3d& across,
   double score = 0.0;
   if (!thumb.isZero()) score += 0.6 * (across.dot(thumb) - 1.0);
   if (!ahead.isZero()) {
-    // A card is taken from either of its long edges.
+    // A card is grasped at either long edge.
     const double along = forward.dot(ahead);
     score += 0.6 * ((kind == GraspUse::kBox ? std::abs(along) : along) - 1.0);
   }
@@ -110,7 +110,7 @@ ObjectUse FindUse(const TriangleMesh& mesh, const DistanceGrid& object,
   if (asked(GraspUse::kHandle)) use = AsHandle(shape, opening, handles);
   if (!use && !forced && IsBall(shape)) return {};
   if (!use && asked(GraspUse::kBox)) use = AsBox(shape, FindBox(shape), forced);
-  // Before tools: a glass has a stem and a bottle a neck.
+  // Before tools, since a glass has a stem and a bottle a neck.
   if (!use && asked(GraspUse::kVessel)) use = AsVessel(shape, opening, forced);
   if (!use && asked(GraspUse::kTool)) use = AsTool(shape, opening, forced);
   if (!use && asked(GraspUse::kDish)) use = AsDish(shape, opening, forced);
@@ -137,10 +137,10 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kWidestHold = 0.104;  // what a hand spans
+constexpr double kWidestHold = 0.104;  // span of a hand
 constexpr double kHandBreadth = 0.09;
 
-// Nothing above a rim: neither fingers in what is poured, nor a palm on it.
+// Region above a rim: neither fingers in the contents nor a palm on the rim.
 UseZone Above(const ObjectOpening& opening, double below_rim) {
   return {opening.middle - opening.middle.dot(opening.up) * opening.up,
           opening.up,
@@ -150,7 +150,7 @@ UseZone Above(const ObjectOpening& opening, double below_rim) {
           opening.radius + 0.012};
 }
 
-// The way up of what stands along `axis`: z if that is it, else its opening or its thinner end.
+// Up direction of an object standing along `axis`: z if parallel, else towards the lighter end.
 Vector3d UpAlong(const ObjectShape& shape, const Vector3d& axis) {
   if (std::abs(axis.z()) > 0.9) return axis.z() > 0.0 ? axis : Vector3d(-axis);
   const bool heavy_above = axis.dot(shape.centroid) > shape.Along(axis).Middle();
@@ -176,7 +176,7 @@ std::optional<ObjectUse> AsHandle(const ObjectShape& shape, const ObjectOpening&
     use.keep_free.push_back(Above(opening, 0.004));
   }
   if (flat > 0.8 && !opening.Any()) {
-    // Lies on its side: scissors, clamps. What is opposite the loops points away from the wrist.
+    // Lies on its side (scissors, clamps): the part opposite the loops points away from the wrist.
     const Vector3d away = shape.middle - bars;
     use.up_weight = 1.0;
     const Vector3d level = away - away.z() * Vector3d::UnitZ();
@@ -199,7 +199,7 @@ std::optional<ObjectUse> AsBox(const ObjectShape& shape, const ObjectBox& box, b
     if (box.side[k] < 1.15 * across && box.side[k] < 0.095) use.press.push_back(box.axes.col(k));
   }
   if (card) {
-    // Its face is to be seen.
+    // Its face must stay visible.
     const Vector3d up = box.axes.col(2).z() < 0.0 ? Vector3d(-box.axes.col(2)) : box.axes.col(2);
     use.ahead = box.axes.col(1);
     use.up = up;
@@ -214,7 +214,7 @@ std::optional<ObjectUse> AsBox(const ObjectShape& shape, const ObjectBox& box, b
     if (std::abs(axis.z()) < 0.9) continue;
     if (k == 2) break;
     use.up_weight = 3.0;
-    // A hand comes from the side, half way up, the thumb above; a wide box it takes near an edge.
+    // The hand comes from the side, halfway up, thumb above; a wide box is grasped near an edge.
     constexpr double kFromEdge = 0.055;
     const double half = std::max(0.05, 0.25 * box.side[k]);
     const Vector3d up = axis.z() > 0.0 ? axis : Vector3d(-axis);
@@ -240,7 +240,7 @@ std::optional<ObjectUse> AsTool(const ObjectShape& shape, const ObjectOpening& o
   if (ends[head].Bulk() == 0.0) has_head = false;
   AxisSpan held = run;
   if (!has_head) {
-    // A bar as a whole: its bar is the end that is thicker and more even.
+    // A bar as a whole: it is held at the thicker and more even end.
     if (whole < 2.2 * wide || whole < 0.09 || bar.bend > 0.006) return std::nullopt;
     const auto worth = [&](double from, double to) {
       double thick = 0.0, mean = 0.0, square = 0.0;
@@ -269,7 +269,7 @@ std::optional<ObjectUse> AsTool(const ObjectShape& shape, const ObjectOpening& o
   ObjectUse use;
   use.kind = GraspUse::kTool;
   const bool pinned = ends[1 - head].Bulk() > 0.0;  // something at the other end, too
-  // A hand's breadth near the end, not beyond it.
+  // A hand's breadth, near the end but not beyond it.
   const double breadth = std::min(kHandBreadth, held.Length());
   const double from_end = (pinned ? 0.5 : 0.15) * (held.Length() - breadth);
   const double start = head == 1 ? held.low + from_end : held.high - from_end - breadth;
@@ -278,8 +278,8 @@ std::optional<ObjectUse> AsTool(const ObjectShape& shape, const ObjectOpening& o
   if (!has_head) return use;
   use.thumb = sign * axis;
   const Vector3d& off = ends[head].off;
-  // A pistol bar: the head stands out far, and farther to one side. With a battery at the other
-  // end a little farther is enough.
+  // Pistol grip: the head protrudes far, and farther to one side. With a battery at the other end,
+  // a smaller offset suffices.
   const double reach = ends[head].reach;
   const bool stands_out = reach > std::max(0.045, 1.5 * wide);
   if (opening.Any()) {  // a pan
@@ -295,7 +295,7 @@ std::optional<ObjectUse> AsTool(const ObjectShape& shape, const ObjectOpening& o
 
 std::optional<ObjectUse> AsVessel(const ObjectShape& shape, const ObjectOpening& opening,
                                   bool wanted) {
-  // About which axis: that of the opening, or one that it is round or long about.
+  // Candidate axes: that of the opening, z, and the principal axes.
   std::vector<Vector3d> axes;
   if (opening.Any()) axes.push_back(opening.up);
   axes.push_back(Vector3d::UnitZ());
@@ -330,7 +330,7 @@ std::optional<ObjectUse> AsVessel(const ObjectShape& shape, const ObjectOpening&
     use.up_weight = 3.0;
     const AxisSpan stand = shape.Along(use.up);
     const double top = stand.high;
-    // Below what is drunk from or screwed, above the table.
+    // Below the part to drink from or unscrew, above the table.
     const double low = stand.low + 0.12 * height;
     const double high = top - std::clamp(0.2 * height, 0.015, 0.06);
     const Vector3d line = shape.middle - shape.middle.dot(use.up) * use.up;
@@ -385,7 +385,7 @@ std::optional<ObjectUse> AsDish(const ObjectShape& shape, const ObjectOpening& o
   }
   if (!wanted && (2.0 * least < kWidestHold || stand.Length() > 1.4 * least)) return std::nullopt;
   if (!opening.Any() && stand.Length() > 0.045) return std::nullopt;
-  // The rim: the top of the wall of a bowl, the edge of a plate.
+  // The rim: top of the wall of a bowl, edge of a plate.
   const double deep = opening.Any() ? std::max(0.5 * (opening.rim - opening.floor), 0.02) : 1.0;
   use.hold = UseZone{line, use.up, stand.high - deep, stand.high + 0.01, least - 0.035};
   if (stand.Length() < 0.045) use.press.push_back(use.up);

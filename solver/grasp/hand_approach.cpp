@@ -21,12 +21,12 @@ constexpr double kCostRounding = 1e-9;
 
 struct Depths {
   double through = 0.0, below = 0.0;  // meters
-  // Most skin inside at a time. A wall is no deeper than half its thickness: what passes through it
-  // shows in how much of the hand does.
+  // Maximum number of skin points inside at once. A wall is no deeper than half its thickness, so
+  // passing through it shows in the number of points inside.
   int inside = 0;
 };
 
-// Of skin (3 x n, object frame) moved by `shift`.
+// Adds the depths of skin (3 x n, object frame) moved by `shift`.
 void Add(const Eigen::Matrix3Xd& skin, const Eigen::Vector3d& shift, const DistanceGrid& object,
          double bottom_z, Depths& depths) {
   constexpr double kTouch = 0.0007;
@@ -45,7 +45,7 @@ void Add(const Eigen::Matrix3Xd& skin, const Eigen::Vector3d& shift, const Dista
   depths.inside = std::max(depths.inside, inside);
 }
 
-// Directions evenly over a sphere (a Fibonacci lattice).
+// Directions distributed evenly over a sphere (Fibonacci lattice).
 Eigen::Vector3d Direction(int k) {
   const double z = 1.0 - (2.0 * k + 1.0) / kApproachDirections;
   const double turn = 2.0 * std::numbers::pi * k / std::numbers::phi;
@@ -61,7 +61,7 @@ FingerPose ClosingFingers(const HandApproach& approach, const Grasp& grasp, doub
   for (int joint = 0; joint < kJointsPerHand; ++joint) {
     const int from_tip = approach.tips_lead > 0.0 ? 2 - joint % 3 : joint % 3;
     const double own = std::clamp(share * (1.0 + lead) - 0.5 * lead * from_tip, 0.0, 1.0);
-    // Axis-angles are linear in the joint's anatomical angles: this is a straight way in those.
+    // Axis-angles are linear in the joint's anatomical angles, so this is a straight line in them.
     fingers.segment<3>(3 * joint) += own * (grasp.fingers - approach.ready).segment<3>(3 * joint);
   }
   return fingers;
@@ -73,7 +73,7 @@ HandApproach FindApproach(const HandAnatomy& anatomy, const Grasp& grasp,
   const Eigen::Isometry3d object_from_wrist = grasp.wrist_from_object.inverse();
   const FingerPose open = anatomy.axes.PoseOf(OpenHand(anatomy.axes));
   const auto skin_of = [&](const FingerPose& fingers) -> Eigen::Matrix3Xd {
-    // With the middles of edges: a handle's bar is thinner than vertices are apart.
+    // Includes edge midpoints: a handle's bar is thinner than the vertex spacing.
     Eigen::Matrix3Xd skin;
     SkinPositions(anatomy.landmarks, hand.At(fingers.data(), false).Vertices(), skin);
     return object_from_wrist * skin;
@@ -99,7 +99,7 @@ HandApproach FindApproach(const HandAnatomy& anatomy, const Grasp& grasp,
     const Eigen::Matrix3Xd ready = skin_of(tried.ready);
     Depths at_rest;
     Add(ready, Eigen::Vector3d::Zero(), object, bottom_z, at_rest);
-    // How the fingers close does not depend on where the hand came from.
+    // The closing of the fingers does not depend on the approach direction.
     Depths closing;
     double least_closing = std::numeric_limits<double>::infinity();
     for (const double lead : kLeads) {
@@ -107,7 +107,7 @@ HandApproach FindApproach(const HandAnatomy& anatomy, const Grasp& grasp,
       way.tips_lead = lead;
       Depths depths = at_rest;
       for (const double share : kClosing) {
-        // It only grows: neither the best way of these fingers nor the best of all.
+        // The cost only grows: neither the best closing of these fingers nor the best of all.
         if (const double cost = cost_of(way, depths);
             cost >= least_closing || cost >= least + kCostRounding) {
           break;

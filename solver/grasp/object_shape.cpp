@@ -66,7 +66,7 @@ ShapeSlices CutIntoSlices(const ObjectShape& shape, const Vector3d& axis, int co
     if (slice.count == 0) continue;
     slice.narrow = (high[k] - low[k]).minCoeff();
     slice.wide = (high[k] - low[k]).maxCoeff();
-    // The middle of the box along x and y (ways 0 and kWays / 2).
+    // Center of the bounding box along x and y (directions 0 and kWays / 2).
     slice.center = 0.5 * (low[k](0) + high[k](0)) * x +
                    0.5 * (low[k](kWays / 2) + high[k](kWays / 2)) * y +
                    (slices.Low(k) + 0.5 * slices.Step()) * axis;
@@ -78,7 +78,7 @@ ObjectBox FindBox(const ObjectShape& shape) {
   Matrix3Xd cross(3, mesh.NumFaces());
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) cross.col(f) = FaceCross(mesh, f);
   const Eigen::RowVectorXd area = cross.colwise().norm();
-  // The direction that most of the surface faces, of those orthogonal to `not_this`.
+  // Direction orthogonal to `not_this` that most of the surface faces.
   constexpr int kTried = 200;
   const auto dominant = [&](const Vector3d& not_this) {
     Vector3d best = Vector3d::Zero();
@@ -169,7 +169,7 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-// Whether a ray meets the object.
+// Whether a ray hits the object.
 bool Meets(const DistanceGrid& object, const Vector3d& from, const Vector3d& way, double farthest) {
   for (double s = 0.0; s < farthest;) {
     const double d = object.Distance(from + s * way);
@@ -240,10 +240,10 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kThickestBar = 0.066;  // its cross-section, its longer side
+constexpr double kThickestBar = 0.066;  // longer side of its cross-section
 constexpr double kThinnestBar = 0.006;
 
-// The longest run of slices that a hand closes around.
+// Longest run of slices that a hand closes around.
 ObjectBar LongestRun(ShapeSlices slices) {
   ObjectBar bar;
   bar.slices = std::move(slices);
@@ -292,7 +292,7 @@ void MeasureBar(const ObjectShape& shape, ObjectBar& bar) {
   for (BeyondBar& end : bar.ends) end.off /= std::max(1, end.count);
 }
 
-// The direction in which the middles of a run's slices follow each other.
+// Direction of the line through the slice centers of a run.
 Vector3d LineOf(const ObjectBar& bar) {
   Matrix3Xd centers(3, bar.last - bar.first + 1);
   for (int k = bar.first; k <= bar.last; ++k) {

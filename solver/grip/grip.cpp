@@ -15,8 +15,8 @@ namespace {
 constexpr int kEdges = 4;
 constexpr double kBalanceWeight = 100.0;
 
-// Edges of the friction cones, those of a contact side by side: forces whose part along `into` is
-// 1, and their wrenches about `center`, force first, torques over `radius_m`.
+// Edges of the friction cones, grouped by contact: forces with component 1 along `into`, and their
+// wrenches about `center`, force first, torques over `radius_m`.
 struct ConeEdges {
   ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vector3d& center,
             double radius_m, double friction);
@@ -62,13 +62,13 @@ namespace {
 
 constexpr int kMaxSweeps = 500;
 constexpr int kLoadSteps = 10;
-constexpr double kSettled_N = 1e-5;   // a sweep that changes nothing more
-constexpr double kMissing_m_N = 0.2;  // how far a force moves the object that nothing balances
+constexpr double kSettled_N = 1e-5;   // converged below this change per sweep
+constexpr double kMissing_m_N = 0.2;  // displacement of the object per unbalanced force
 
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 
-// Contact forces in the contacts' own axes, push first: the quadratic that they minimize, and how
-// they act on the object.
+// Contact forces in the contacts' own axes, push first: the quadratic to minimize, and their
+// wrenches on the object.
 struct Springs {
   Eigen::MatrixXd hessian;
   Eigen::VectorXd presses;
@@ -136,8 +136,8 @@ double GripGive(const std::vector<GripContact>& contacts, const Eigen::MatrixXd&
   const double weight_N = solid.mass_kg * options.gravity_m_s2;
   if (contacts.empty()) return kMissing_m_N * weight_N;
   const Springs springs = SpringsOf(contacts, slopes, stiffness, solid, options.pad_stiffness_N_m);
-  // Without load first; then as the load grows, or what holds by friction would depend on which
-  // contact is asked first.
+  // First without load, then with increasing load; else the friction forces would depend on the
+  // order of the contacts.
   const auto settle = [&](const Vector6d& load, Eigen::VectorXd& forces) {
     Eigen::VectorXd slope = springs.hessian * forces + springs.pressed +
                             kMissing_m_N * springs.wrenches.transpose() * load;

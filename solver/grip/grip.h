@@ -9,31 +9,31 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-/// A grip: contacts of a hand's links with an object go in; a squeeze that balances itself, and how
-/// far the object's weight moves it in a hand whose joints are springs, come out.
+/// Grip under load. Input: contacts of a hand's links with an object. Output: a self-balancing
+/// squeeze, and the object's displacement by its weight in a hand with joints as springs.
 
 namespace holdfast {
 
-/// Where a link touches the object, in the hand's frame.
+/// Contact of a link with the object, in the hand frame.
 struct GripContact {
   int link = 0;
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
   Eigen::Vector3d into = Eigen::Vector3d::Zero();   ///< unit, into the object
-  Eigen::Vector3d press = Eigen::Vector3d::Zero();  ///< force that the link should exert there, N
+  Eigen::Vector3d press = Eigen::Vector3d::Zero();  ///< target force of the link there, N
 };
 
-/// The squeeze: pushes and friction at the contacts that balance each other on the object as well
-/// as can be, each contact taking its share. With g the 4 edges of the friction cone of each
-/// contact, f >= 0 of least 100 |sum_g f_g w_g|^2 + sum_g (f_g - 1/4)^2, wrenches w about `center`
-/// with torques over `radius_m`; then scaled so that the pushes (along `into`) sum to `grip_N`.
-/// After BODex (Chen et al. 2024), which also makes its squeeze by bilevel balance of forces.
+/// Computes the squeeze: pushes and friction at the contacts that balance each other on the object
+/// as well as possible, with all contacts involved. With g the 4 edges of each contact's friction
+/// cone, f >= 0 minimizes 100 |sum_g f_g w_g|^2 + sum_g (f_g - 1/4)^2, with wrenches w about
+/// `center` and torques over `radius_m`; then f is scaled so that the pushes (along `into`) sum to
+/// `grip_N`. After BODex (Chen et al. 2024), whose squeeze also comes from a bilevel force balance.
 void BalancePresses(const Eigen::Vector3d& center, double radius_m, double friction, double grip_N,
                     std::vector<GripContact>& contacts);
 
-/// What is gripped, in the frame of the contacts.
+/// The gripped object, in the frame of the contacts.
 struct GrippedSolid {
   Eigen::Vector3d center = Eigen::Vector3d::Zero();  ///< of mass
-  double radius_m = 0.1;                             ///< of its points about it, largest
+  double radius_m = 0.1;                             ///< maximum of its points
   double mass_kg = 0.1;
 };
 
@@ -43,27 +43,27 @@ struct GripGiveOptions {
   double gravity_m_s2 = 9.81;
 };
 
-/// How far the weight moves the object in the hand (meters; its center's way and its turn times
-/// `radius_m`), along the worst of the six directions of the frame's axes. Joints are springs of
-/// `stiffness` (N m a radian, or N a meter, one for each column) that exert the contacts' `press`
-/// when nothing pulls; `slopes` is how contacts move with joints (d points / d joints, 3 rows for
-/// each contact).
+/// Displacement of the object in the hand by its weight (meters; shift of its center plus its
+/// rotation times `radius_m`), in the worst of the six directions of the frame's axes. Joints are
+/// springs of `stiffness` (N m per radian, or N per meter, one per column) that exert the contacts'
+/// `press` without a load; `slopes` is the contact Jacobian (d points / d joints, 3 rows per
+/// contact).
 ///
-/// Contact forces f under a load w are those of least complementary energy,
-///     1/2 (f - press)^T (J K^-1 J^T + 1/k) (f - press),
-/// that balance w, push and do not pull, and keep to Coulomb's friction: each sideways part is at
-/// most `friction` times the push that it has at the solution, so that what slides does not
-/// wedge itself tighter. The multiplier of the balance is how the object moves. For small motions.
-/// What no forces balance moves by decimeters: the balance is a stiff penalty.
+/// Contact forces f under a load w minimize the complementary energy
+///     1/2 (f - press)^T (J K^-1 J^T + 1/k) (f - press)
+/// subject to balancing w, pushing without pulling, and Coulomb friction: each tangential component
+/// is at most `friction` times the push at the solution, so that a sliding contact does not wedge
+/// itself tighter. The multiplier of the balance is the object's displacement. For small motions.
+/// If no forces balance the load, the result is decimeters: the balance is a stiff penalty.
 double GripGive(const std::vector<GripContact>& contacts, const Eigen::MatrixXd& slopes,
                 const Eigen::VectorXd& stiffness, const GrippedSolid& solid,
                 const GripGiveOptions& options = {});
 
-/// Forces f >= 0 of least c |W f|^2 + |f - 1/4|^2 by their dual: y = c W f is the least of
+/// Forces f >= 0 that minimize c |W f|^2 + |f - 1/4|^2, by their dual: y = c W f minimizes
 ///
 ///   sum_g max(0, 1/4 - w_g . y)^2 + |y|^2 / c,   and f_g = max(0, 1/4 - w_g . y)
 ///
-/// Residuals: one for each column w_g of W (6 x n), then y / sqrt(c) (6). Parameter block: y (6).
+/// Residuals: one per column w_g of W (6 x n), then y / sqrt(c) (6). Parameter block: y (6).
 class SqueezeDual final : public ceres::CostFunction {
  public:
   using Wrenches = Eigen::Matrix<double, 6, Eigen::Dynamic>;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A hand in anatomical terms: a HandModel of SMPL-X's layout goes in; joint angles with their
-/// ranges, the parts of the skin that touch, and postures to begin from come out.
+/// Hand anatomy. Input: a HandModel with SMPL-X's layout. Output: joint angles with their ranges,
+/// parts of the skin that touch, and initial postures.
 #include "solver/hand/hand_landmarks.h"
 #include "solver/hand/hand_postures.h"

@@ -14,11 +14,11 @@ struct Degrees {
   double low, high;
 };
 
-// reference values of active ranges; distal joints follow the proximal ones of their kind.
+// Reference values of active ranges; distal joints use those of the proximal ones of their kind.
 constexpr Degrees kFingerFlexion[3] = {{-25.0, 90.0}, {0.0, 105.0}, {-5.0, 80.0}};
 constexpr Degrees kThumbFlexionRange[3] = {{-20.0, 50.0}, {-10.0, 60.0}, {-15.0, 80.0}};
 constexpr Degrees kThumbSpreadRange[3] = {{-10.0, 50.0}, {-10.0, 10.0}, {0.0, 0.0}};
-constexpr double kTwist = 5.0;  // what soft joints give; a saddle joint turns more
+constexpr double kTwist = 5.0;  // soft tissue; a saddle joint twists more
 constexpr double kThumbTwistAngle = 20.0;
 
 Eigen::Vector3d OrthogonalTo(const Eigen::Vector3d& v, const Eigen::Vector3d& unit) {
@@ -47,7 +47,7 @@ HandAxes::HandAxes(const HandModel& hand) : side_(hand.HandSide()) {
     rest_joints_.col(k) = surface.RestJoints().col(first + k) - wrist;
   }
 
-  // Fingertips: no joint is there; the vertex of the last phalanx farthest along the finger.
+  // Fingertips have no joint: use the vertex of the last phalanx farthest along the finger.
   for (int finger = 0; finger < kNumFingers; ++finger) {
     const Eigen::Vector3d last = rest_joints_.col(3 * finger + 2);
     const Eigen::Vector3d along = (last - rest_joints_.col(3 * finger + 1)).normalized();
@@ -70,8 +70,8 @@ HandAxes::HandAxes(const HandModel& hand) : side_(hand.HandSide()) {
   for (int k = 0; k < kJointsPerHand; ++k) {
     const bool thumb = k / 3 == kThumb;
     const Eigen::Vector3d bone = Bone(k);
-    // The thumb's pad looks past the palm's middle: forward, out of the palm, and away from its
-    // own side.
+    // The thumb's pad faces past the palm's center: forward, out of the palm, and away from its own
+    // side.
     const Eigen::Vector3d facing =
         thumb ? Eigen::Vector3d(forward_ + palm_normal_ - across_) : palm_normal_;
     const Eigen::Vector3d pad = OrthogonalTo(facing, bone);
@@ -85,7 +85,7 @@ HandAxes::HandAxes(const HandModel& hand) : side_(hand.HandSide()) {
     if (!thumb) {
       const Eigen::Vector3d before =
           k % 3 == 0 ? Eigen::Vector3d(rest_joints_.col(k).normalized()) : Bone(k - 1);
-      // Seen along the flexion axis.
+      // As seen along the flexion axis.
       rest_flexion_[k] =
           std::atan2(bone.dot(pad), bone.dot(bone)) - std::atan2(before.dot(pad), before.dot(bone));
     }
@@ -99,7 +99,7 @@ HandAxes::HandAxes(const HandModel& hand) : side_(hand.HandSide()) {
       set(2, {-twist, twist}, 0.0);
     } else {
       set(0, kFingerFlexion[k % 3], rest_flexion_[k]);
-      // The rest pose itself is within reach whatever the model.
+      // The rest pose itself is always within the range.
       range_[0][k].low = std::min(range_[0][k].low, 0.0);
       const bool edge = k / 3 == kIndex || k / 3 == kPinky;
       const double spread_range = k % 3 != 0 ? 0.0 : edge ? 20.0 : 15.0;
@@ -147,7 +147,7 @@ HandAngles HandAxes::Relaxed() const {
   HandAngles angles = HandAngles::Zero();
   for (int finger = 0; finger < kNumFingers; ++finger) {
     if (finger == kThumb) continue;
-    // A gentle curl that grows towards the little finger.
+    // A slight curl that increases towards the little finger.
     const double more = finger == kIndex    ? 0.0
                         : finger == kMiddle ? 4.0
                         : finger == kRing   ? 8.0

@@ -10,14 +10,14 @@
 namespace holdfast {
 
 inline constexpr int kNumFingers = 5;
-/// Finger k owns joints 3k, 3k + 1, 3k + 2 (file order).
+/// Finger k has joints 3k, 3k + 1, 3k + 2 (file order).
 enum Finger : int { kIndex = 0, kMiddle = 1, kPinky = 2, kRing = 3, kThumb = 4 };
 inline constexpr std::array<const char*, kNumFingers> kFingerNames = {"index", "middle", "pinky",
                                                                       "ring", "thumb"};
 
-/// Joint angles in anatomical terms, radians, one column per finger joint (file order). Rows:
-///   0 flexion  + curls towards the palm (the thumb: across it); 0 is the model's rest pose
-///   1 spread   + towards the thumb's side (the thumb: away from the palm, abduction)
+/// Anatomical joint angles, radians, one column per finger joint (file order). Rows:
+///   0 flexion  + curls towards the palm (thumb: across it); 0 is the model's rest pose
+///   1 spread   + towards the thumb's side (thumb: away from the palm, abduction)
 ///   2 twist    about the bone
 using HandAngles = Eigen::Matrix<double, 3, kJointsPerHand>;
 
@@ -25,20 +25,20 @@ struct AngleRange {
   double low = 0.0, high = 0.0;  ///< radians
 };
 
-/// The axes a hand bends about, from the bones of its rest pose: the same code for both sides and
-/// for every model of SMPL-X's layout. Directions are in the rest frame, which is the wrist's frame
-/// (and that of every finger joint: SMPL-X joints share their axes in the rest pose).
+/// Anatomical axes of a hand, from the bones of its rest pose: the same code for both sides and for
+/// every model of SMPL-X's layout. Directions are in the rest frame, which is the wrist frame (and
+/// that of every finger joint: SMPL-X joints share their axes in the rest pose).
 ///
-/// An axis-angle is the sum of the angles times their axes, so that angles are a rotation of the
-/// axis-angle's three numbers: exact both ways, and linear for solvers.
+/// An axis-angle is the sum of the angles times their axes. Hence the angles are a rotation of the
+/// axis-angle's three entries: exact both ways, and linear for solvers.
 class HandAxes {
  public:
   explicit HandAxes(const HandModel& hand);
 
   Side HandSide() const { return side_; }
 
-  /// Unit directions of the hand: from the wrist to the middle finger, towards the thumb's side,
-  /// and out of the palm. Orthogonal.
+  /// Orthogonal unit directions of the hand: from the wrist to the middle finger, towards the
+  /// thumb's side, and out of the palm.
   const Eigen::Vector3d& Forward() const { return forward_; }
   const Eigen::Vector3d& Across() const { return across_; }
   const Eigen::Vector3d& PalmNormal() const { return palm_normal_; }
@@ -48,27 +48,27 @@ class HandAxes {
   const Eigen::Matrix<double, 3, kNumFingers>& RestTips() const { return rest_tips_; }
   /// Unit direction of the bone that joint k moves.
   Eigen::Vector3d Bone(int finger_joint) const;
-  /// Where the touching side of that bone faces, unit, orthogonal to the bone.
+  /// Direction of the touching side of that bone, unit, orthogonal to the bone.
   Eigen::Vector3d PadDirection(int finger_joint) const { return pad_direction_.col(finger_joint); }
 
-  /// Columns: the unit axes of flexion, spread and twist of a joint. Orthonormal.
+  /// Unit axes of flexion, spread and twist of a joint as columns. Orthonormal.
   const Eigen::Matrix3d& Axes(int finger_joint) const { return axes_[finger_joint]; }
 
   FingerPose PoseOf(const HandAngles& angles) const;
   HandAngles AnglesOf(const FingerPose& pose) const;
 
-  /// What a healthy adult reaches (Lin, Wu & Huang 2000, and the clinical literature), relative to
-  /// the rest pose: a finger that rests bent has that much less to go.
+  /// Range of motion of a healthy adult (Lin, Wu & Huang 2000, and the clinical literature),
+  /// relative to the rest pose: the range of a finger that is bent at rest is reduced accordingly.
   /// Rows as in HandAngles.
   const AngleRange& Range(int row, int finger_joint) const { return range_[row][finger_joint]; }
   HandAngles Clamp(const HandAngles& angles) const;
-  /// Largest excess over the ranges, radians; 0 when all are respected.
+  /// Maximum excess over the ranges, radians; 0 if all are respected.
   double LimitExcess(const HandAngles& angles) const;
 
-  /// A hand hanging at ease: slightly curled, the thumb beside the index finger.
+  /// A relaxed hand: slightly curled, the thumb beside the index finger.
   HandAngles Relaxed() const;
-  /// How far joint k is bent in the rest pose already, radians of flexion (0 for the thumb, whose
-  /// ranges count from the rest pose).
+  /// Flexion of joint k in the rest pose, radians (0 for the thumb, whose ranges are relative to
+  /// the rest pose).
   double RestFlexion(int finger_joint) const { return rest_flexion_[finger_joint]; }
 
  private:

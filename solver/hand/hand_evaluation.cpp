@@ -36,7 +36,7 @@ PointPatches::PointPatches(const Eigen::Matrix3Xd& points, std::vector<int> ids,
     : ids_(std::move(ids)) {
   constexpr int kSize = 12;
   const int count = static_cast<int>(ids_.size());
-  // Halves of halves: none is smaller than half of `size`.
+  // Repeated halving: no patch is smaller than half of `size`.
   Split(points, 0, count, std::max(kSize, 2 * count / kMaxPatches + 2), give);
 }
 

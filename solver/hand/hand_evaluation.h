@@ -12,22 +12,21 @@
 
 namespace holdfast {
 
-/// A hand state shared by the residual blocks of one problem: evaluated once per finger pose,
-/// however many terms ask. Not for use by several threads: give each problem its own, and solve
-/// with `num_threads = 1`.
+/// A hand state shared by the residual blocks of one problem: evaluated once per finger pose for
+/// any number of terms. Not thread-safe: use one per problem, and solve with `num_threads = 1`.
 class HandEvaluation {
  public:
-  /// `hand` must outlive this. The body is held at `pose` and `trans` (SetBody changes it).
+  /// `hand` must outlive this. The body is fixed at `pose` and `trans` (SetBody changes it).
   HandEvaluation(const HandModel& hand, const JointPose& pose, const Eigen::Vector3d& trans);
 
   void SetBody(const JointPose& pose, const Eigen::Vector3d& trans);
   const HandModel& Hand() const { return state_.Hand(); }
 
-  /// The state for these 45 numbers; valid until the next call.
+  /// State for these 45 parameters; valid until the next call.
   const HandState& At(const double* fingers, bool with_jacobian);
 
-  /// row += direction^T d vertex / d fingers (`row` has 45 entries), for the pose of the last call
-  /// of At, which must have asked for the Jacobian.
+  /// row += direction^T d vertex / d fingers (`row` has 45 entries), at the pose of the last call
+  /// of At, which must have requested the Jacobian.
   void AddRow(int vertex, const Eigen::Vector3d& direction, double* row) const {
     state_.AddJacobianRow(vertex, direction, row);
   }
@@ -39,20 +38,19 @@ class HandEvaluation {
   bool has_jacobian_ = false;
 };
 
-/// Points in patches of neighbors, so that the least distance to something is found without
-/// looking at all of them: a patch is skipped when its middle is too far away. Const and shared by
-/// threads.
+/// Points in patches of neighbors, to find the minimum distance to an object without testing all of
+/// them: a patch is skipped if its center is too far away. Const and shared by threads.
 class PointPatches {
  public:
   PointPatches() = default;
-  /// Those of `points` (3 x n, meters) with these ids. `give`: how much patches may grow when the
-  /// points move later, as a share.
+  /// Uses the `points` (3 x n, meters) with these ids. `give`: fraction by which patches may grow
+  /// when the points move later.
   PointPatches(const Eigen::Matrix3Xd& points, std::vector<int> ids, double give = 0.0);
 
   const std::vector<int>& Ids() const { return ids_; }
 
-  /// The least of `most` and `value(id)` over the points: `value` may not change by more than the
-  /// way from point to point, as distances do not. Returns early once below `enough`.
+  /// Minimum of `most` and `value(id)` over the points. `value` must be 1-Lipschitz, like
+  /// distances. Returns early once below `enough`.
   template <typename Value>
   double Least(const Value& value, double most = std::numeric_limits<double>::infinity(),
                double enough = -std::numeric_limits<double>::infinity()) const {
@@ -73,8 +71,7 @@ class PointPatches {
     return least;
   }
 
-  /// Calls visit(id) for the points whose value, which may not change faster than that, may be
-  /// below `limit`.
+  /// Calls visit(id) for the points at which `value`, also 1-Lipschitz, may be below `limit`.
   template <typename Value, typename Visit>
   void ForBelow(double limit, const Value& value, const Visit& visit) const {
     for (const Patch& patch : patches_) {
@@ -89,13 +86,13 @@ class PointPatches {
  private:
   static constexpr int kMaxPatches = 256;
   struct Patch {
-    int begin, end;  // in ids_; the first is in the middle
+    int begin, end;  // in ids_; the first is the center
     double radius;
   };
   void Split(const Eigen::Matrix3Xd& points, int begin, int end, int size, double give);
 
   std::vector<int> ids_;
-  std::vector<double> reach_;  // of each of those, from the middle of its patch
+  std::vector<double> reach_;  // per id, distance from its patch center
   std::vector<Patch> patches_;
 };
 

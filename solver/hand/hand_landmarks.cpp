@@ -15,7 +15,7 @@ namespace {
 
 // Balls along a bone, as fractions of its length; the tip's last ball ends near the nail's edge.
 constexpr std::array<double, 3> kBallsAlong = {0.2, 0.5, 0.8};
-// How far neighboring fingers may press into each other before it counts: skin is soft.
+// Overlap of neighboring fingers that is not counted: skin is soft.
 constexpr double kSkinGive = 0.0015;
 
 Eigen::Vector3d Centroid(const Eigen::Matrix3Xd& vertices, const std::vector<int>& ids) {
@@ -97,7 +97,7 @@ void HandLandmarks::FindPadCenters(const RestHand& rest) {
   const HandAxes& axes = rest.axes;
   for (int finger = 0; finger < kNumFingers; ++finger) {
     const int last = 3 * finger + 2;
-    // A pad's middle lies at about half of the last phalanx, on the line of its bone.
+    // The center of a pad is at about half of the last phalanx, on the line of its bone.
     const Eigen::Vector3d joint = axes.RestJoints().col(last);
     const Eigen::Vector3d middle =
         joint + 0.55 * (axes.RestTips().col(finger) - joint) + 0.01 * axes.PadDirection(last);
@@ -127,7 +127,7 @@ void HandLandmarks::FindBalls(const RestHand& rest) {
         const double along = (rest.vertices.col(i) - from).dot(bone) / length;
         if (part_of_[i] == k && std::abs(along - fraction) < 0.22) ball.ring.push_back(i);
       }
-      // The thumb's metacarpal lies in the palm: no ring of its own surrounds it.
+      // The thumb's metacarpal is inside the palm: it has no ring of its own.
       if (ball.ring.size() < 5 || k == 3 * kThumb) continue;
       const Eigen::Vector3d center = Centroid(rest.vertices, ball.ring);
       for (const int i : ball.ring) {
@@ -192,7 +192,7 @@ void SkinPositions(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& verti
 Eigen::VectorXd SkinDistances(const HandLandmarks& landmarks, const DistanceGrid& object,
                               const Eigen::Isometry3d& object_from_skin,
                               const Eigen::Matrix3Xd& positions, double most_m) {
-  constexpr double kLinear = 0.001;  // meters that linear interpolation may be off
+  constexpr double kLinear = 0.001;  // maximum error of linear interpolation, meters
   Eigen::VectorXd distances =
       Eigen::VectorXd::Constant(positions.cols(), std::numeric_limits<double>::infinity());
   for (int part = 0; part < kNumHandParts; ++part) {

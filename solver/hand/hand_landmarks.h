@@ -18,49 +18,49 @@ namespace holdfast {
 inline constexpr int kPalmPart = kJointsPerHand;
 inline constexpr int kNumHandParts = kJointsPerHand + 1;
 
-/// A point of the skin: a vertex, or the middle of an edge (a == b for a vertex). Vertices of a
-/// hand are 5-8 mm apart; with the edges' middles nothing thicker than about 3 mm passes between.
+/// A skin point: a vertex (a == b) or an edge midpoint. Hand vertices are 5-8 mm apart; with the
+/// edge midpoints, nothing thicker than about 3 mm passes between the points.
 struct SkinPoint {
   int a, b;
-  int part;  ///< the part both ends belong to, that of `a` where they differ
+  int part;  ///< the part of both ends, or that of `a` if they differ
 };
 
-/// A ball inside a finger, its center the mean of a ring of vertices: fingers as chains of balls.
+/// A ball inside a finger, centered at the mean of a ring of vertices: fingers are chains of balls.
 struct FingerBall {
   int finger_joint;
   std::vector<int> ring;
   double radius;  ///< meters
 };
 
-/// What of a hand touches and what may not be touched, found from rest shape, skinning and bones of
-/// any model of SMPL-X's layout: no vertex numbers are written down anywhere.
+/// Contact and collision geometry of a hand, from rest shape, skinning and bones of any model of
+/// SMPL-X's layout: no vertex indices are hard-coded.
 class HandLandmarks {
  public:
   HandLandmarks(const HandModel& hand, const HandAxes& axes);
 
-  /// Which part a vertex belongs to: the one with most of its weight.
+  /// Part with the largest skinning weight of a vertex.
   int PartOf(int vertex) const { return part_of_[vertex]; }
   /// All skin points; vertices come first, in order.
   const std::vector<SkinPoint>& Skin() const { return skin_; }
-  /// Skin points of a part, by number, in patches that hold for any pose.
+  /// Skin points of a part, by index, in patches valid for any pose.
   const PointPatches& SkinPatches(int part) const { return skin_patches_[part]; }
-  /// Vertices on the touching side of a part. Of last phalanges: the pad.
+  /// Vertices on the touching side of a part; the pad for last phalanges.
   const std::vector<int>& Pad(int part) const { return pads_[part]; }
-  /// The vertex in the middle of a fingertip's pad, where a pinch meets.
+  /// Vertex at the center of a fingertip's pad, where a pinch meets.
   int PadCenter(int finger) const { return pad_centers_[finger]; }
 
   const std::vector<FingerBall>& Balls() const { return balls_; }
-  /// Pairs of balls that fingers could push into each other, with the distance of centers that is
-  /// still free: the sum of radii less what skin gives, and no more than the rest pose has.
+  /// Pairs of balls that fingers could push into each other, with the minimum free distance of
+  /// centers: the sum of radii minus the skin's softness, and at most that of the rest pose.
   struct BallPair {
     int first, second;
     double free_distance;
   };
   const std::vector<BallPair>& BallPairs() const { return ball_pairs_; }
-  /// Vertices of the palm's touching side that balls of the last phalanges may not enter.
+  /// Vertices of the palm's touching side that balls of the last phalanges must not enter.
   const std::vector<int>& PalmSkin() const { return pads_[kPalmPart]; }
 
-  /// Middle of the palm's touching side below the finger roots, relative to the wrist, rest pose.
+  /// Center of the palm's touching side below the finger roots, relative to the wrist, rest pose.
   const Eigen::Vector3d& PalmCenter() const { return palm_center_; }
   /// Radius of the forearm just behind the wrist.
   double ForearmRadius() const { return forearm_radius_; }
@@ -96,16 +96,16 @@ class HandLandmarks {
 /// Positions (3 x n) of skin points for vertices in any frame.
 void SkinPositions(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices,
                    Eigen::Matrix3Xd& positions);
-/// Signed distances (meters) of skin points (`positions`: of SkinPositions, in a frame that
-/// `object_from_skin` leads from) to an object; infinity of those that are known by their
-/// neighbors to be farther than `most_m`.
+/// Signed distances (meters) of skin points (`positions` from SkinPositions, in the source frame of
+/// `object_from_skin`) to an object; infinity for points whose neighbors show that they are farther
+/// than `most_m`.
 Eigen::VectorXd SkinDistances(const HandLandmarks& landmarks, const DistanceGrid& object,
                               const Eigen::Isometry3d& object_from_skin,
                               const Eigen::Matrix3Xd& positions, double most_m);
 /// Centers (3 x n) of the finger balls.
 void BallCenters(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices,
                  Eigen::Matrix3Xd& centers);
-/// Deepest overlap of fingers with each other or with the palm, meters; 0 when there is none.
+/// Maximum overlap of fingers with each other or with the palm, meters; 0 if there is none.
 double SelfPenetration(const HandLandmarks& landmarks, const Eigen::Matrix3Xd& vertices);
 
 }  // namespace holdfast

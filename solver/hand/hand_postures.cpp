@@ -10,10 +10,10 @@
 namespace holdfast {
 namespace {
 
-// The rest pose is fanned out; fingers that are about to close are nearly parallel (degrees).
+// The rest pose is fanned out; fingers about to close are nearly parallel (degrees).
 constexpr double kFan[kNumFingers] = {-3.0, 0.0, 7.0, 3.0, 0.0};
 
-// The numbers a pinch is made of: all fingers bend alike.
+// Parameters of a pinch: all fingers bend alike.
 enum Pinch {
   kRoot,
   kMiddleJoint,
@@ -28,7 +28,7 @@ HandAngles PinchAngles(const HandAxes& axes, const double* x) {
   HandAngles angles = HandAngles::Zero();
   for (int finger = 0; finger < kNumFingers; ++finger) {
     if (finger == kThumb) continue;
-    // Fingers behind the middle one close a little further, as they are shorter.
+    // Fingers beyond the middle one close slightly more, as they are shorter.
     const double more = finger == kRing ? 4.0 * kDegree : finger == kPinky ? 8.0 * kDegree : 0.0;
     angles(0, 3 * finger) = x[kRoot] + more - axes.RestFlexion(3 * finger);
     angles(0, 3 * finger + 1) = x[kMiddleJoint] + more - axes.RestFlexion(3 * finger + 1);

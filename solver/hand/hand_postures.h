@@ -7,7 +7,7 @@
 
 namespace holdfast {
 
-/// What grasping needs to know of a hand; const and shared by threads. `model` must outlive it.
+/// Anatomy of a hand for grasping; const and shared by threads. `model` must outlive it.
 struct HandAnatomy {
   explicit HandAnatomy(const HandModel& model) : hand(model), axes(model), landmarks(model, axes) {}
 
@@ -19,9 +19,9 @@ struct HandAnatomy {
 /// An evaluation with the wrist at the origin, unrotated: world and wrist frame are the same.
 HandEvaluation AtWrist(const HandModel& hand);
 
-/// A flat hand, fingers nearly parallel and the thumb away from the palm.
+/// An open hand, fingers nearly parallel and the thumb away from the palm.
 HandAngles OpenHand(const HandAxes& axes);
-/// The hand about to pinch something `width` meters thick: pads of the thumb and of the index and
+/// A hand about to pinch an object `width` meters thick: pads of the thumb and of the index and
 /// middle finger face each other at that distance. Solved by least squares for this hand.
 HandAngles PinchHand(const HandAnatomy& anatomy, double width);
 

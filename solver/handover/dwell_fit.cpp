@@ -14,8 +14,8 @@
 namespace holdfast {
 namespace {
 
-constexpr double kAround_s = 0.30;  // of the movements before and after
-constexpr double kShift_s = 0.30;   // that either end may be from the guess
+constexpr double kAround_s = 0.30;  // of the motions before and after
+constexpr double kShift_s = 0.30;   // maximum shift of either end from the guess
 constexpr std::array<double, 4> kDurations_s = {0.45, 0.6, 0.8, 1.1};
 
 }  // namespace
@@ -31,7 +31,7 @@ Dwell FitDwell(const Eigen::Matrix3Xd& between, double frame_rate, const Dwell& 
   const double seen_squared = seen.squaredNorm();
   const int steps = static_cast<int>(std::lround(2.0 * kShift_s * frame_rate));
 
-  // The two movements' columns for every end and duration; all sums are over the window.
+  // Columns of the two motions for every end and duration; all sums are over the window.
   struct Column {
     double at;
     Eigen::VectorXd values;
@@ -65,7 +65,7 @@ Dwell FitDwell(const Eigen::Matrix3Xd& between, double frame_rate, const Dwell& 
     for (const Column& b : after) {
       if (b.at < a.at) continue;
       const double ab = a.values.dot(b.values);
-      // A movement that is not seen is not worth fitting: a little is held against its size.
+      // Small damping: a motion that is not observed should not be fitted.
       constexpr double kSmall = 1e-6;
       Eigen::Matrix3d normal;
       normal << count, a.sum, b.sum, a.sum, a.squared + kSmall, ab, b.sum, ab, b.squared + kSmall;

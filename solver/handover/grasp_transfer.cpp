@@ -30,11 +30,11 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr int kMaxRounds = 5;
-constexpr double kNeighbor = 0.012;      // meters: candidates nearer to each other are one
-constexpr double kBallsFree = 0.002;     // meters that balls of two hands may overlap by
-constexpr double kObstacleCell = 0.004;  // meters, of the grid that fingers close against
+constexpr double kNeighbor = 0.012;      // meters: nearer candidates count as one
+constexpr double kBallsFree = 0.002;     // meters: allowed overlap of the balls of two hands
+constexpr double kObstacleCell = 0.004;  // meters, of the grid for closing fingers
 
-// Closed mesh of a hand in the object's frame.
+// Closed mesh of a hand in the object frame.
 TriangleMesh HandInObject(const HandModel& hand, const FingerPose& fingers,
                           const Isometry3d& wrist_from_object) {
   HandEvaluation evaluation = AtWrist(hand);
@@ -43,7 +43,7 @@ TriangleMesh HandInObject(const HandModel& hand, const FingerPose& fingers,
   return CloseHoles({vertices, hand.Surface().Faces()});
 }
 
-// Planes through `centroid` that the object is its own mirror image about, as unit normals.
+// Symmetry planes of the object through `centroid`, as unit normals.
 std::vector<Vector3d> SymmetryPlanes(const Eigen::Matrix3Xd& surface, const DistanceGrid& object,
                                      const Vector3d& centroid, double size) {
   constexpr int kDirections = 96;
@@ -55,7 +55,7 @@ std::vector<Vector3d> SymmetryPlanes(const Eigen::Matrix3Xd& surface, const Dist
     const double r = std::sqrt(1.0 - z * z);
     directions.emplace_back(r * std::cos(angle), r * std::sin(angle), z);
   }
-  for (int k = 1; k < 24; ++k) {  // what stands is often round about z
+  for (int k = 1; k < 24; ++k) {  // standing objects are often round about z
     const double angle = std::numbers::pi * k / 24.0;
     directions.emplace_back(std::cos(angle), std::sin(angle), 0.0);
   }
@@ -71,8 +71,8 @@ std::vector<Vector3d> SymmetryPlanes(const Eigen::Matrix3Xd& surface, const Dist
   return planes;
 }
 
-// The grasp of the one hand as the other hand's, seen in a mirror that the object does not change
-// in: the hand's mirror is x of the wrist's frame, the object's the plane.
+// Mirrors a grasp of one hand to the other hand by a symmetry of the object: the hand is mirrored
+// in x of the wrist frame, the object in the plane.
 Isometry3d Reflected(const Isometry3d& wrist_from_object, const Vector3d& normal,
                      const Vector3d& centroid) {
   const Matrix3d hand = Vector3d(-1.0, 1.0, 1.0).asDiagonal();
@@ -83,7 +83,7 @@ Isometry3d Reflected(const Isometry3d& wrist_from_object, const Vector3d& normal
       hand * (wrist_from_object.linear() * shift + wrist_from_object.translation()));
 }
 
-// Directions that each finger's pads press in where they touch; zero of those that do not.
+// Direction in which the touching pads of each finger press; zero for fingers that do not touch.
 std::array<Vector3d, kNumFingers> PressingDirections(const HandLandmarks& landmarks,
                                                      const Eigen::Matrix3Xd& vertices,
                                                      const DistanceGrid& object,
@@ -132,7 +132,7 @@ DistanceGrid ObstacleGrid(const TriangleMesh& object, const TriangleMesh& giving
   return DistanceGrid(SignedDistance(both), options);
 }
 
-// Deepest overlap of two hands' balls, meters; negative: how far apart.
+// Maximum overlap of two hands' balls, meters; negative: their distance.
 double BallOverlap(const Eigen::Matrix4Xd& a, const Eigen::Matrix4Xd& b) {
   double deepest = -1.0;
   for (Eigen::Index i = 0; i < a.cols(); ++i) {
@@ -151,7 +151,7 @@ std::vector<int> AllOf(const Eigen::Matrix3Xd& points) {
   return ids;
 }
 
-// How far the wrist is from where it was given: meters and radians.
+// Correction of the wrist from its given pose: meters and radians.
 std::pair<double, double> CorrectionOf(const Isometry3d& wrist_from_object,
                                        const Isometry3d& given) {
   const Isometry3d moved = wrist_from_object.inverse() * given;
@@ -161,14 +161,14 @@ std::pair<double, double> CorrectionOf(const Isometry3d& wrist_from_object,
 
 }  // namespace
 
-// The receiving hand and the object, without giver or moment.
+// The receiving hand and the object, independent of giver and moment.
 struct TransferScene {
-  // Where a hand could be put, still open.
+  // A candidate placement of the open hand.
   struct WholeGrasp {
     TransferMethod method;
     Isometry3d wrist_from_object;
     HandAngles start;
-    int balls = -1;           // of the open hand: which of the scene's; -1: none of them
+    int balls = -1;           // index into the scene's `balls` of the open hand; -1: none
     double correction = 0.0;  // meters
   };
 
@@ -204,7 +204,7 @@ struct TransferScene {
     Place();
   }
 
-  // Every place that the object has room for, as FindOppositions and GraspPlacer see it.
+  // Adds all placements that the object allows (FindOppositions, GraspPlacer).
   void Place() {
     OppositionOptions opposition_options;
     opposition_options.seed = options.seed;
@@ -259,7 +259,7 @@ struct TransferScene {
   std::vector<Vector3d> planes;
   std::vector<int> palm_side;  // skin that meets an object first
   std::vector<HandAngles> open_hands;
-  std::vector<Eigen::Matrix3Xd> open_skin;  // vertices, wrist's frame
+  std::vector<Eigen::Matrix3Xd> open_skin;  // vertices, wrist frame
   std::vector<WholeGrasp> placed;
   std::vector<HandAngles> starts;
   std::vector<Eigen::Matrix4Xd> balls;  // of the hands at `starts`
@@ -267,7 +267,7 @@ struct TransferScene {
 
 namespace {
 
-// One search for the receiving hand's grasp, from what is nearest to the clip to what is farther.
+// One search for the receiving hand's grasp, from candidates near the clip's wrist to farther ones.
 class TransferSearch {
   using WholeGrasp = TransferScene::WholeGrasp;
 
@@ -315,7 +315,7 @@ class TransferSearch {
            evaluation.At(grasp.fingers.data(), false).Vertices();
   }
 
-  // Depth of the deepest point in a solid; only those that `may_be_inside` are looked at.
+  // Depth of the deepest point in a solid; only points that `may_be_inside` are tested.
   template <typename MayBeInside>
   static double Deepest(const SignedDistance& solid, const Eigen::Matrix3Xd& points,
                         const MayBeInside& may_be_inside) {
@@ -324,7 +324,7 @@ class TransferSearch {
     Vector3d last = Vector3d::Zero();
     int face = -1;
     for (const auto& point : points.colwise()) {
-      // Distance to a closed surface changes no faster than the point moves.
+      // The distance to a closed surface changes by at most the displacement of the point.
       if (closed && face >= 0 && last_distance - (point - last).norm() >= -deepest) continue;
       if (!may_be_inside(point)) continue;
       const SignedDistance::Result nearest = solid.Query(point, face);
@@ -343,7 +343,7 @@ class TransferSearch {
   }
 
   double DepthInObject(const Eigen::Matrix3Xd& vertices_in_object) const {
-    const double off = 2.0 * own_.distance.CellSize();  // interpolated distances, at most
+    const double off = 2.0 * own_.distance.CellSize();  // maximum error of interpolated distances
     return Deepest(own_.surface, vertices_in_object,
                    [&](const Vector3d& x) { return own_.distance.Linear(x) < off; });
   }
@@ -371,8 +371,8 @@ class TransferSearch {
     return closed;
   }
 
-  // Points (object's frame) that are in the receiving hand by more than `soft_m`: the skin goes
-  // back over each by the rest.
+  // Adds points (object frame) that are deeper than `soft_m` in the receiving hand, for the skin to
+  // be moved back over them by the rest.
   void AddIntrusions(const Eigen::Matrix3Xd& vertices, const Isometry3d& wrist_from_object,
                      const Eigen::Matrix3Xd& points, const PointPatches& patches, double soft_m,
                      std::vector<Intrusion>& intrusions) const {
@@ -387,8 +387,8 @@ class TransferSearch {
     }
   }
 
-  // With `pushed_out`, against the giving hand too; then the object's own, finer grid has the last
-  // word, with thin walls and the giving hand, as fixed to the object as they, pushed out.
+  // With `pushed_out`, refines against the giving hand too; then again on the object's own finer
+  // grid, pushing out thin walls and the giving hand, which counts as fixed to the object.
   void Refine(bool pushed_out, HandEvaluation& evaluation, GraspAttempt& closed) const {
     if (!pushed_out) {
       RefineGrasp(own_.anatomy, evaluation, own_.distance, {}, closed.angles,
@@ -420,7 +420,7 @@ class TransferSearch {
     return WhyRefused(own_.scene, result.grasp).empty() ? "" : "it is not a clean and firm grasp";
   }
 
-  // Refined and measured exactly.
+  // Refines and measures exactly.
   GraspTransfer Attempt(TransferMethod method, GraspAttempt closed, bool pushed_out) const {
     HandEvaluation evaluation = AtWrist(own_.receiver);
     Refine(pushed_out, evaluation, closed);
@@ -439,7 +439,7 @@ class TransferSearch {
     return result;
   }
 
-  // Once more where giving hand or object's walls would be in the receiving hand.
+  // Tries again if the giving hand or the object's walls would be in the receiving hand.
   GraspTransfer BestAttempt(TransferMethod method, const GraspAttempt& closed) const {
     const GraspTransfer free = Attempt(method, closed, false);
     const double overlap = Excess(free);
@@ -448,13 +448,13 @@ class TransferSearch {
     return Excess(clear) < overlap ? clear : free;
   }
 
-  // By how much more than what may be giving hand and object are in the receiving hand, mm.
+  // Penetration of giving hand and object into the receiving hand above the allowed one, mm.
   double Excess(const GraspTransfer& result) const {
     return std::max(0.0, result.hand_overlap_mm - 1000.0 * options_.max_hand_overlap_m) +
            std::max(0.0, result.grasp.object_in_hand_mm - 1000.0 * options_.max_penetration_m);
   }
 
-  // Where the clip has the wrist; the mirrored fingers opened by as much as frees them.
+  // At the clip's wrist; the mirrored fingers are opened by as much as frees them.
   void TryMirroredFingers() {
     constexpr std::array<double, 3> kOpened = {0.35, 0.7, 1.0};
     std::array<std::optional<GraspTransfer>, kOpened.size()> results;
@@ -464,13 +464,13 @@ class TransferSearch {
           TransferMethod::kMirrored, receiver_from_object_,
           own_.anatomy.axes.Clamp(mirrored_ + kOpened[k] * (own_.open - mirrored_))};
       const GraspAttempt closed = Closed(candidate, evaluation);
-      // Far off after closing, refinement does not mend it.
+      // Too far off after closing, refinement cannot repair it.
       if (k > 0 && !Touches(closed, evaluation)) return;
       results[k] = BestAttempt(candidate.method, closed);
     };
     attempt(0);
     for (int k = 0; k < static_cast<int>(kOpened.size()); ++k) {
-      // The first is mostly good; if not, the others are tried side by side.
+      // The first is usually good; if not, the others are tried in parallel.
       if (k == 1) {
         ParallelFor(static_cast<int>(kOpened.size()) - 1, options_.threads,
                     [&](int i) { attempt(i + 1); });
@@ -483,7 +483,7 @@ class TransferSearch {
     }
   }
 
-  // Whether some of the hand is at the object and little of it inside.
+  // Whether part of the hand is at the object and none deep inside.
   bool Touches(const GraspAttempt& closed, HandEvaluation& evaluation) const {
     constexpr double kNear = 0.006, kDeep = 0.008;  // meters
     const FingerPose fingers = own_.anatomy.axes.PoseOf(closed.angles);
@@ -496,8 +496,8 @@ class TransferSearch {
     return nearest < kNear && nearest > -kDeep;
   }
 
-  // The open hand as the clip has the wrist, turned a little, the object moved before the palm, and
-  // then towards it until something touches.
+  // Adds the open hand at the clip's wrist, slightly rotated, with the object moved in front of the
+  // palm and then towards it until something touches.
   void AddNearWrist(std::vector<WholeGrasp>& candidates) const {
     std::vector<Vector3d> turns = {Vector3d::Zero()};
     for (const double angle : {12.0 * kDegree, 25.0 * kDegree}) {
@@ -515,12 +515,12 @@ class TransferSearch {
     for (const auto& some : found) candidates.insert(candidates.end(), some.begin(), some.end());
   }
 
-  // `sideways`: share of the way that brings the object's middle before the palm's.
+  // `sideways`: fraction of the shift that brings the object's center in front of the palm's.
   void AddPutToPalm(const Vector3d& turn, double sideways, std::vector<WholeGrasp>& found) const {
     const Vector3d normal = own_.anatomy.axes.PalmNormal();
     const Vector3d palm = own_.anatomy.landmarks.PalmCenter();
     Isometry3d wrist_from_object = receiver_from_object_;
-    // About the object's middle, which stays where the clip has it.
+    // About the object's center, which stays where it is in the clip.
     const Vector3d middle = receiver_from_object_ * own_.scene.held_at;
     wrist_from_object.linear() = ExpSO3(turn) * receiver_from_object_.linear();
     const Vector3d away = middle - palm;
@@ -560,7 +560,7 @@ class TransferSearch {
     }
   }
 
-  // All that there is, nearest first.
+  // All candidates, nearest first.
   std::vector<WholeGrasp> WholeGrasps() const {
     std::vector<WholeGrasp> candidates;
     AddNearWrist(candidates);
@@ -579,7 +579,7 @@ class TransferSearch {
     return candidates;
   }
 
-  // The nearest that leave the giving hand room, open as they are.
+  // The nearest candidates whose open hand leaves the giving hand room.
   std::vector<WholeGrasp> NearAndFree(const std::vector<WholeGrasp>& candidates) const {
     std::vector<WholeGrasp> near;
     for (const WholeGrasp& candidate : candidates) {
@@ -601,8 +601,8 @@ class TransferSearch {
     return near;
   }
 
-  // Farther ones only where none of the nearer is any good. The best of those that closed well are
-  // refined.
+  // Tries farther candidates only if no nearer one is good. Refines the best of those that closed
+  // well.
   void TryWholeGrasps() {
     const std::vector<WholeGrasp> near = NearAndFree(WholeGrasps());
     for (int round = 0; round < kMaxRounds && !best_.found; ++round) {
@@ -635,7 +635,7 @@ class TransferSearch {
   TriangleMesh giving_;
   std::optional<SignedDistance> giving_surface_;
   PointPatches giving_patches_;
-  Eigen::Matrix4Xd giving_balls_;  // object's frame
+  Eigen::Matrix4Xd giving_balls_;  // object frame
   std::optional<DistanceGrid> obstacles_;
   HandAngles mirrored_;
   GraspTransfer best_;
@@ -687,7 +687,7 @@ double GraspReceiver::LeastCorrection(const HandAnatomy& giver, const FingerPose
   const Vector3d given = receiver_from_object.inverse().translation();
   double least = 0.5;
   for (const TransferScene::WholeGrasp& placed : scene_->placed) {
-    // Its way alone is mostly too far.
+    // The translation alone is usually too far.
     if ((placed.wrist_from_object.inverse().translation() - given).norm() >= least) continue;
     const double correction = scene_->Correction(placed.wrist_from_object, receiver_from_object);
     if (correction >= least) continue;

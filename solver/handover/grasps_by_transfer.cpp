@@ -50,7 +50,7 @@ GraspMaker GraspsByTransfer(const HandModel& right, const HandModel& left,
 }
 
 Eigen::Matrix4Xd HandBalls(const HandAnatomy& anatomy, const FingerPose& fingers) {
-  constexpr double kPalmRadius = 0.012;  // meters: half as thick as a palm
+  constexpr double kPalmRadius = 0.012;  // meters: half a palm's thickness
   constexpr std::array<double, 4> kAlong = {0.3, 0.55, 0.8, 1.0};
   HandEvaluation evaluation = AtWrist(anatomy.hand);
   Eigen::Matrix3Xd centers;

@@ -22,18 +22,18 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kClear = 0.0005;  // meters: a way that leaves no more is taken
-// Meters of retreat that a meter beyond that is worth: shorter ways are not bought with depth.
+constexpr double kClear = 0.0005;  // meters: a path with at most this depth is accepted
+// Meters of retreat per meter of further depth: shorter paths are not traded for depth.
 constexpr double kNotClear = 1000.0;
 constexpr double kRounding = 1e-5;
-constexpr double kEased = 0.0002;  // meters: easing leaves no more, unless the way does
+constexpr double kEased = 0.0002;  // meters: allowed depth after easing, unless the path has more
 
-// When what happens on the way out, in shares of `release_s` from the hold on: fingers are open;
-// the wrist sets out from its place on the object; it is on the clip's own way.
+// Timing of the path, in fractions of `release_s` from the hold on: fingers are open; the wrist
+// leaves its place on the object; the wrist is on the clip's path.
 struct Timing {
   double open, leave, home;
 };
-// From the quickest on; later ones where fingers that still hold the object would sweep through it.
+// Fastest first; later ones for fingers that would sweep through the object while leaving it.
 constexpr std::array kTimings = {Timing{0.4, 0.2, 1.0}, Timing{0.4, 0.4, 1.2},
                                  Timing{0.7, 0.35, 1.4}, Timing{0.7, 0.7, 1.7},
                                  Timing{1.0, 0.8, 2.0}};
@@ -45,7 +45,7 @@ Isometry3d Between(const Isometry3d& a, const Isometry3d& b, double share) {
                         (1.0 - share) * a.translation() + share * b.translation());
 }
 
-// The way of one hand from the edge of its hold, frame `edge`, in the direction `step` of time.
+// Path of one hand from the edge of its hold, frame `edge`, in the time direction `step`.
 class Passage {
  public:
   Passage(const Clip& source, const HandAnatomy& anatomy, const HandAnatomy* other,
@@ -65,7 +65,7 @@ class Passage {
     int length = std::min(2 * blend_, most);
     if (length == 0) return;
     TakeGrasp();
-    // A hand that rests where the object stands keeps off for as long.
+    // A hand that rests where the object stands stays clear for as long.
     while (length < most && ExceedsPenetration(length + 1)) ++length;
     Way best;
     for (const Timing& timing : kTimings) {
@@ -81,7 +81,7 @@ class Passage {
  private:
   struct Way {
     double cost = std::numeric_limits<double>::infinity();
-    double depth = cost;  // most, meters
+    double depth = cost;  // maximum, meters
     Timing timing = kTimings.front();
     Vector3d line = Vector3d::UnitZ();
     std::vector<PassageFrame> frames;
@@ -96,7 +96,7 @@ class Passage {
     return frames;
   }
 
-  // Away from the object as FindApproach has it, as the clip's own wrist goes, and between.
+  // Lines away from the object: that of FindApproach, that to the clip's wrist, and their mean.
   std::vector<Vector3d> Lines(const Timing& timing, int length) {
     const PassageFrame out = FrameAt(std::min(length, blend_), timing);
     const Vector3d away =
@@ -105,7 +105,7 @@ class Passage {
     return {approach_.retreat, Vector3d((approach_.retreat + to_clip).normalized()), to_clip};
   }
 
-  // Others, in two cones around the first.
+  // Other lines, in two cones around the first.
   std::vector<Vector3d> Detours() const {
     constexpr int kAround = 8;
     const Vector3d beside = approach_.retreat.unitOrthogonal();
@@ -121,7 +121,7 @@ class Passage {
     return lines;
   }
 
-  // The best of these ways, where it costs less.
+  // Keeps the best of these paths if its cost is lower.
   void Keep(const Timing& timing, const std::vector<Vector3d>& lines, int length, Way& best) {
     std::vector<PassageFrame> frames = FramesOf(timing, length);
     for (const Vector3d& line : lines) {
@@ -141,7 +141,7 @@ class Passage {
     return WristIn(anatomy_.hand, clip_.pose[t], clip_.trans.col(t)).translation();
   }
 
-  // Applies the way with as little acceleration as what is in it allows.
+  // Applies the path with as little acceleration as the obstacles allow.
   void Ease(const Way& best) {
     const auto count = static_cast<int>(best.frames.size());
     Eigen::Matrix3Xd way(3, count);
@@ -169,7 +169,7 @@ class Passage {
 
   bool Holds(int t) const { return (clip_.holding_hand[t] & HoldingBit(side_)) != 0; }
 
-  // Frames without the hold, up to the middle of those before the next one.
+  // Number of frames without a hold, up to the middle of the interval before the next one.
   int Free() const {
     int free = 0;
     int t = edge_ + step_;
@@ -181,7 +181,7 @@ class Passage {
     return again ? free / 2 : free;
   }
 
-  // On the clip's own way.
+  // On the clip's own path.
   bool ExceedsPenetration(int k) {
     return clearance_->TooDeep(FrameAt(k, kTimings.back()), Vector3d::Zero()) > kClear;
   }
@@ -194,7 +194,7 @@ class Passage {
     return skin;
   }
 
-  // The other hand's balls in the object's frame.
+  // The other hand's balls in the object frame.
   Eigen::Matrix4Xd OtherHand(int t) const {
     if (other_ == nullptr) return {};
     const FingerPose fingers = FingersOf(clip_.pose[t], other_->hand.HandSide());

@@ -9,24 +9,23 @@
 
 namespace holdfast {
 
-/// Leads hands to their holds and away from them without sweeping through the object or through
-/// the fingers of the hand that holds it. FitClip blends arms and fingers between the clip's own
-/// and the hold's, whatever lies between; here, from the frame at the edge of a hold outwards,
+/// Moves hands to and from their holds without sweeping through the object or the fingers of the
+/// holding hand. FitClip blends arms and fingers between clip and hold, ignoring obstacles. Here,
+/// outwards from the frame at the edge of a hold:
 ///
-///   1. fingers open in place as FindApproach has them close, while the wrist stays on the object;
-///   2. the wrist goes from its place on the object over to the clip's own (minimum jerk in time,
-///      the object's motion included), fingers from ready to the clip's own;
-///   3. where skin would still be deeper than in the hold itself, or a wall of the object in a
-///      finger, the hand keeps farther off along a line away from the object, by as little as
-///      clears it, coming and going smoothly (PassageClearance). Of several timings and lines, the
-///      first that clears or the one that costs least; then lines in cones around those;
-///   4. the wrist's way through the world loses what acceleration it can without going deeper
-///      (EasedWay).
+///   1. fingers open in place, reversing the closing of FindApproach; the wrist stays on the
+///      object;
+///   2. the wrist moves from the object to the clip's own pose (minimum jerk in time, including the
+///      object's motion), fingers from ready to the clip's;
+///   3. where skin would still be deeper than in the hold itself, or an object wall in a finger,
+///      the hand retreats smoothly along a line away from the object, by the minimum that clears it
+///      (PassageClearance); uses the first timing and line that clears, else the cheapest, and then
+///      tries lines in cones around those;
+///   4. the acceleration of the wrist's path is reduced without going deeper (EasedWay).
 ///
-/// `source` is the clip before the fit, `clip` what FitClip returned, with its holding_hand: of
-/// frames near a hold's first and last one, in which that hand does not hold, the arm and fingers
-/// are made anew, over `release_s` and up to twice that where the clip's own way is through the
-/// object. `hands` as for the fit. Frames that hold are not changed, nor the object.
+/// `source` is the clip before the fit, `clip` the result of FitClip with its holding_hand, `hands`
+/// as in the fit. Replaces arm and fingers in frames near a hold, over `release_s`, up to twice
+/// that where the clip's path goes through the object. Held frames and the object are unchanged.
 void ClearPassages(const Clip& source, std::span<const HandModel* const> hands,
                    const DistanceGrid& object, double release_s, Clip& clip);
 

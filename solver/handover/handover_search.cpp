@@ -26,18 +26,18 @@ constexpr double kSignalSlope_s = 0.12;
 constexpr double kActivityWindow_s = 0.35;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-// What the two hands do, per frame.
+// Motion of both hands, per frame.
 struct HandsInTime {
-  Eigen::Matrix3Xd raw_between;    // `between` as it is
-  Eigen::Matrix3Xd between;        // left to right holding place, meters, chest's frame
-  Eigen::VectorXd apart;           // between the places where the palms hold, meters
+  Eigen::Matrix3Xd raw_between;    // unfiltered `between`
+  Eigen::Matrix3Xd between;        // left to right holding point, meters, chest frame
+  Eigen::VectorXd apart;           // distance of the holding points of the palms, meters
   Eigen::VectorXd relative_speed;  // m/s
   double speed_noise_m_s = 0.0;
-  double noise_m = 0.0;                     // left in `apart`
-  std::array<Eigen::VectorXd, 2> activity;  // 0: hangs still .. about 1: raised and busy
+  double noise_m = 0.0;                     // remaining in `apart`
+  std::array<Eigen::VectorXd, 2> activity;  // 0: hanging still .. about 1: raised and active
 };
 
-// Where a hand holds things: before the middle of the palm, wrist's frame.
+// Point where a hand holds objects: in front of the center of the palm, wrist frame.
 Vector3d HoldingPlace(const HandModel& hand, double object_size_m) {
   const HandAxes axes(hand);
   const double before = 0.015 + 0.5 * std::min(object_size_m, 0.08);
@@ -51,7 +51,7 @@ HandsInTime Observe(const Clip& clip, const HandModel& right, const HandModel& l
   const std::array<const HandModel*, 2> hands = {&right, &left};
   const std::array<Vector3d, 2> place = {HoldingPlace(right, object_size_m),
                                          HoldingPlace(left, object_size_m)};
-  Eigen::Matrix3Xd between(3, frames);  // in the chest's frame, which does not sway
+  Eigen::Matrix3Xd between(3, frames);  // in the chest frame, which does not sway
   std::array<Eigen::Matrix3Xd, 2> in_chest = {Eigen::Matrix3Xd(3, frames),
                                               Eigen::Matrix3Xd(3, frames)};
   std::array<Eigen::VectorXd, 2> height = {Eigen::VectorXd(frames), Eigen::VectorXd(frames)};
@@ -85,7 +85,7 @@ HandsInTime Observe(const Clip& clip, const HandModel& right, const HandModel& l
   for (int h = 0; h < 2; ++h) {
     const Eigen::VectorXd speed =
         fps * SlopesOverTime(in_chest[h], reach(kSignalSlope_s)).colwise().norm().transpose();
-    // A wrist at the hip's height hangs; 30 cm above it, the forearm is raised.
+    // A wrist at hip height hangs; 30 cm higher, the forearm is raised.
     const Eigen::VectorXd raised = (height[h].array() / 0.3).cwiseMax(0.0).cwiseMin(1.0);
     const Eigen::VectorXd busy = raised.array() + (speed.array() / 0.5).cwiseMin(1.0);
     seen.activity[h] =
@@ -94,17 +94,16 @@ HandsInTime Observe(const Clip& clip, const HandModel& right, const HandModel& l
   return seen;
 }
 
-// A time the hands are together: they could pass something.
+// An interval in which the hands are together and could pass an object.
 struct Meeting {
   int begin = 0, end = 0;  // together in [begin, end)
-  double cost = 0.0;       // nats, of passing something here
+  double cost = 0.0;       // nats, of a handover here
   double Middle() const { return 0.5 * (begin + end - 1); }
   int Frame() const { return static_cast<int>(std::lround(Middle())); }
 };
 
-// The frame with the most neighbors, without a gap, in which the hands are as far apart in the
-// same direction: as when both hold one thing. Among frames [begin, end); all of these are
-// returned.
+// The longest interval around a frame in which the displacement between the hands is constant, as
+// when both hold one object. Searched in frames [begin, end).
 Meeting LongestHold(const Eigen::Matrix3Xd& between, int begin, int end, double margin_m) {
   Meeting longest{begin, begin + 1, 0.0};
   for (int t = begin; t < end; ++t) {
@@ -119,8 +118,8 @@ Meeting LongestHold(const Eigen::Matrix3Xd& between, int begin, int end, double 
   return longest;
 }
 
-// Between the minima of the hands' distance it rises by `parting_m`; around each, where it is less
-// than that above the minimum, the hands hold still to each other once.
+// Between the minima of the hands' distance it rises by `parting_m`; around each minimum, within
+// that rise, there is one interval in which the hands are still relative to each other.
 std::vector<Meeting> FindMeetings(const HandsInTime& seen, double parting_m, double margin_m) {
   const Eigen::VectorXd& apart = seen.apart;
   const int frames = static_cast<int>(apart.size());
@@ -154,15 +153,15 @@ std::vector<Meeting> FindMeetings(const HandsInTime& seen, double parting_m, dou
   return meetings;
 }
 
-// An account of a clip: who has the object first, and at which meetings it switches.
+// A hypothesis for a clip: who has the object first, and at which meetings it switches.
 struct Account {
   double cost = kInfinity;
   int first = 0;  // 0 right, 1 left
   std::vector<std::size_t> meetings;
 };
 
-// The cheapest account with min..max switches. `had(h, t)`: nats for hand h to have the object in
-// all frames before t.
+// Returns the hypothesis with the lowest cost and min..max switches. `had(h, t)`: nats for hand h
+// to have the object in all frames before t.
 Account Explain(const std::vector<Meeting>& meetings, const Eigen::Matrix2Xd& had,
                 const HandoverSearchOptions& options) {
   const auto last = static_cast<int>(had.cols()) - 1;
@@ -171,7 +170,7 @@ Account Explain(const std::vector<Meeting>& meetings, const Eigen::Matrix2Xd& ha
   Account best;
   for (int first = 0; first < 2; ++first) {
     if (options.first_hand && (*options.first_hand == Side::kRight) != (first == 0)) continue;
-    // cost(k, m): of the frames before meeting m, which is the k-th switch.
+    // cost(k, m): of the frames before meeting m as the k-th switch.
     Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(most + 1, count, kInfinity);
     Eigen::MatrixXi before = Eigen::MatrixXi::Constant(most + 1, count, -1);
     const auto between = [&](int k, int from, int to) {  // after switch k, between two frames
@@ -225,7 +224,7 @@ void CheckOptions(const HandoverSearchOptions& options, int frames) {
   }
 }
 
-// The frame nearest to the middle of the time together.
+// The frame nearest to the middle of the interval together.
 int DwellMiddle(const Eigen::Matrix3Xd& between, double frame_rate, int frames,
                 const HandSwitch& change) {
   const Dwell dwell =
@@ -233,7 +232,7 @@ int DwellMiddle(const Eigen::Matrix3Xd& between, double frame_rate, int frames,
   return std::clamp(static_cast<int>(std::lround(dwell.Middle())), 1, frames - 1);
 }
 
-// Who holds in each frame, for switches in order that share the frames [both_begin, both_end).
+// Sets the holding hands per frame, for ordered switches with both hands in [both_begin, both_end).
 void FillHands(Side first, int frames, HoldLabels& holding) {
   holding.hands.assign(static_cast<std::size_t>(frames), HoldingBit(first));
   for (const HandSwitch& change : holding.switches) {
@@ -243,7 +242,7 @@ void FillHands(Side first, int frames, HoldLabels& holding) {
   }
 }
 
-// What Explain calls `had`: the hand that does more has the object.
+// `had` of Explain: the more active hand has the object.
 Eigen::Matrix2Xd CostsOfHaving(const HandsInTime& seen, double activity_weight, double rate) {
   const Eigen::Index frames = seen.apart.size();
   Eigen::Matrix2Xd had = Eigen::Matrix2Xd::Zero(2, frames + 1);
@@ -256,7 +255,7 @@ Eigen::Matrix2Xd CostsOfHaving(const HandsInTime& seen, double activity_weight, 
   return had;
 }
 
-// Meetings at the frames that the caller gives.
+// Meetings at the given switch frames.
 std::vector<Meeting> GivenMeetings(const HandoverSearchOptions& options, double frame_rate,
                                    int frames) {
   std::vector<Meeting> meetings;
@@ -264,7 +263,7 @@ std::vector<Meeting> GivenMeetings(const HandoverSearchOptions& options, double 
   for (const int frame : options.switch_frames) {
     meetings.push_back({std::max(1, frame - half), std::min(frames, frame + half + 1), 0.0});
   }
-  // Neighbors share what lies between them.
+  // Adjacent meetings split the frames between them.
   for (std::size_t m = 1; m < meetings.size(); ++m) {
     const int middle = (options.switch_frames[m - 1] + options.switch_frames[m] + 1) / 2;
     meetings[m - 1].end = std::min(meetings[m - 1].end, middle);
@@ -273,7 +272,7 @@ std::vector<Meeting> GivenMeetings(const HandoverSearchOptions& options, double 
   return meetings;
 }
 
-// Switches at all of the given meetings.
+// Hypothesis with switches at all given meetings.
 Account ExplainGiven(const std::vector<Meeting>& meetings, const Eigen::Matrix2Xd& had,
                      const HandoverSearchOptions& options) {
   Account account;
@@ -284,7 +283,7 @@ Account ExplainGiven(const std::vector<Meeting>& meetings, const Eigen::Matrix2X
   return account;
 }
 
-// Meetings at which the hands are near enough to pass the object, and what passing it costs there.
+// Meetings at which the hands are near enough to pass the object, with the cost of a handover.
 std::vector<Meeting> MeetingsWithinReach(const HandsInTime& seen, double object_size_m,
                                          const HandoverSearchOptions& options) {
   constexpr double kParting = 0.06;   // meters
@@ -310,7 +309,7 @@ std::vector<Meeting> MeetingsWithinReach(const HandsInTime& seen, double object_
   return meetings;
 }
 
-// How sure it is that a switch of `best` happens: against the best account without its meeting.
+// Probability of a switch of `best`, relative to the best hypothesis without its meeting.
 double ConfidenceInMeeting(std::size_t switched, const Account& best,
                            const std::vector<Meeting>& meetings, const Eigen::Matrix2Xd& had,
                            const HandoverSearchOptions& options) {
@@ -322,7 +321,7 @@ double ConfidenceInMeeting(std::size_t switched, const Account& best,
   return 1.0 / (1.0 + std::exp(best.cost - other));
 }
 
-// Between two switches as sure as the less sure of them.
+// Between two switches, the lower of their confidences.
 void FillConfidence(int frames, HoldLabels& holding) {
   holding.confidence.assign(static_cast<std::size_t>(frames), 1.0);
   for (int t = 0; t < frames; ++t) {
@@ -370,7 +369,7 @@ HoldLabels FindHandovers(const Clip& clip, const HandModel& right, const HandMod
     holding.switches.push_back(change);
   }
   FillHands(first, frames, holding);
-  // Given switches have confidence 1, and so has every frame then.
+  // Given switches have confidence 1, and so have all frames then.
   FillConfidence(frames, holding);
   return holding;
 }

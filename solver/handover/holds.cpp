@@ -22,21 +22,21 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kNumStates = 4;            // a state is the bits of the hands that hold
+constexpr int kNumStates = 4;            // a state is the bitmask of holding hands
 constexpr double kEvidenceRate = 30.0;   // costs are per 1 / this seconds
 constexpr double kSmoothing_s = 0.05;    // standard deviation of the Gaussian over time
 constexpr double kSlopeWindow_s = 0.10;  // to either side, for speeds
-constexpr double kHeldWindow_s = 0.5;    // to either side, for where a hand holds the object
-constexpr int kTouchingVertices = 8;     // as many as a fingertip has
-constexpr double kMaxAgainst = 12.0;     // nats of one frame's evidence
+constexpr double kHeldWindow_s = 0.5;    // to either side, for the object's position in a hand
+constexpr int kTouchingVertices = 8;     // about a fingertip
+constexpr double kMaxAgainst = 12.0;     // nats of evidence in one frame
 constexpr double kMaxFor = 3.0;
 constexpr double kAway = 100.0;  // meters
 
-// What one hand sees of the object, one column or entry per frame.
+// The object relative to one hand, one column or entry per frame.
 struct HandView {
-  Eigen::VectorXd gap;         // meters, 0 where skin touches or is inside
+  Eigen::VectorXd gap;         // meters, 0 if skin touches or is inside
   Eigen::Matrix3Xd wrist;      // world
-  Eigen::Matrix3Xd center;     // of the object, in the wrist's frame
+  Eigen::Matrix3Xd center;     // of the object, in the wrist frame
   std::vector<Matrix3d> turn;  // wrist from object
 };
 
@@ -64,7 +64,7 @@ HandView View(const Clip& clip, const HandModel& hand, const DistanceGrid& objec
         distance[i] = std::max(0.0, object.Distance(skin.col(i)));
       }
       const int nearest = std::min<int>(kTouchingVertices, static_cast<int>(distance.size()));
-      if (nearest == 0) {  // the model lacks this hand: it is nowhere near
+      if (nearest == 0) {  // the model lacks this hand
         view.gap(t) = kAway;
         continue;
       }
@@ -77,14 +77,14 @@ HandView View(const Clip& clip, const HandModel& hand, const DistanceGrid& objec
   return view;
 }
 
-// How far the object is, in each frame, from where this hand holds it in the nearest frames that it
-// is held in; infinite where there are none within the window.
+// Distance of the object, per frame, from its position in this hand in the nearest held frames;
+// infinite if there are none within the window.
 Eigen::VectorXd DistanceFromHeld(const Eigen::Matrix3Xd& center, const std::vector<bool>& held,
                                  Eigen::Index reach) {
   const Eigen::Index frames = center.cols();
   Eigen::VectorXd distance(frames);
   for (Eigen::Index t = 0; t < frames; ++t) {
-    // The nearest frame of a hold, and the stretch of that hold around it.
+    // The nearest held frame, and the part of that hold around it.
     Eigen::Index nearest = -1;
     for (Eigen::Index k = 0; k <= reach && nearest < 0; ++k) {
       if (t - k >= 0 && held[t - k])
@@ -108,7 +108,7 @@ Eigen::VectorXd DistanceFromHeld(const Eigen::Matrix3Xd& center, const std::vect
   return distance;
 }
 
-// The windows over time for a clip's frame rate.
+// Time windows for a clip's frame rate.
 struct ClipWindows {
   explicit ClipWindows(double frame_rate)
       : fps(frame_rate),
@@ -127,14 +127,14 @@ struct ClipWindows {
   double fps;
   double sigma_frames;
   Eigen::Index slope_reach;
-  // What is left of one frame's noise after smoothing, and in a slope.
+  // Factor on one frame's noise after smoothing, and in a slope.
   double smoothed, slope_noise;
 };
 
-// How the object moves in the world.
+// Motion of the object in the world.
 struct WorldMotion {
   Eigen::VectorXd speed;
-  double still = 0.0;  // slower than this it does not move
+  double still = 0.0;  // maximum speed at rest
 };
 
 WorldMotion ObserveObject(const Clip& clip, const DistanceGrid& object, const ClipWindows& windows,
@@ -150,14 +150,14 @@ WorldMotion ObserveObject(const Clip& clip, const DistanceGrid& object, const Cl
           options.still_m_s + 2.5 * world_noise * windows.slope_noise};
 }
 
-// Log-odds that one hand holds, and what they come from.
+// Log-odds that one hand holds, and their sources.
 struct HandEvidence {
   Eigen::VectorXd contact, motion;
   double noise = 0.0;
-  Eigen::Matrix3Xd center;  // HandView's, smoothed
+  Eigen::Matrix3Xd center;  // that of HandView, smoothed
 };
 
-// Log-odds by how the object moves in the hand's frame. `radius`: of its turning surface.
+// Log-odds from the object's motion in the hand's frame. `radius`: lever of its rotation.
 Eigen::VectorXd MotionOdds(const HandView& view, double noise, double radius,
                            const ClipWindows& windows, const HoldOptions& options) {
   const Eigen::Index frames = view.gap.size();
@@ -172,7 +172,7 @@ Eigen::VectorXd MotionOdds(const HandView& view, double noise, double radius,
   Eigen::VectorXd motion(frames);
   for (Eigen::Index t = 0; t < frames; ++t) {
     const double relative = std::max(moves(t), turns(t) - still);
-    // Standing still together says nothing: what the hand's own movement would show counts.
+    // Being still together is no evidence: weight by the hand's own speed.
     const double telling = std::min(1.0, wrist_speed(t) / (3.0 * still));
     motion(t) = relative < still ? 2.0 * telling * (1.0 - relative / still)
                                  : std::max(-8.0, -4.0 * (relative / still - 1.0));
@@ -194,7 +194,7 @@ HandEvidence WeighHand(const HandView& view, double radius, const ClipWindows& w
   return evidence;
 }
 
-// Who holds in each frame, from the log-odds of both hands.
+// Decides the holding hands per frame from the log-odds of both hands.
 StatePath DecideHands(const std::array<Eigen::VectorXd, 2>& odds, const WorldMotion& world,
                       double fps, double change_cost) {
   const double rate = kEvidenceRate / fps;
@@ -207,7 +207,7 @@ StatePath DecideHands(const std::array<Eigen::VectorXd, 2>& odds, const WorldMot
   const Eigen::Index frames = world.speed.size();
   Eigen::MatrixXd costs(kNumStates, frames);
   for (Eigen::Index t = 0; t < frames; ++t) {
-    // Nobody carries what moves.
+    // An object that moves is held.
     const double flying = std::clamp(4.0 * (world.speed(t) / world.still - 1.0), 0.0, 8.0);
     for (int state = 0; state < kNumStates; ++state) {
       double cost = state == 0 ? flying : 0.0;
@@ -218,11 +218,11 @@ StatePath DecideHands(const std::array<Eigen::VectorXd, 2>& odds, const WorldMot
   return ViterbiPath(costs, change);
 }
 
-// Log-odds of hand `h` once it is known about when it holds, and so where: a hand that is
-// somewhere else relative to the object has not taken it yet, or has let go.
+// Log-odds of hand `h` given its held frames, and thus its position on the object: a hand elsewhere
+// relative to the object has not taken it yet, or has released it.
 Eigen::VectorXd OddsByPlace(const HandEvidence& evidence, const std::vector<int>& states, int h,
                             const ClipWindows& windows) {
-  constexpr double kSlack = 0.012;  // what an object may shift in a hand, meters
+  constexpr double kSlack = 0.012;  // allowed shift of an object in a hand, meters
   const Eigen::Index frames = evidence.center.cols();
   std::vector<bool> held(static_cast<std::size_t>(frames));
   for (Eigen::Index t = 0; t < frames; ++t) held[t] = (states[t] >> h & 1) != 0;
@@ -238,7 +238,7 @@ Eigen::VectorXd OddsByPlace(const HandEvidence& evidence, const std::vector<int>
   return odds;
 }
 
-// `between` (3 x T): from one wrist to the other one.
+// `between` (3 x T): from one wrist to the other.
 HoldLabels HoldingOf(const StatePath& path, const Eigen::Matrix3Xd& between,
                      const ClipWindows& windows) {
   const auto frames = static_cast<Eigen::Index>(path.states.size());
@@ -249,7 +249,7 @@ HoldLabels HoldingOf(const StatePath& path, const Eigen::Matrix3Xd& between,
   }
   holding.switches = SwitchesOf(holding.hands);
   for (HandSwitch& change_of_hands : holding.switches) {
-    // As sure as the frames around it are.
+    // Mean confidence of the surrounding frames.
     const Eigen::Index reach = windows.Frames(0.25);
     const Eigen::Index begin = std::max<Eigen::Index>(0, change_of_hands.frame - reach);
     const Eigen::Index end = std::min(frames, change_of_hands.frame + reach + 1);
@@ -257,7 +257,7 @@ HoldLabels HoldingOf(const StatePath& path, const Eigen::Matrix3Xd& between,
     for (Eigen::Index t = begin; t < end; ++t) sum += holding.confidence[t];
     change_of_hands.confidence = sum / static_cast<double>(end - begin);
     if (change_of_hands.both_begin == change_of_hands.both_end) continue;
-    // How the hands come and part says when more exactly than who touches.
+    // The hands' approach and parting give the time more precisely than the contacts.
     const Dwell dwell = FitDwell(
         between, windows.fps, {1.0 * change_of_hands.both_begin, change_of_hands.both_end - 1.0});
     change_of_hands.frame =
@@ -277,7 +277,7 @@ HoldLabels FindHolds(const Clip& clip, const HandModel& right, const HandModel& 
     throw Error("hands", "are not a right and a left one", "Give one of each.");
   }
   const ClipWindows windows(clip.frame_rate);
-  const double radius = 0.25 * (object.Max() - object.Min()).norm();  // of its turning surface
+  const double radius = 0.25 * (object.Max() - object.Min()).norm();  // lever of its rotation
   const WorldMotion world = ObserveObject(clip, object, windows, options);
   const std::array<HandView, 2> views = {View(clip, right, object, options.threads),
                                          View(clip, left, object, options.threads)};
@@ -323,8 +323,8 @@ std::string HoldersText(const HeldFrames& frames) {
 
 std::vector<HandSwitch> SwitchesOf(const std::vector<std::uint8_t>& hands) {
   std::vector<HandSwitch> switches;
-  int last = 0;        // the hand that held alone, last
-  int last_frame = 0;  // and until when
+  int last = 0;        // last hand that held alone
+  int last_frame = 0;  // last frame of that
   for (int t = 0; t < static_cast<int>(hands.size()); ++t) {
     const int now = hands[t];
     if (now != kHoldsRight && now != kHoldsLeft) continue;

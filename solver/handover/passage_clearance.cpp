@@ -22,14 +22,14 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kFree = 0.0007;     // meters: no deeper is clear
-constexpr double kWallFree = 0.001;  // meters that balls are off the skin
-constexpr double kSoft = 0.002;      // meters that fingers avoid fingers
-constexpr double kDepthCost = 30.0;  // meters of retreat that a meter of depth is worth
-constexpr double kLeave = 8.0;       // m/s^2: no hand leaves faster
+constexpr double kFree = 0.0007;     // meters: clear up to this depth
+constexpr double kWallFree = 0.001;  // meters: distance of the balls from the skin
+constexpr double kSoft = 0.002;      // meters: softness of fingers against fingers
+constexpr double kDepthCost = 30.0;  // meters of retreat per meter of depth
+constexpr double kLeave = 8.0;       // m/s^2: maximum acceleration of a leaving hand
 constexpr double kRetreatStep = 0.003;
 constexpr int kRetreatSteps = 60;
-constexpr double kBump_s = 0.17;  // half of the time in which a retreat comes and goes
+constexpr double kBump_s = 0.17;  // half the duration of a retreat
 
 Isometry3d Shifted(Isometry3d object_from_wrist, const Vector3d& shift) {
   object_from_wrist.translation() += shift;
@@ -113,7 +113,7 @@ double PassageClearance::Retreat(const Vector3d& line, int opening,
   return cost;
 }
 
-// From the one it has on: what is worth its depth.
+// Increases the frame's retreat as long as this is worth the depth.
 double PassageClearance::LeastRetreat(const PassageFrame& frame, const Vector3d& line) const {
   const double seconds = std::abs(frame.t - edge_) / frame_rate_;
   const double most = 0.5 * kLeave * seconds * seconds;
@@ -132,7 +132,7 @@ double PassageClearance::LeastRetreat(const PassageFrame& frame, const Vector3d&
   return best;
 }
 
-// No less than needed, rising and falling smoothly.
+// At least the needed retreats, rising and falling smoothly.
 void PassageClearance::Smooth(const std::vector<double>& needed, int opening,
                               std::span<PassageFrame> frames) const {
   const double bump = std::max(1.0, std::round(kBump_s * frame_rate_));
@@ -216,7 +216,7 @@ WristOffset OffsetBetween(const Isometry3d& from, const Isometry3d& to) {
   return {Eigen::Quaterniond(offset.linear()).normalized(), offset.translation()};
 }
 
-// From 0 at `from` over 1 in [begin, end) to 0 at `to`.
+// Blend weight: from 0 at `from` over 1 in [begin, end) to 0 at `to`.
 double ShareAt(int t, int from, int begin, int end, int to) {
   if (t < begin) return MinimumJerk(static_cast<double>(t - from) / (begin - from));
   return t < end ? 1.0 : MinimumJerk(static_cast<double>(to - t) / (to - end + 1));

@@ -18,7 +18,7 @@ struct FloatLanes {
   static Vector Sub(Vector a, Vector b) { return _mm256_sub_ps(a, b); }
   static Vector Mul(Vector a, Vector b) { return _mm256_mul_ps(a, b); }
   static Vector MulAdd(Vector a, Vector b, Vector c) { return _mm256_fmadd_ps(a, b, c); }
-  // Four at a time: each step adds neighbors of two vectors and puts the sums side by side.
+  // Four at a time: each step adds neighbors of two vectors and stores the sums side by side.
   static void SumTen(const Vector (&v)[10], double* out) {
     StoreFour(_mm256_hadd_ps(_mm256_hadd_ps(v[0], v[1]), _mm256_hadd_ps(v[2], v[3])), out);
     StoreFour(_mm256_hadd_ps(_mm256_hadd_ps(v[4], v[5]), _mm256_hadd_ps(v[6], v[7])), out + 4);
@@ -30,7 +30,7 @@ struct FloatLanes {
     _mm256_storeu_pd(out, _mm256_cvtps_pd(_mm_add_ps(_mm256_castps256_ps128(halves),
                                                      _mm256_extractf128_ps(halves, 1))));
   }
-  // Reciprocal square root to 12 bits and one Newton step: 23 bits at a third of the cost.
+  // 12-bit reciprocal square root and one Newton step: 23 bits at a third of the cost.
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
     const Vector y = _mm256_rsqrt_ps(d2);
     const Vector rough = _mm256_mul_ps(d2, y), half = _mm256_set1_ps(0.5f);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Zero-masked forms throughout: the plain intrinsics of some compilers' headers start from an
-// uninitialized register and trip their own warnings.
+// Zero-masked forms throughout: the plain intrinsics in some compilers' headers start from an
+// uninitialized register and trigger warnings.
 #if defined(__AVX512F__)
 #include <immintrin.h>
 
@@ -21,14 +21,14 @@ struct FloatLanes {
   static Vector Mul(Vector a, Vector b) { return _mm512_mul_ps(a, b); }
   static Vector MulAdd(Vector a, Vector b, Vector c) { return _mm512_fmadd_ps(a, b, c); }
   // All ten at once: each step adds halves of two vectors and puts them side by side, so that all
-  // lanes work on to the end.
+  // lanes are used to the end.
   static void SumTen(const Vector (&v)[10], double* out) {
     Vector pair[5], quad[3];
     for (int k = 0; k < 5; ++k) pair[k] = AddHalves<0x44, 0xee>(v[2 * k], v[2 * k + 1]);
     quad[0] = AddHalves<0x88, 0xdd>(pair[0], pair[1]);
     quad[1] = AddHalves<0x88, 0xdd>(pair[2], pair[3]);
     quad[2] = AddHalves<0x88, 0xdd>(pair[4], pair[4]);
-    // A quarter of a vector is now one of the sums, in four parts.
+    // Each quarter of a vector now holds one sum, in four parts.
     const Vector eight = AddUnpacked(quad[0], quad[1]), two = AddUnpacked(quad[2], quad[2]);
     const Vector all = _mm512_add_ps(_mm512_maskz_shuffle_ps(0xffff, eight, two, 0x44),
                                      _mm512_maskz_shuffle_ps(0xffff, eight, two, 0xee));
@@ -49,7 +49,7 @@ struct FloatLanes {
     return _mm512_add_ps(_mm512_maskz_unpacklo_ps(0xffff, a, b),
                          _mm512_maskz_unpackhi_ps(0xffff, a, b));
   }
-  // Reciprocal square root to 14 bits and one Newton step: full single precision.
+  // 14-bit reciprocal square root and one Newton step: full single precision.
   static void SqrtAndInverse(Vector d2, Vector& distance, Vector& inverse) {
     const Vector y = _mm512_maskz_rsqrt14_ps(0xffff, d2);
     const Vector rough = _mm512_mul_ps(d2, y), half = _mm512_set1_ps(0.5f);

@@ -5,7 +5,7 @@
 
 namespace holdfast::kernels {
 
-/// Plain pointers: sources built for one instruction set see no library header.
+/// Plain pointers: sources compiled for one instruction set include no library header.
 template <typename Real>
 struct PairArguments {
   const Real* x;
@@ -19,8 +19,8 @@ struct PairArguments {
   double* sums;  ///< ten per point, in the order of PairSums
 };
 
-// Added to squared distances, so that coinciding points give a unit vector of zero; lost in
-// rounding beyond a micrometer.
+// Added to squared distances, so that coinciding points give a zero unit vector; lost in rounding
+// beyond a micrometer.
 template <typename Real>
 inline constexpr Real kTinySquaredDistance = Real(1e-20);
 template <>
@@ -40,7 +40,7 @@ struct RankUpdateArguments {
   const double* rows;  ///< num_rows x width, row-major
   int num_rows;
   int width;        ///< a multiple of 8
-  double* product;  ///< width x width, row-major; the upper triangle is added to
+  double* product;  ///< width x width, row-major; accumulates into the upper triangle
 };
 
 void RankUpdateScalar(const RankUpdateArguments& in);

@@ -9,8 +9,8 @@
 
 namespace holdfast {
 
-/// What the M residuals r_j = |z - o_j| - D_j of one point z amount to, for any solver of
-/// Gauss-Newton type: with n_j = (z - o_j) / |z - o_j| (0 where they coincide),
+/// Sums over the M residuals r_j = |z - o_j| - D_j of one point z, for any Gauss-Newton solver:
+/// with n_j = (z - o_j) / |z - o_j| (0 where they coincide),
 ///   hessian = sum_j n_j n_j^T (xx, xy, xz, yy, yz, zz),  gradient = sum_j r_j n_j,
 ///   squares = sum_j r_j^2.
 struct PairSums {
@@ -19,7 +19,7 @@ struct PairSums {
   double squares;
 };
 
-/// Fixed points o_j as the kernel reads them: coordinates apart, padded to whole vectors.
+/// Fixed points o_j in the kernel's layout: separate coordinates, padded to whole vectors.
 template <typename Real>
 class PairTargets {
  public:
@@ -40,8 +40,8 @@ class PairTargets {
   std::vector<Real> coordinates_;
 };
 
-/// Sums for `num_points` points (x, y, z interleaved). `reference` has a row of Stride() distances
-/// for each. Differences of coordinates, distances and sums are taken in Real.
+/// Computes the sums for `num_points` points (x, y, z interleaved). `reference` has a row of
+/// Stride() distances for each. Coordinate differences, distances and sums are computed in Real.
 template <typename Real>
 void SumPairs(Isa isa, const PairTargets<Real>& targets, const Real* points, int num_points,
               const Real* reference, PairSums* sums);
@@ -53,9 +53,9 @@ extern template void SumPairs<float>(Isa, const PairTargets<float>&, const float
 extern template void SumPairs<double>(Isa, const PairTargets<double>&, const double*, int,
                                       const double*, PairSums*);
 
-/// product += A^T A for A (num_rows x width, row-major), in its upper triangle (what lies below is
-/// undefined). `width` is a multiple of 8: pad with columns of zeros. Sums run over rows in order,
-/// so that the result depends on the instruction set only through fused rounding.
+/// product += A^T A for A (num_rows x width, row-major), in its upper triangle (the rest is
+/// undefined). `width` is a multiple of 8: pad with zero columns. Sums run over rows in order, so
+/// that the result depends on the instruction set only through fused rounding.
 void RankUpdate(Isa isa, const double* rows, int num_rows, int width, double* product);
 
 }  // namespace holdfast

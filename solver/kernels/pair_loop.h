@@ -3,14 +3,14 @@
 
 #include "solver/kernels/pair_arguments.h"
 
-// The pair loop, written once over a `Lanes` type. Included by one source file per instruction set,
-// each compiled with its own flags: everything here has internal linkage, so that no function built
-// for a newer processor can be picked by the linker for an older one.
+// The pair loop, written once for a `Lanes` type. Included by one source file per instruction set,
+// each compiled with its own flags: everything here has internal linkage, so that the linker cannot
+// pick a function built for a newer processor for an older one.
 
 namespace holdfast::kernels {
 namespace {
 
-// Ten sums over lanes, one by one: for instruction sets without a faster way.
+// Ten sums over lanes, one by one: for instruction sets without a faster method.
 template <typename Lanes>
 inline void SumEach(const typename Lanes::Vector (&v)[10], double* out) {
   for (int k = 0; k < 10; ++k) out[k] = Lanes::Sum(v[k]);
@@ -84,13 +84,13 @@ inline void PairLoop(const PairArguments<typename Lanes::Real>& in) {
 }  // namespace
 }  // namespace holdfast::kernels
 
-// H += A^T A, written once over a `Lanes` type, as pair_loop.h: internal linkage, one source file
+// H += A^T A, written once for a `Lanes` type like pair_loop.h: internal linkage, one source file
 // per instruction set.
 
 namespace holdfast::kernels {
 namespace {
 
-// Four rows of H by kVectors vectors of columns, in registers over all rows of A.
+// Four rows of H by kVectors vectors of columns, kept in registers over all rows of A.
 template <typename Lanes, int kVectors>
 inline void Tile(const RankUpdateArguments& in, int i, int j) {
   using V = typename Lanes::Vector;
@@ -118,7 +118,7 @@ inline void Tile(const RankUpdateArguments& in, int i, int j) {
 template <typename Lanes>
 inline void RankUpdateLoop(const RankUpdateArguments& in) {
   for (int i = 0; i < in.width; i += 4) {
-    // From the vector that holds the diagonal on: the upper triangle and a little more.
+    // Starts at the vector that contains the diagonal: the upper triangle and slightly more.
     int j = i / Lanes::kWidth * Lanes::kWidth;
     for (; j + 2 * Lanes::kWidth <= in.width; j += 2 * Lanes::kWidth) Tile<Lanes, 2>(in, i, j);
     if (j < in.width) Tile<Lanes, 1>(in, i, j);

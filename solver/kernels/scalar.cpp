@@ -6,7 +6,7 @@
 namespace holdfast::kernels {
 namespace {
 
-// One lane, plain arithmetic: what the others are tested against.
+// One lane, plain arithmetic: the reference in the tests of the others.
 template <typename T>
 struct ScalarLanes {
   using Real = T;

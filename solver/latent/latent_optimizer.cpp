@@ -20,8 +20,8 @@
 namespace holdfast {
 namespace {
 
-constexpr int kContactsEvery = 10;  // iterations after which contacts are found anew
-constexpr int kHistory = 10;        // steps that L-BFGS remembers
+constexpr int kContactsEvery = 10;  // iterations between contact updates
+constexpr int kHistory = 10;        // L-BFGS history
 
 void Append(const ReachSolution& more, ReachSolution& solution) {
   ReachTrace& trace = solution.trace;
@@ -35,7 +35,7 @@ void Append(const ReachSolution& more, ReachSolution& solution) {
   add(more.solves, solution.solves);
 }
 
-// One motion on its way: all terms by L-BFGS, then the goal by Levenberg-Marquardt.
+// Optimization of one motion: all terms by L-BFGS, then the goal by Levenberg-Marquardt.
 class LatentMotion {
  public:
   LatentMotion(RolloutBatch<float>& batch, int index, const ReachTask& task, const LatentBody& body,
@@ -67,14 +67,14 @@ class LatentMotion {
                  return false;
                }));
     }
-    // What is broken at its sample is told as a motion that is no numbers.
+    // A motion that fails at its first evaluation is reported as not finite.
     if (solution_.trace.closest_m.empty()) latents_.setConstant(NAN);
   }
 
   void Refine() {
-    // The goal first: a centimeter off it counts as much as an E of 0.05.
+    // The goal dominates: an error of 1 cm counts as much as an energy of 0.05.
     constexpr double kSigma_m = 0.01, kRest = 10.0;
-    constexpr double kFarOff_m = 0.5;  // no walk gets there: the body would glide
+    constexpr double kFarOff_m = 0.5;  // unreachable by walking: the body would glide
     if (goal_error_m_ <= options_.lm_goal_m || options_.lm_iterations == 0) return;
     if (goal_error_m_ > kFarOff_m) return;
     RolloutCost<float> cost(batch_, index_, MotionView(PointsOf(body_)),
@@ -96,7 +96,7 @@ class LatentMotion {
   Eigen::VectorXf Latents() const { return latents_.cast<float>(); }
 
  private:
-  // Contacts, standing and the way are told from the first motion.
+  // Contacts, standing and the path are determined from the first motion.
   double AllTerms(const MotionView& motion, double share_done, MotionGradient& bar) {
     if (natural_.NumBlocks() == 0) AddNaturalTerms(body_, options_, motion, task_, natural_);
     MotionObjective goal;
@@ -104,7 +104,7 @@ class LatentMotion {
     return goal.Evaluate(motion, &bar) + natural_.Evaluate(motion, &bar);
   }
 
-  // Solves of one kind are told as one.
+  // Merges consecutive solves by the same minimizer.
   void Note(const LatentSolve& solve) {
     std::vector<LatentSolve>& all = solution_.solves;
     if (all.empty() || all.back().minimizer != solve.minimizer) {
@@ -118,7 +118,7 @@ class LatentMotion {
   void See(const MotionView& motion) {
     Record(motion, joint_, task_.goal, batch_.Seconds(), solution_.trace);
     const auto distance = [&](int t) { return (motion.At(t, joint_) - task_.goal).norm(); };
-    // With a time given the goal counts then, and nowhere else.
+    // With a fixed deadline the goal counts only then.
     arrival_ = task_.deadline;
     for (int t = 0; options_.free_time && t < motion.NumFrames(); ++t) {
       if (t == 0 || distance(t) < distance(arrival_)) arrival_ = t;
@@ -177,8 +177,8 @@ constexpr int kHurries = 2;
 constexpr int kOtherStarts = 2;
 constexpr std::uint64_t kOtherStreams = 1'000'000'000'000;  // far from those of other goals
 
-// For who is in a hurry: steps, turns and leans that people who have time do not make, and a goal
-// that is not given up for them.
+// Relaxed options for a tight deadline: steps, turns and leans that people avoid when they have
+// time, and a higher weight on the goal.
 LatentOptions InAHurry(LatentOptions options) {
   options.goal *= 4.0;
   options.lm_iterations += 10;
@@ -189,8 +189,8 @@ LatentOptions InAHurry(LatentOptions options) {
   return options;
 }
 
-// Of a motion. Who has to run for a goal has not reached it, and who is off the ground for a tenth
-// of the time is no better than who misses it.
+// Faults of a motion. Running to a goal counts as a miss, and being airborne for a tenth of the
+// time is as bad as a miss.
 struct MotionFault {
   bool missed = false;
   double airborne_share = 0.0;
@@ -203,8 +203,8 @@ MotionFault FaultOf(const ReachSolution& solution, const ReachTask& task) {
   return {!outcome.Reached() || outcome.peak_pelvis_m_s > kRuns_m_s, outcome.airborne_share};
 }
 
-// Who is off the ground, or does not get there, tries again in a hurry, then in a greater one, and
-// then from other latents.
+// Retries motions that are airborne or miss the goal: twice with increasingly relaxed options, then
+// from other latents.
 std::vector<ReachSolution> OptimizeBatch(const wandr::Network<float>& network,
                                          const LatentBody& body, std::span<const ReachTask> tasks,
                                          const LatentOptions& options) {
@@ -217,7 +217,7 @@ std::vector<ReachSolution> OptimizeBatch(const wandr::Network<float>& network,
       const MotionFault fault = FaultOf(solutions[i], tasks[i]);
       if (fault.Sum() == 0.0) continue;
       LatentOptions its = hurry;
-      // A goal that counts more would be jumped for all the more.
+      // A higher weight on the goal would encourage jumping.
       if (fault.airborne_share > 0.0) {
         its.goal = options.goal;
         its.lm_iterations = options.lm_iterations;
@@ -235,7 +235,7 @@ std::vector<ReachSolution> OptimizeBatch(const wandr::Network<float>& network,
   return solutions;
 }
 
-// What `poll` throws once, on any thread, ends all of them at their next call.
+// Wraps `poll`: an exception on any thread ends all threads at their next call.
 std::function<void()> EndsAll(const std::function<void()>& poll) {
   struct Ended {
     std::mutex mutex;

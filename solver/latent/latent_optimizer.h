@@ -10,10 +10,10 @@
 
 namespace holdfast {
 
-/// What became of each task. Neither threads, nor batches, nor the other tasks change a result.
-/// All tasks have the same number of steps. `progress` sees tasks done; what it throws ends the
-/// run. Throws Error for no tasks, unequal steps, deadlines beyond the motion, and what is not
-/// finite.
+/// Optimizes the latents of each task. Results do not depend on threads, batches, or other tasks.
+/// All tasks must have the same number of steps. `progress` receives the number of completed tasks;
+/// its exceptions end the run. Throws Error for no tasks, unequal steps, deadlines beyond the
+/// motion, and non-finite input.
 std::vector<ReachSolution> OptimizeLatents(const wandr::Network<float>& network,
                                            const LatentBody& body, std::span<const ReachTask> tasks,
                                            const LatentOptions& options, int threads,

@@ -23,13 +23,13 @@ class SeeIterates final : public ceres::IterationCallback {
       : cost_(cost), latents_(latents), seen_(seen) {}
 
   ceres::CallbackReturnType operator()(const ceres::IterationSummary& summary) override {
-    // After a refused step the cost has the motion that was tried.
+    // After a rejected step the cost has the rejected motion.
     if (summary.iteration > 0 && !summary.step_is_successful) return ceres::SOLVER_CONTINUE;
     if (!cost_.Look(latents_)) return ceres::SOLVER_ABORT;
     last_ = latents_;
     return seen_(summary.iteration) ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
   }
-  // The best iterate, where it was not the last.
+  // Reports the best iterate if it was not the last.
   void SeeResult(int iterations) {
     if (last_.size() > 0 && last_ != latents_ && cost_.Look(latents_)) seen_(iterations);
   }
@@ -41,7 +41,7 @@ class SeeIterates final : public ceres::IterationCallback {
   Eigen::VectorXd last_;
 };
 
-// Iterations are counted, not tolerances: what float rollouts resolve ends a solve.
+// Limits iterations, not tolerances: otherwise float resolution of the rollouts ends a solve.
 ceres::Solver::Options BaseOptions(int iterations) {
   ceres::Solver::Options options;
   options.max_num_iterations = iterations;
@@ -130,8 +130,8 @@ ceres::Solver::Options LevenbergMarquardtOptions(int iterations, double radius) 
   options.preconditioner_type = ceres::IDENTITY;
   options.max_linear_solver_iterations = 20;
   options.eta = 1e-2;
-  // Damping grows with a latent's leverage: the early ones, which move the wrist most, would else
-  // leave the range in which the motion is linear.
+  // Damping grows with a latent's leverage: otherwise the early latents, which move the wrist most,
+  // would leave the range in which the motion is linear.
   options.jacobi_scaling = false;
   options.min_lm_diagonal = 1e-4;
   options.initial_trust_region_radius = radius;
@@ -168,7 +168,7 @@ bool LbfgsStepOne::Step(int iteration, const Eigen::VectorXd& gradient,
                         Eigen::VectorXd& variables) {
   if (gradient.lpNorm<Eigen::Infinity>() <= 1e-7) return false;
   if (iteration > 0) {
-    // Without noticeable positive curvature a step is not remembered.
+    // A step without significant positive curvature is not stored.
     const Eigen::VectorXd change = gradient - before_;
     const double curvature = change.dot(step_);
     if (curvature > 1e-10) pairs_.push_back({step_, change, curvature});

@@ -13,17 +13,17 @@
 
 namespace holdfast {
 
-/// A baseline's optimizer that takes every step it makes: from the gradient to the next variables,
-/// without a look at the objective. All else is minimized by Ceres. `iteration` counts from 0.
+/// A baseline optimizer that accepts every step: computes the next variables from the gradient
+/// without evaluating the objective. All else is minimized by Ceres. `iteration` starts at 0.
 class StepRule {
  public:
   virtual ~StepRule() = default;
   virtual const char* Name() const = 0;
-  /// False when there is nothing left to gain.
+  /// Returns false on convergence.
   virtual bool Step(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables) = 0;
 };
 
-/// Falls linearly from the first iteration to the last.
+/// Learning rate, decreasing linearly from the first iteration to the last.
 struct AdamRates {
   double first = 0.05;
   double last_ratio = 0.1;
@@ -44,9 +44,9 @@ class Adam final : public StepRule {
   Eigen::ArrayXd mean_, square_;
 };
 
-/// L-BFGS (Nocedal & Wright 2006, algorithm 7.4) that takes every step whole, which no line search
-/// of Ceres does; the first as steepest descent of length at most 1 (in the sum of magnitudes). It
-/// stops where no entry of the gradient is above 1e-7.
+/// L-BFGS (Nocedal & Wright 2006, algorithm 7.4) with unit steps, which no line search of Ceres
+/// provides; the first step is steepest descent of L1 length at most 1. Stops when no entry of the
+/// gradient exceeds 1e-7.
 class LbfgsStepOne final : public StepRule {
  public:
   explicit LbfgsStepOne(int history) : history_(static_cast<std::size_t>(history)) {}
@@ -59,24 +59,24 @@ class LbfgsStepOne final : public StepRule {
     double curvature;
   };
   std::size_t history_;
-  std::deque<Pair> pairs_;  // the oldest first
+  std::deque<Pair> pairs_;  // oldest first
   Eigen::VectorXd step_, before_;
 };
 
-/// Sees each iterate, the first included, with its motion in the cost; true ends the minimization.
+/// Called for each iterate, including the first, with its motion in the cost; true terminates.
 using IterateSeen = std::function<bool(int iteration)>;
 
-/// The problem that all methods solve: latents z (64 T) of one motion, a parameter block a step,
+/// The optimization problem: latents z (64 T) of one motion, one parameter block per step,
 ///   min_z 1/2 |r(z)|^2 + lambda/2 sum_t |z_t - c_t|^2,
-/// r a RolloutCost, which must be evaluated from its batch, and the prior a LatentPrior a step.
+/// where r is a RolloutCost, which must be evaluated from its batch; one LatentPrior per step.
 class LatentProblem {
  public:
   LatentProblem(RolloutCost<float>& cost, Eigen::VectorXd center, double prior_weight);
 
-  /// By Ceres, from `latents` on, which it changes.
+  /// Minimizes with Ceres, starting from `latents`, which are updated.
   LatentSolve Minimize(ceres::Solver::Options options, Eigen::VectorXd& latents,
                        const IterateSeen& seen);
-  /// By a rule that takes every step it makes; ends before what is not finite.
+  /// Applies a rule that accepts every step; stops before non-finite values.
   LatentSolve Descend(StepRule& rule, int iterations, Eigen::VectorXd& latents,
                       const IterateSeen& seen);
 
@@ -86,13 +86,13 @@ class LatentProblem {
   double prior_weight_;
 };
 
-/// Adds an iterate: how far the joint is from the goal, and when.
+/// Appends an iterate to the trace: distance of the joint from the goal, and elapsed time.
 void Record(const MotionView& motion, int joint, const Eigen::Vector3d& goal, float seconds,
             ReachTrace& trace);
 
-/// Levenberg-Marquardt with CGNR. J is short and wide: J^T J + D is diagonal but for as many ranks
-/// as r has rows, so that conjugate gradients end after a few products. `radius`: of the trust
-/// region at first; the larger, the longer the first step.
+/// Levenberg-Marquardt with CGNR. J is short and wide: J^T J + D is diagonal plus a matrix whose
+/// rank is at most the rows of r, so conjugate gradients converge in a few products. `radius`:
+/// initial trust region radius; a larger one allows a longer first step.
 ceres::Solver::Options LevenbergMarquardtOptions(int iterations, double radius);
 /// L-BFGS with a line search for the strong Wolfe conditions.
 ceres::Solver::Options LbfgsOptions(int iterations, int history);

@@ -18,29 +18,29 @@ namespace holdfast {
 namespace {
 
 constexpr double kFrame = 1.0 / wandr::kFramesPerSecond;
-constexpr int kPace = 10;       // frames over which the pelvis' speed is taken
-constexpr int kBurst = 2;       // the same, of single steps
-constexpr int kCreep = 6;       // frames over which a planted foot is not to creep
+constexpr int kPace = 10;       // frames over which the pelvis speed is measured
+constexpr int kBurst = 2;       // same, for single steps
+constexpr int kCreep = 6;       // frames over which a planted foot must not creep
 constexpr int kArriving = 5;    // frames before the deadline
-constexpr int kTurn = 8;        // frames over which the heading's turn is taken
+constexpr int kTurn = 8;        // frames over which the heading change is measured
 constexpr int kReaching = 20;   // frames before the deadline
 constexpr double kHandy = 0.9;  // meters above the ground
 constexpr int kRising = 30;     // frames
 constexpr int kHeadJoint = 15;
 constexpr double kStandsStill = 0.25;  // m/s
 constexpr double kWorthWalking = 0.1;  // meters
-constexpr double kStrolls = 0.7;       // m/s: slower steps have no cadence of their own
+constexpr double kStrolls = 0.7;       // m/s: no natural cadence below
 constexpr double kWalkRatio = 0.41;    // meters per Hz: step length over step frequency
 constexpr int kHalfStep = 8;           // frames
-constexpr double kLowLean = 0.35;      // of the meters that a goal is low
+constexpr double kLowLean = 0.35;      // per meter that a goal is below kHandy
 
-// How thick a person is about a joint, meters: feet, arms, trunk and legs.
+// Body radius around a joint, meters: feet, arms, trunk and legs.
 double Thickness(int joint) {
   if (joint == 7 || joint == 8 || joint == 10 || joint == 11) return 0.06;
   return joint > kHeadJoint ? 0.05 : 0.13;
 }
 
-// From frame to frame against sliding, and over a fifth of a second against creeping.
+// Between frames against sliding, and over a fifth of a second against creeping.
 void AddSkateTerms(const LatentOptions& options, const MotionView& motion, int num_soles,
                    MotionObjective& objective) {
   const int frames = motion.NumFrames();
@@ -64,13 +64,13 @@ void AddSkateTerms(const LatentOptions& options, const MotionView& motion, int n
   }
 }
 
-// What every frame is judged by.
+// Terms that apply to every frame.
 class FrameTerms {
  public:
   FrameTerms(const LatentBody& body, const LatentOptions& options, const ReachTask& task)
       : num_soles_(static_cast<int>(body.soles.size())),
-        // A wrist that has to be lower than a hand is long has its hand in the floor, or bent up,
-        // which the latents know nothing of.
+        // If the wrist must be lower than the length of a hand, the hand is in the floor or bent
+        // up, which the latents do not represent.
         num_tips_(!body.fingertips.empty() && task.goal.z() < body.fingertips[0].offset.norm()
                       ? 0
                       : static_cast<int>(body.fingertips.size())),
@@ -91,7 +91,7 @@ class FrameTerms {
     }
   }
 
-  // For frame t of `frames`.
+  // Adds the terms of frame t of `frames`.
   void Add(int t, int frames, MotionObjective& objective) const {
     std::vector<MotionQuantity> soles;
     for (int k = 0; k < num_soles_ + num_tips_; ++k) {
@@ -136,7 +136,7 @@ void AddBalanceTerms(const LatentOptions& options, const MotionView& motion, con
   for (const auto& mass : StandingBalance::kMasses) joints.push_back(mass.first);
   joints.insert(joints.end(), StandingBalance::kFeet.begin(), StandingBalance::kFeet.end());
   for (int t = 1; t < frames; ++t) {
-    // Who arrives stands; else who hardly moves does.
+    // The body stands on arrival, and otherwise when it hardly moves.
     const bool arrived = t >= task.deadline - kArriving && t <= task.deadline + options.hold_frames;
     const int before = std::max(0, t - kPace), after = std::min(frames - 1, t + kPace);
     const Eigen::Vector3d way = motion.At(after, 0) - motion.At(before, 0);
@@ -160,7 +160,7 @@ void AddObstacleTerms(const LatentOptions& options, int frames, MotionObjective&
   }
 }
 
-// Near enough to the goal to reach it when it is due.
+// Stand close enough to reach the goal at the deadline.
 void AddStanceTerms(const LatentOptions& options, const ReachTask& task, int frames,
                     MotionObjective& objective) {
   const int first = std::max(1, task.deadline - 3 * kArriving);
@@ -170,11 +170,11 @@ void AddStanceTerms(const LatentOptions& options, const ReachTask& task, int fra
   for (int t = first; t <= last; ++t) objective.Add("near", near, nullptr, {Position(t, 0)});
 }
 
-// At an even pace to where the goal is in reach.
+// Walk at an even pace to where the goal is in reach.
 void AddPathTerms(const LatentOptions& options, const MotionView& motion, const ReachTask& task,
                   MotionObjective& objective) {
   const wandr::WalkPace pace = wandr::PaceOf(task.start, motion.At(0, 0), task.velocity, task.goal);
-  // The straight way is none where something stands in it.
+  // The straight path is invalid if there are obstacles.
   if (pace.Length() < kWorthWalking || !options.obstacles.empty()) return;
   const auto gently = std::make_shared<ceres::CauchyLoss>(0.5 * std::sqrt(options.path));
   const auto turning = std::make_shared<ceres::CauchyLoss>(0.3 * std::sqrt(options.along));
@@ -211,12 +211,12 @@ void AddLookTerms(const LatentOptions& options, const ReachTask& task, int frame
   }
 }
 
-// The frame from which on somebody reaches: sooner for what is low.
+// Frame at which reaching begins: earlier for low goals.
 int ReachesFrom(const ReachTask& task) {
   return task.deadline - (task.goal.z() < kHandy ? 2 * kReaching : kReaching);
 }
 
-// Turns are walked, and the trunk is upright on the way; who reaches may lean.
+// Turn while walking, with an upright trunk; leaning is allowed while reaching.
 void AddPostureTerms(const LatentOptions& options, const MotionView& motion, const ReachTask& task,
                      MotionObjective& objective) {
   const int frames = motion.NumFrames();
@@ -229,7 +229,7 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
   }
   if (options.lean <= 0.0) return;
   const auto walk = std::make_shared<UprightTrunk>(options.farthest_lean_m, options.lean);
-  // What is low is bent for.
+  // Bend for low goals.
   const double low_m = std::max(0.0, kHandy - task.goal.z());
   const auto reach = std::make_shared<UprightTrunk>(
       options.farthest_lean_reaching_m + kLowLean * low_m, options.lean);
@@ -237,7 +237,7 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
   const double first_m = (motion.At(0, kNeck) - motion.At(0, 0)).head<2>().norm();
   for (int t = 1; t < frames; ++t) {
     std::shared_ptr<const UprightTrunk> lean = t < reaching ? walk : reach;
-    // Who is bent at the start takes a second to come up.
+    // A body that is bent at the start has a second to straighten.
     const double still_m = first_m * (1.0 - static_cast<double>(t) / kRising);
     if (t < kRising && still_m > options.farthest_lean_m) {
       lean = std::make_shared<UprightTrunk>(still_m, options.lean);
@@ -246,7 +246,7 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
   }
 }
 
-// Of the pelvis of who stands on straight legs, meters above the ground.
+// Pelvis height of a person standing on straight legs, meters above the ground.
 double StandingHeight(const LatentBody& body) {
   constexpr int kHip = 1, kKnee = 4, kAnkle = 7;
   const auto& offset = body.bones.offset;
@@ -254,7 +254,7 @@ double StandingHeight(const LatentBody& body) {
          body.soles[0].offset.y();
 }
 
-// Who walks does not crouch; who begins low takes a second to come up.
+// No crouching while walking; a low start has a second to rise.
 void AddHeightTerms(const LatentBody& body, const LatentOptions& options, const MotionView& motion,
                     const ReachTask& task, MotionObjective& objective) {
   if (options.height <= 0.0 || body.soles.empty()) return;
@@ -330,8 +330,8 @@ void AddGoalTerms(const LatentOptions& options, const ReachTask& task, double sh
 LatentBody LatentBodyOf(const Eigen::Matrix3Xd& rest_joints, double sole_y) {
   LatentBody body;
   body.bones = wandr::BoneOffsetsOf(rest_joints).Cast<float>();
-  // Heels and balls as the ground probe has them; toes go on for about as long as the ball is
-  // half-way from the ankle, fingertips lie beyond the last knuckle of the middle finger.
+  // Heels and balls as in the ground probe; toes extend by about half the ankle-to-ball distance,
+  // fingertips lie beyond the last knuckle of the middle finger.
   constexpr double kToes = 0.45, kFinger = 1.13;
   constexpr std::array<std::array<int, 2>, 2> kFeet = {{{7, 10}, {8, 11}}};
   constexpr std::array<std::array<int, 2>, 2> kHands = {{{20, 30}, {21, 45}}};

@@ -8,19 +8,19 @@
 
 namespace holdfast {
 
-/// The points of a motion of this body: soles, then fingertips.
+/// Points on this body used in a motion: soles, then fingertips.
 std::vector<BodyPoint> PointsOf(const LatentBody& body);
 
-/// The joint that is to come to the goal.
+/// The joint that has to reach the goal.
 int GoalJoint(const LatentOptions& options);
 
-/// What makes a motion a person's: all of the objective but the goal. `motion` is the motion as it
-/// is, from which contacts, standing and the way are told; it has PointsOf `body`.
+/// Adds the naturalness terms: the whole objective except the goal. Contacts, standing and the path
+/// are determined from the current `motion`, which has the PointsOf `body`.
 void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const MotionView& motion,
                      const ReachTask& task, MotionObjective& objective);
 
-/// The goal, for a motion of `frames` frames. `share_done` of the iterations, in [0, 1], sharpens
-/// the soft minimum.
+/// Adds the goal terms for a motion of `frames` frames. `share_done`, the fraction of completed
+/// iterations in [0, 1], sharpens the soft minimum.
 void AddGoalTerms(const LatentOptions& options, const ReachTask& task, double share_done,
                   int frames, MotionObjective& objective);
 

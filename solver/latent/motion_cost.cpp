@@ -8,8 +8,8 @@
 namespace holdfast {
 namespace {
 
-// Feet are pinned and kept on the ground by the refit, and who stands is balanced by it; when to be
-// where is the network's own to choose.
+// The refit pins feet, keeps them on the ground and balances standing bodies; timing and position
+// are the network's choice.
 LatentOptions LeftByRefit() {
   LatentOptions options;
   options.skate = options.creep = options.floor = options.airborne = options.balance = 0.0;

@@ -10,10 +10,9 @@
 
 namespace holdfast {
 
-/// How far a motion to goals of the right wrist (world, meters, z up) is from how people move, by
-/// the natural terms (AddNaturalTerms) of what RefitReach leaves as it is: speed, turns, lean,
-/// height, joint limits and accelerations. A mean over frames, 0 at best; it compares motions from
-/// one start.
+/// Deviation of a motion to goals of the right wrist (world, meters, z up) from natural motion:
+/// AddNaturalTerms restricted to what RefitReach does not change: speed, turns, lean, height, joint
+/// limits and accelerations. Mean over frames, 0 at best; compares motions from one start.
 double MotionCost(const LatentBody& body, std::span<const Eigen::Vector3d> goals,
                   const wandr::ReachSample& sample);
 

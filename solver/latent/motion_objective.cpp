@@ -19,7 +19,7 @@ void AddToGradient(const MotionQuantity& quantity, const MotionView& motion, con
                    MotionGradient& gradient) {
   const MotionView::Frame& frame = motion.FrameAt(quantity.frame);
   auto pose_bar = gradient.poses.col(quantity.frame);
-  // What turns a joint turns all that hangs on it: d / d phi_j = A_j^T couple, j up to the root.
+  // Rotating a joint rotates its descendants: d / d phi_j = A_j^T couple, for j up to the root.
   const auto add_couple = [&](int joint, const Eigen::Vector3d& couple) {
     for (int j = joint;; j = kJointParents[j]) {
       pose_bar.segment<3>(wandr::TangentOf(j)) +=

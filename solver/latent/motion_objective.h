@@ -18,18 +18,18 @@
 
 namespace holdfast {
 
-/// A point of the body: where a joint's frame has it.
+/// A point of the body, fixed to a joint's frame.
 struct BodyPoint {
   int joint = 0;
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();  ///< meters, in the joint's frame
 };
 
-/// What a residual block on a motion may depend on.
+/// A quantity that residual blocks of a motion may depend on.
 struct MotionQuantity {
   enum class Kind {
-    kPosition,       ///< of a joint, or from 22 on of a BodyPoint: 3 numbers, world, meters
-    kLocalRotation,  ///< of a joint relative to its parent: 9 numbers, row by row
-    kWorldRotation,  ///< of a joint to the world: 9 numbers, row by row
+    kPosition,       ///< of a joint, or for >= 22 of a BodyPoint: 3 values, world, meters
+    kLocalRotation,  ///< of a joint relative to its parent: 9 values, row-major
+    kWorldRotation,  ///< of a joint to the world: 9 values, row-major
   };
   Kind kind = Kind::kPosition;
   int frame = 0;
@@ -38,7 +38,7 @@ struct MotionQuantity {
   int Size() const { return kind == Kind::kPosition ? 3 : 9; }
 };
 
-/// Of a joint, or from 22 on of a point.
+/// Position of a joint, or for >= 22 of a point.
 inline MotionQuantity Position(int frame, int joint) {
   return {MotionQuantity::Kind::kPosition, frame, joint};
 }
@@ -49,19 +49,19 @@ inline MotionQuantity WorldRotation(int frame, int joint) {
   return {MotionQuantity::Kind::kWorldRotation, frame, joint};
 }
 
-/// A motion as terms see it: positions and rotations of all joints, in double.
+/// A motion as seen by the terms: positions and rotations of all joints, in double.
 class MotionView {
  public:
-  /// Points that count as joints 22, 23, .. for kPosition.
+  /// `points` are joints 22, 23, .. for kPosition.
   explicit MotionView(std::vector<BodyPoint> points = {}) : points_(std::move(points)) {}
 
-  /// Frames 0..T of one body.
+  /// Sets a frame in 0..T of one body.
   template <typename T>
   void Set(int frame, const wandr::Pose<T>& pose, const wandr::BoneOffsets<double>& bones);
   void Resize(int num_frames) { frames_.resize(static_cast<std::size_t>(num_frames)); }
 
   int NumFrames() const { return static_cast<int>(frames_.size()); }
-  /// Of a joint, or from 22 on of a point.
+  /// Position of a joint, or for >= 22 of a point.
   Eigen::Vector3d At(int frame, int joint) const {
     return frames_[static_cast<std::size_t>(frame)].positions.col(joint);
   }
@@ -82,8 +82,8 @@ class MotionView {
   std::vector<Frame> frames_;
 };
 
-/// The derivative of a scalar with respect to a motion: by joint position and by pose (tangents,
-/// wandr::TangentVector), frame by frame: a wandr::RolloutSeed of one body.
+/// Derivative of a scalar with respect to a motion: per frame, by joint position and by pose
+/// (tangents, wandr::TangentVector); a wandr::RolloutSeed of one body.
 struct MotionGradient {
   Eigen::MatrixXd joints;  ///< (66 x F)
   Eigen::MatrixXd poses;   ///< (69 x F)
@@ -94,9 +94,9 @@ struct MotionGradient {
   }
 };
 
-/// A sum of Ceres residual blocks over a motion, sum_b rho_b(|r_b|^2) / 2, and its gradient. It is
-/// ceres::Problem turned round: unknowns are latents, a rollout away, so what is wanted is not a
-/// Jacobian but what the rollout's Backward carries to them. Const use is thread-safe.
+/// A sum of Ceres residual blocks over a motion, sum_b rho_b(|r_b|^2) / 2, and its gradient. Unlike
+/// in ceres::Problem, the unknowns are latents behind a rollout: instead of a Jacobian, it gives
+/// the gradient that the rollout's Backward propagates to them. Const use is thread-safe.
 class MotionObjective {
  public:
   /// `cost` may be shared by many blocks; `loss` may be null (squared). `term` names the block's
@@ -104,7 +104,7 @@ class MotionObjective {
   void Add(std::string_view term, std::shared_ptr<const ceres::CostFunction> cost,
            std::shared_ptr<const ceres::LossFunction> loss, std::vector<MotionQuantity> blocks);
 
-  /// The value; adds to `gradient` (of the motion's frames) when it is not null, and to `by_term`.
+  /// Returns the value; adds to `gradient` (sized for the motion) if not null, and to `by_term`.
   double Evaluate(const MotionView& motion, MotionGradient* gradient = nullptr,
                   std::map<std::string, double>* by_term = nullptr) const;
 

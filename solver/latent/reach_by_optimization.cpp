@@ -18,11 +18,11 @@
 namespace holdfast {
 namespace {
 
-constexpr int kStay = 16;                      // frames: enough after it for WarpReach
-constexpr int kWrist = 21;                     // the right one
-constexpr std::uint64_t kStreams = 1'000'000;  // latents of other goals and tries are far apart
+constexpr int kStay = 16;                      // frames: enough for WarpReach after it
+constexpr int kWrist = 21;                     // right wrist
+constexpr std::uint64_t kStreams = 1'000'000;  // separates the latents of other goals and retries
 
-// One motion, growing goal by goal.
+// One motion, extended goal by goal.
 class MultiGoalMotion {
  public:
   MultiGoalMotion(const wandr::Network<float>& network, const LatentBody& body,
@@ -66,7 +66,7 @@ class MultiGoalMotion {
   wandr::ReachSample& Sample() { return sample_; }
   std::vector<LatentSolve>& Solves() { return solves_; }
 
-  /// The frame of goal g that the wrist is to be at exactly.
+  /// Frames at which the wrist must be exactly at each reached goal.
   std::vector<RefitGoal> RefitGoals() const {
     std::vector<RefitGoal> out;
     for (std::size_t g = 0; g < goals_.size(); ++g) {
@@ -76,7 +76,7 @@ class MultiGoalMotion {
     return out;
   }
 
-  /// Outcomes anew: of a part that was added, of a motion that was refitted.
+  /// Recomputes outcomes after appending a part or refitting.
   void Measure() { wandr::MeasureGoals(goals_, kWrist, sample_); }
 
  private:
@@ -126,7 +126,7 @@ class MultiGoalMotion {
     at_goal_.push_back(std::min(outcome.due, outcome.left));
     Measure();
     if (options_.as_published || options_.latent.free_time) at_goal_.back() = outcome.closest_frame;
-    // The next part goes on from here: the pose, and the step that led to it.
+    // The next part continues from this pose and the step that led to it.
     const wandr::StateMatrix<float> last = sample_.track.states.rightCols<2>();
     const wandr::Pose<float> pose = wandr::PoseOf<float>(last.col(1));
     const wandr::StateVector<float> delta =

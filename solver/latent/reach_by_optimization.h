@@ -17,36 +17,36 @@
 
 namespace holdfast {
 
-/// How goals one after another are reached by optimization.
+/// Options for reaching a sequence of goals by optimization.
 struct ReachByOptimizationOptions {
-  bool as_published = false;  ///< VaeOptOptions in place of LatentOptions
+  bool as_published = false;  ///< VaeOptOptions instead of LatentOptions
   LatentOptions latent;
   VaeOptOptions vae;
 
-  std::optional<int> frames;  ///< for each goal; empty: WalkPace's, as published by the rule
+  std::optional<int> frames;  ///< per goal; empty: from WalkPace, or as published from the rule
   wandr::DeadlineRule deadline{.max_frames = 900.0};  ///< as published
-  /// Frames for which the wrist stays at each goal (the last one's too); empty: 16 each.
+  /// Frames for which the wrist stays at each goal, including the last; empty: 16 each.
   std::vector<int> stay_frames;
-  /// Unit vectors along the forearm on arrival; empty, or one for each goal, zero for any.
+  /// Unit vectors along the forearm on arrival; empty, or one per goal, zero for any.
   std::vector<Eigen::Vector3d> approaches;
-  /// Missed goals are tried again, from other latents and with half as much time again.
+  /// Retries of a missed goal, from other latents and with half as much time again.
   int retries = 2;
   bool refit = true;
   std::uint64_t seed = 1;
 };
 
-/// What reaches by optimization, and the last touch.
+/// Optimized reaches, with the final refit.
 struct OptimizedReach {
   wandr::ReachSample sample;
   RefitReport refit;
-  std::vector<LatentSolve> solves;  ///< of the parts that were kept, in order
+  std::vector<LatentSolve> solves;  ///< of the kept parts, in order
 };
 
-/// Makes `count` motions from the same start through all goals, each goal's part optimized by
-/// itself from where the one before ended. Motion i starts from latents of stream i; neither
-/// threads nor the number of motions changes one. The wrist is the right one (wandr::MirroredStates
-/// for the left). `progress` sees parts done; what it throws ends the run. Throws Error for no
-/// goals, and what OptimizeLatents and OptimizeAsPublished throw.
+/// Generates `count` motions from the same start through all goals; the part of each goal is
+/// optimized separately from the end of the previous one. Motion i starts from latents of stream i;
+/// results do not depend on threads or `count`. Uses the right wrist (wandr::MirroredStates for the
+/// left). `progress` receives the number of completed parts; its exceptions end the run. Throws
+/// Error for no goals, and as OptimizeLatents and OptimizeAsPublished do.
 std::vector<OptimizedReach> ReachByOptimization(const wandr::Network<float>& network,
                                                 const BodyMeasures& measures,
                                                 const wandr::RolloutStart<float>& start,

@@ -17,11 +17,11 @@
 namespace holdfast {
 namespace {
 
-// Motions that share the reading of weights; more would not fit a core's cache with their tapes.
+// Motions per pass over the weights; more would not fit a core's cache with their tapes.
 constexpr int kBatch = 16;
-// Levenberg-Marquardt ends here: all that it would go on with is the prior.
+// Levenberg-Marquardt stops here: beyond this only the prior would improve.
 constexpr double kThere_m = 5e-4;
-// It may end where the wrist gets no nearer; then it begins again from other latents.
+// It may stall before the wrist reaches the goal; then it restarts from other latents.
 constexpr int kLmStarts = 3;
 constexpr double kMissed_m = 0.1;
 constexpr std::uint64_t kStartsApart = 1'000'000'000'000;
@@ -29,7 +29,7 @@ constexpr std::uint64_t kStartsApart = 1'000'000'000'000;
 LatentSolve SolveOne(RolloutBatch<float>& batch, int motion, const ReachTask& task,
                      const VaeOptOptions& options, Eigen::VectorXd& latents, ReachTrace& trace) {
   const GoalRows goal{batch.NumSteps(), WristJoint(Side::kRight), task.goal, options.goal_sigma_m};
-  // First-order methods need one backward pass, not three.
+  // First-order methods need one backward pass instead of three.
   const MotionEnergy energy = [&goal](const MotionView& view, MotionGradient& bar) {
     const Eigen::Vector3d off = (view.At(goal.frame, goal.joint) - goal.place) / goal.sigma_m;
     bar.joints.block<3, 1>(3 * goal.joint, goal.frame) += off / goal.sigma_m;
@@ -47,7 +47,7 @@ LatentSolve SolveOne(RolloutBatch<float>& batch, int motion, const ReachTask& ta
   switch (options.method) {
     case VaeOptMethod::kLm: {
       ceres::Solver::Options solver = LevenbergMarquardtOptions(iterations, 0.02);
-      // Uphill for a while: from far off fewer end where the wrist gets no nearer.
+      // Allow temporary increases: fewer distant starts stall before the goal.
       solver.use_nonmonotonic_steps = true;
       return problem.Minimize(std::move(solver), latents, seen);
     }
@@ -77,7 +77,7 @@ void CheckTasks(std::span<const ReachTask> tasks) {
   }
 }
 
-// Indices of tasks, in groups of the same number of steps and at most `most` each.
+// Indices of tasks, in groups of equal number of steps with at most `most` each.
 std::vector<std::vector<int>> Groups(std::span<const ReachTask> tasks, int most) {
   std::vector<int> order(tasks.size());
   std::iota(order.begin(), order.end(), 0);

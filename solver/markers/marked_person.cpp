@@ -19,9 +19,9 @@ namespace holdfast {
 namespace {
 
 constexpr int kMaxBetas = 10;
-constexpr double kPatch_m = 0.12;  // of the skin about a marker
+constexpr double kPatch_m = 0.12;  // radius of the skin around a marker
 
-// Standard deviations of a joint's three components along axes (columns), degrees, and of its
+// Standard deviations of a joint's rotation along `axes` (columns), degrees, and of its
 // acceleration, rad / s^2.
 struct JointEase {
   Eigen::Matrix3d axes = Eigen::Matrix3d::Identity();
@@ -85,15 +85,15 @@ JointEase EaseOf(int joint) {
   return ease;
 }
 
-// `marked`: joints that markers move. Legs among them are about as in standing and walking,
-// whatever the posture of those without markers.
+// `marked`: joints driven by markers. Legs among them are near standing and walking, whatever the
+// posture of legs without markers.
 JointPose RestPose(const std::array<HandAngles, 2>& relaxed, const std::array<HandAxes, 2>& axes,
                    RestPosture posture, const std::vector<int>& marked) {
   JointPose rest = JointPose::Zero();
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const int s = side == Side::kRight ? 0 : 1;
     SetFingers(rest, side, axes[s].PoseOf(relaxed[s]));
-    // Arms that no marker is on hang, and collars lower than in the T-pose with them.
+    // Arms without markers hang, with collars lower than in the T-pose.
     const double sign = side == Side::kRight ? 1.0 : -1.0;
     rest.col(side == Side::kRight ? kRightShoulder : kLeftShoulder).z() = sign * 75.0 * kDegree;
     rest.col(side == Side::kRight ? kRightCollar : kLeftCollar).z() = sign * 14.0 * kDegree;
@@ -108,7 +108,7 @@ JointPose RestPose(const std::array<HandAngles, 2>& relaxed, const std::array<Ha
   return rest;
 }
 
-// A number of a hand: angles (row, finger joint) that change with it, by how much.
+// A variable of a hand: the angles (row, finger joint) that it drives, with factors.
 struct HandNumber {
   struct Part {
     int row, joint;
@@ -126,7 +126,7 @@ std::vector<HandNumber> HandNumbers(const std::set<int>& marked) {
     HandNumber base{.parts = {}, .sigma_deg = 25.0}, beyond{.parts = {}, .sigma_deg = 25.0};
     const auto position = [&](int f) { return std::ranges::find(order, f) - order.begin(); };
     for (const int other : order) {
-      // The nearest marked finger, the one before where two are as near, leads.
+      // The nearest marked finger leads; of two equally near ones, the earlier.
       int leader = -1;
       for (const int m : order) {
         if (!marked.contains(m)) continue;
@@ -140,7 +140,7 @@ std::vector<HandNumber> HandNumbers(const std::set<int>& marked) {
       beyond.parts.push_back({0, 3 * other + 1, 1.0});
       beyond.parts.push_back({0, 3 * other + 2, 0.65});
     }
-    // The leader's own angle first: its limit is the number's.
+    // The leader's own angle first: its limit applies to the variable.
     std::ranges::stable_sort(base.parts, {}, [&](const auto& p) { return p.joint / 3 != finger; });
     std::ranges::stable_sort(beyond.parts, {},
                              [&](const auto& p) { return p.joint / 3 != finger; });
@@ -157,8 +157,8 @@ std::vector<HandNumber> HandNumbers(const std::set<int>& marked) {
   return numbers;
 }
 
-// Of hands that rest on a table, reach and hold, with markers on index and thumb: means of captured
-// drinking and combing. Flexion (row 0) and spread (row 1), radians.
+// Mean angles of captured drinking and combing (hands that rest on a table, reach and hold) with
+// markers on index and thumb. Flexion (row 0) and spread (row 1), radians.
 double UsualAngle(int row, int finger_joint) {
   const bool thumb = finger_joint / 3 == kThumb, base = finger_joint % 3 == 0;
   if (row == 1) return (thumb ? 17.0 : -3.0) * kDegree;
@@ -166,7 +166,7 @@ double UsualAngle(int row, int finger_joint) {
   return (base ? 26.0 : 12.0) * kDegree;
 }
 
-// What the hand's numbers are: a normal distribution about those, as wide as postures of grasping.
+// Normal prior of the hand variables around those angles, with the covariance of grasp postures.
 struct HandPrior {
   Eigen::VectorXd mean;
   Eigen::MatrixXd root_information;
@@ -214,12 +214,12 @@ std::vector<int> FreeJoints(const std::vector<MarkerSite>& sites) {
   return {joints.begin(), joints.end()};
 }
 
-// Follows the joint, the one above it or one below.
+// Whether `other` is the joint itself, its parent or a child.
 bool IsNextTo(int joint, int other) {
   return other == joint || kJointParents[other] == joint || kJointParents[joint] == other;
 }
 
-// The vertex over `from` in direction `out` that is farthest out within a centimeter of that line.
+// Returns the vertex farthest from `from` along `out` within 1.5 cm of that line.
 int SkinVertex(const BodySurface& surface, const std::vector<int>& joint_of_vertex, int joint,
                const Eigen::Vector3d& from, const Eigen::Vector3d& out) {
   int best = -1;
@@ -235,7 +235,7 @@ int SkinVertex(const BodySurface& surface, const std::vector<int>& joint_of_vert
   return best;
 }
 
-// The skin about a place in the T-pose (world); shapes are those of each beta at 1.
+// Skin around a T-pose position (world); `shaped`: vertices with each beta set to 1.
 SkinPatch PatchAbout(const Eigen::Vector3d& place, int joint,
                      const std::vector<int>& joint_of_vertex, const BodySurface& surface,
                      const std::vector<Eigen::Matrix3Xd>& shaped,
@@ -269,7 +269,7 @@ SkinPatch PatchAbout(const Eigen::Vector3d& place, int joint,
   return patch;
 }
 
-// Where a site is in the T-pose of a shape, relative to its joint. `vertex` as found at betas zero.
+// Position of a site in the T-pose of a shape, relative to its joint. `vertex`: as for zero betas.
 Eigen::Vector3d PlaceOf(const MarkerSite& site, int vertex, const Eigen::Matrix3Xd& vertices,
                         const Eigen::Matrix3Xd& joints, const Eigen::Vector3d& normal,
                         const Eigen::Vector3d& end) {
@@ -332,7 +332,7 @@ void SetPlaces(const BodySurface& surface, MarkedPerson& person) {
   }
 }
 
-// Arms as most are most of the time: hanging, forearms forward.
+// Typical arms: hanging, forearms forward.
 Eigen::Matrix3Xd BentPlaces(const MarkedPerson& person) {
   JointPose pose = JointPose::Zero();
   for (const Side side : {Side::kRight, Side::kLeft}) {

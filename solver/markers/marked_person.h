@@ -14,47 +14,47 @@
 
 namespace holdfast {
 
-/// Of a marker's middle over the skin: 8 mm on average, 8 mm standard deviation between recordings
-/// and 3 mm between the markers of one.
+/// Height of a marker's center above the skin: mean 8 mm, standard deviation 8 mm between
+/// recordings and 3 mm between the markers of one recording.
 constexpr double kMarkerHeight_m = 0.008, kMarkerHeightSigma_m = 0.008, kOnSkinSigma_m = 0.003;
 
-/// What legs do that no marker is on.
+/// Posture of legs without markers.
 enum class RestPosture { kSeated, kStanding };
 
-/// A body model with M markers on it: what all frames of all its recordings share.
+/// A body model with M markers: data shared by all frames of all recordings of a person.
 struct MarkedPerson {
   std::shared_ptr<const BodyModel> model;
   MarkedBody body;
   std::vector<MarkerSite> sites;  ///< M
-  Eigen::VectorXd usual;          ///< (3 M) places that the sites tell, in the joints' frames
-  Eigen::MatrixXd J_usual;        ///< by betas (3 M x B)
-  std::vector<SkinPatch> skin;    ///< M, about the usual places; empty but of kSkin
+  Eigen::VectorXd usual;  ///< (3 M) nominal marker positions from the sites, in the joints' frames
+  Eigen::MatrixXd J_usual;      ///< Jacobian by betas (3 M x B)
+  std::vector<SkinPatch> skin;  ///< M, around the nominal positions; empty unless kSkin
   Eigen::Matrix3Xd
-      bent;  ///< (3 x M) usual places of a body upright, forearms forward; T-pose's axes
-  std::vector<int> joint_of_vertex;  ///< that a vertex follows most
-  bool pelvis_marked = false;        ///< pelvis or legs; else the pelvis keeps its place
+      bent;  ///< (3 x M) nominal positions of an upright body, forearms forward; T-pose's axes
+  std::vector<int> joint_of_vertex;  ///< joint with the largest weight of each vertex
+  bool pelvis_marked = false;        ///< pelvis or legs; otherwise the pelvis is static
   // Of a frame's q.
   Eigen::VectorXd rest;
-  Eigen::MatrixXd root_information;  ///< of each part by itself: zero between parts
+  Eigen::MatrixXd root_information;  ///< block-diagonal by part
   std::vector<PoseLimit> limits;
-  Eigen::VectorXd acceleration;  ///< usual, rad / s^2
+  Eigen::VectorXd acceleration;  ///< typical, rad / s^2
   double limit_sigma_rad = 0.03;
 
-  /// Rest and limits of each of a pose's parts (FreePose::Parts).
+  /// Rest and limit terms of each part of a pose (FreePose::Parts).
   std::vector<std::unique_ptr<PoseRest>> RestTerms() const;
-  /// Markers on the skin at `places` (3 M) move as the skin does there (MarkedBody::shares).
+  /// Makes markers on the skin at `places` (3 M) move with the skin there (MarkedBody::shares).
   void BlendAt(const Eigen::VectorXd& places);
-  /// Joints below the neck that no marker moves: they rest.
+  /// Joints below the neck without markers: they keep the rest pose.
   std::vector<int> Unmarked() const;
 };
 
-/// The joint that each vertex follows more than any other.
+/// Returns the joint with the largest skinning weight of each vertex.
 std::vector<int> JointOfVertices(const std::shared_ptr<const BodyModel>& model);
 
-/// Free are the joints between the pelvis and the markers, and fingers by few numbers each: flexion
-/// at the base and beyond it, spread; fingers without a marker go with their neighbor. Their prior
-/// is normal, with mean and covariance of this hand open, at ease and about to pinch things of 1 to
-/// 9 cm (PinchHand).
+/// Creates the person. Free variables are the joints between pelvis and markers, and a few values
+/// per finger: flexion at its base and beyond, and spread; fingers without a marker follow their
+/// neighbor. Their prior is normal, with mean and covariance of this hand open, relaxed and about
+/// to pinch objects of 1 to 9 cm (PinchHand).
 MarkedPerson MakeMarkedPerson(std::shared_ptr<const BodyModel> model, std::vector<MarkerSite> sites,
                               RestPosture posture);
 

@@ -22,8 +22,8 @@
 namespace holdfast {
 namespace {
 
-constexpr double kUpright = 0.15;  // radians, of a pelvis that no marker shows
-constexpr double kWide_m = 0.15;   // robust scale while a pose is looked for
+constexpr double kUpright = 0.15;  // radians, of a pelvis without markers
+constexpr double kWide_m = 0.15;   // robust scale while searching for a pose
 
 enum class ArmStart { kForward, kHanging, kBent, kSideways };
 
@@ -41,7 +41,7 @@ void SetArms(ArmStart start, JointPose& pose) {
   }
 }
 
-// Unknowns of the calibration, and problems over some of them.
+// Unknowns of the calibration, and problems over subsets of them.
 class Calibrator {
  public:
   Calibrator(const MarkedPerson& person, const MarkerScales& scales)
@@ -55,7 +55,7 @@ class Calibrator {
   Eigen::VectorXd& Places() { return places_; }
   int Iterations() const { return iterations_; }
 
-  // Roots and poses move, shape and places are held; `known`: places are, else they are uncertain.
+  // Solves root and pose with fixed shape and places; if not `known`, places are uncertain.
   double SolvePose(SeenMarkers seen, bool root_free, bool known, double robust_m,
                    Eigen::VectorXd& root, Eigen::VectorXd& q) {
     for (int k = 0; k < seen.Count(); ++k) {
@@ -77,7 +77,7 @@ class Calibrator {
     return Solve(problem, ceres::DENSE_NORMAL_CHOLESKY, 40);
   }
 
-  // All of the frames' unknowns with shape and places; frames may share a root.
+  // Solves all frames' unknowns with shape and places; frames may share a root.
   double SolveAll(const std::vector<SeenMarkers>& frames,
                   const std::vector<Eigen::VectorXd*>& roots,
                   const std::vector<Eigen::VectorXd*>& poses, double robust_m, int iterations) {
@@ -150,7 +150,7 @@ class Calibrator {
   int iterations_ = 0;
 };
 
-// The pose of a frame without a guess: from several arms, and legs where they are free, the best.
+// Finds the pose of a frame without an initial guess: the best of several arm and free leg starts.
 void FindPose(const MarkedPerson& person, const SeenMarkers& seen, double facing_rad, bool known,
               Calibrator& calibrator, Eigen::VectorXd& root, Eigen::VectorXd& q) {
   double best = std::numeric_limits<double>::infinity();
@@ -207,7 +207,7 @@ MarkerCalibration CalibrateMarkers(MarkedPerson& person,
                         roots, qs, robust_m, iterations);
   };
 
-  // Shape and places from the static trial, or from one frame to begin with.
+  // Initialize shape and places from the static trial, or from one frame.
   if (still > 0) {
     FindPose(person, frames[0], static_facing_rad, false, calibrator, still_root, poses[0]);
     for (std::size_t f = 1; f < still; ++f) poses[f] = poses[0];

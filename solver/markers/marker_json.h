@@ -10,16 +10,16 @@
 
 namespace holdfast {
 
-/// What became of a recording as metrics.json has it: residuals, every marker's place, labels put
-/// right, outliers, joints at rest, axes. Units in the names.
+/// Report of a recording as stored in metrics.json: residuals, all marker positions, corrected
+/// labels, outliers, resting joints, axes. Units in the names.
 nlohmann::json MarkerReportJson(const MarkerReport& report);
 
-/// The markers of the recording that a result folder was solved from, where solve put them in the
-/// world: (3 M x T), meters; NaN where one is not seen. Throws Error where the folder is not one
-/// that `solve` made, or its recording is not there any more.
+/// Returns the recorded markers of a folder written by `solve`, transformed to its world: (3 M x
+/// T), meters; NaN for unseen markers. Throws Error if the folder was not written by `solve`, or if
+/// its recording is missing.
 Eigen::MatrixXd MeasuredMarkers(const std::filesystem::path& solved);
 
-/// How an unmarked head was adjusted: frames, millimeters, degrees.
+/// Report of the adjustment of an unmarked head: frames, millimeters, degrees.
 nlohmann::json HeadReportJson(const HeadReport& head);
 
 }  // namespace holdfast

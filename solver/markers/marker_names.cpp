@@ -19,7 +19,7 @@ constexpr auto kSkin = MarkerTie::kSkin;
 constexpr auto kLandmark = MarkerTie::kLandmark;
 constexpr auto kCluster = MarkerTie::kCluster;
 
-// A row of the right side (or the middle); millimeters. In the T-pose of SMPL-X the right arm goes
+// A row for the right side or the middle; millimeters. In the T-pose of SMPL-X the right arm points
 // to -x, up is y, forward z, thumbs forward, palms down.
 struct Row {
   const char* name;  // without the side
@@ -34,7 +34,7 @@ constexpr int kIndex1 = kRightHandBegin, kIndex3 = kRightHandBegin + 2,
               kMiddle1 = kRightHandBegin + 3, kThumb3 = kRightHandBegin + 14;
 
 constexpr Row kSides[] = {
-    // Freitas and Scholz (2009), as in sets of daily tasks: plates of four.
+    // Freitas and Scholz (2009), as in sets of daily tasks: plates of four markers.
     {"SHO1", kRightCollar, kRightShoulder, 0.9, 0, 45, -20, kCluster, 40},
     {"SHO2", kRightCollar, kRightShoulder, 0.9, 0, 45, -20, kCluster, 40},
     {"SHO3", kRightCollar, kRightShoulder, 0.9, 0, 45, -20, kCluster, 40},
@@ -78,7 +78,7 @@ constexpr Row kSides[] = {
     {"HEE", kRightAnkle, kRightAnkle, 0.0, 0, -24, -66, kSkin, 15},
     {"TOE", kRightAnkle, kRightFoot, 1.2, 8, 30, 0, kSkin, 25},
     {"MT5", kRightAnkle, kRightFoot, 0.8, -40, -8, 0, kSkin, 20},
-    // Sets that have more of the kind: CMU's Vicon set, CGM2.
+    // Extensions of Plug-in Gait: CMU's Vicon set, CGM2.
     {"MT1", kRightAnkle, kRightFoot, 0.95, 40, 5, 0, kSkin, 20},
     {"THMB", kThumb3, kEnd, 0.5, 0, 8, 8, kLandmark, 15},
     {"KNM", kRightHip, kRightKnee, 1.0, 50, 0, 0, kSkin, 15},
@@ -89,8 +89,8 @@ constexpr Row kSides[] = {
     {"TIAD", kRightKnee, kRightAnkle, 0.7, 0, 0, 50, kSkin, 45},
 };
 
-// Other names of those, after the side: CMU's (front and back of the waist, shin), CGM2's
-// (metatarsal heads), and longer ones.
+// Aliases, after the side: CMU (front and back of the waist, shin), CGM2 (metatarsal heads), and
+// longer names.
 constexpr std::pair<const char*, const char*> kSideAliases[] = {
     {"FWT", "ASI"},  {"BWT", "PSI"},  {"SHN", "TIB"}, {"ASIS", "ASI"},
     {"PSIS", "PSI"}, {"SMH", "TOE"},  {"VMH", "MT5"}, {"FMH", "MT1"},
@@ -105,7 +105,7 @@ constexpr Row kMiddleRows[] = {
     {"RBAK", kSpine3, kSpine3, 0.0, -80, 60, -100, kSkin, 50},
     {"RBAC", kSpine3, kSpine3, 0.0, -80, 60, -100, kSkin, 50},
     {"ARIEL", kHead, kHead, 0.0, 0, 180, 10, kSkin, 30},
-    // A glove of three markers on a plate and two on each finger, a triangle on the back.
+    // A glove: three markers on a plate, two per finger, and a triangle on the back.
     {"hand_top", kRightWrist, kMiddle1, 0.6, 0, 30, 0, kCluster, 25},
     {"hand_left", kRightWrist, kMiddle1, 0.5, 0, 30, 15, kCluster, 25},
     {"hand_right", kRightWrist, kMiddle1, 0.5, 0, 30, -15, kCluster, 25},
@@ -157,7 +157,7 @@ std::vector<std::string> Fields(const std::string& line) {
   return fields;
 }
 
-// "Right_Elb.1" and "RELB1" are the same.
+// Normalizes a name: "Right_Elb.1" and "RELB1" are equal.
 std::string Plain(std::string_view name) {
   std::string plain = Lower(name);
   std::erase_if(plain, [](char c) { return c == '_' || c == '-' || c == '.' || c == ' '; });
@@ -166,7 +166,7 @@ std::string Plain(std::string_view name) {
   return plain;
 }
 
-// The columns of a table by their head.
+// Column indices of a table, from its header.
 struct Columns {
   int name = -1, joint = -1, vertex = -1, cluster = -1;
 };

@@ -14,46 +14,46 @@
 
 namespace holdfast {
 
-/// How a marker is tied to the body.
+/// Attachment of a marker to the body.
 enum class MarkerTie {
-  kSkin,      ///< glued to the skin at a place that its name tells to about a centimeter
-  kLandmark,  ///< over a bony landmark: its place from the joint is anatomy
-  kCluster,   ///< one of a rigid plate somewhere on the segment: its place is found
+  kSkin,      ///< on the skin; the name determines its position to about 1 cm
+  kLandmark,  ///< on a bony landmark: anatomy gives its offset from the joint
+  kCluster,   ///< on a rigid plate somewhere on the segment: position is estimated
 };
 std::string_view MarkerTieName(MarkerTie tie);
 
-/// Where a marker of this name sits: on the way from a joint to the next, then outwards.
+/// Nominal site of a marker: on the line from a joint to the next, offset outwards.
 struct MarkerSite {
   std::string name;
-  int joint = 0;                                      ///< that it follows
-  int toward = -1;                                    ///< joint; -1: the limb's end
-  double fraction = 0.0;                              ///< of the way there
+  int joint = 0;                                      ///< that the marker follows
+  int toward = -1;                                    ///< joint; -1: end of the limb
+  double fraction = 0.0;                              ///< of the distance to `toward`
   Eigen::Vector3d outward = Eigen::Vector3d::Zero();  ///< meters, axes of the T-pose
   MarkerTie tie = MarkerTie::kCluster;
-  double sigma_m = 0.04;  ///< how well that tells the place
-  int vertex = -1;        ///< of the body model, in place of all that
+  double sigma_m = 0.04;  ///< uncertainty of the position
+  int vertex = -1;        ///< vertex of the body model; overrides the above
 };
 
-/// Sites by name, any case.
+/// Sites by name, case-insensitive.
 class MarkerTable {
  public:
-  /// Names of upper-limb cluster sets, of Plug-in Gait and its kin (CMU's Vicon set, CGM2), and a
-  /// glove's: docs/markers.md lists them.
+  /// Names of upper-limb cluster sets, Plug-in Gait and related sets (CMU's Vicon set, CGM2), and a
+  /// glove; listed in docs/markers.md.
   static const MarkerTable& Known();
-  /// This table with the sites of `other` added; those that have a name of this one replace it.
+  /// Returns this table extended by the sites of `other`, which replace sites of the same name.
   MarkerTable With(const MarkerTable& other) const;
-  /// A text of comma-separated columns with a head: name and joint or vertex, optional cluster.
-  /// A marker with a cluster is tied to the joint's bone somewhere; one with a vertex is on the
-  /// skin there; with a joint alone, somewhere about it. `num_vertices` and `joint_of_vertex` are
-  /// of the body. Throws Error naming file and line.
+  /// Reads comma-separated columns with a header: name and joint or vertex, optional cluster. A
+  /// marker with a cluster is rigidly attached to the joint's bone at an unknown position; one with
+  /// a vertex is on the skin there; one with only a joint is somewhere around it. `joint_of_vertex`
+  /// belongs to the body. Throws Error with file and line.
   static MarkerTable Read(const std::filesystem::path& path,
                           const std::vector<int>& joint_of_vertex);
 
   void Add(MarkerSite site) { sites_.push_back(std::move(site)); }
   const MarkerSite* Find(std::string_view name) const;
   const std::vector<MarkerSite>& Sites() const { return sites_; }
-  /// The site whose name is nearest to one that is not known, with the letters between them. Case,
-  /// '_', '-', '.' and blanks do not count, "right" and "left" are R and L. The table is not empty.
+  /// Returns the site with the most similar name, and the edit distance. Ignores case, "_", "-",
+  /// "." and blanks; "right" and "left" equal R and L. Requires a nonempty table.
   std::pair<const MarkerSite*, int> Nearest(std::string_view name) const;
 
  private:

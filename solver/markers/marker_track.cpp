@@ -16,10 +16,10 @@
 namespace holdfast {
 namespace {
 
-constexpr double kOutlier_m = 0.03;  // beyond it, and six times what is usual for the marker
-constexpr double kSwap_m = 0.02;     // both of a pair, and twice as far as from each other's place
+constexpr double kOutlier_m = 0.03;  // and farther than six times the marker's median
+constexpr double kSwap_m = 0.02;  // for both; each at most half as far from the other's prediction
 
-// Distance of each seen marker from where the body carries it.
+// Distance of each seen marker from its predicted position.
 std::vector<std::vector<double>> Distances(const Eigen::MatrixXd& carried,
                                            const std::vector<SeenMarkers>& frames) {
   std::vector<std::vector<double>> off(frames.size());
@@ -33,7 +33,7 @@ std::vector<std::vector<double>> Distances(const Eigen::MatrixXd& carried,
   return off;
 }
 
-// Adds the terms of a frame's markers; they stay the caller's.
+// Adds the terms of a frame's markers; `terms` keeps ownership.
 void AddMarkers(const MarkedPerson& person, const SeenMarkers& seen, double sigma_m,
                 double robust_m, double* root, double* q, Eigen::VectorXd& betas,
                 Eigen::Matrix3Xd& places, std::vector<std::unique_ptr<MarkerDistance>>& terms,
@@ -46,7 +46,7 @@ void AddMarkers(const MarkedPerson& person, const SeenMarkers& seen, double sigm
   }
 }
 
-// Shape and places of markers are known.
+// Holds shape and marker positions constant.
 void HoldCalibration(Eigen::VectorXd& betas, Eigen::Matrix3Xd& places, ceres::Problem& problem) {
   if (problem.HasParameterBlock(betas.data())) problem.SetParameterBlockConstant(betas.data());
   for (Eigen::Index k = 0; k < places.cols(); ++k) {
@@ -66,8 +66,8 @@ ceres::Problem::Options TermsStayOurs() {
 MarkerTrack FollowMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
                           const std::vector<SeenMarkers>& frames, MarkerTrack start,
                           const MarkerScales& scales) {
-  constexpr double kStep_rad = 0.5;     // of a joint from frame to frame
-  constexpr double kFollowed_m = 0.15;  // robust scale: the step may be long
+  constexpr double kStep_rad = 0.5;     // of a joint between frames
+  constexpr double kFollowed_m = 0.15;  // robust scale: a step may be large
   MarkerTrack track = std::move(start);
   Eigen::VectorXd betas = calibration.betas;
   Eigen::Matrix3Xd places = calibration.places;

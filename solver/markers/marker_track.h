@@ -18,25 +18,25 @@ struct MarkerTrack {
   bool converged = false;
 };
 
-/// Frame after frame, each from the one before, so that a solve of all begins near the markers:
+/// Solves frame by frame, each from the previous one, to initialize a joint solve near the markers.
 /// `start` has the first frame's pose.
 MarkerTrack FollowMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
                           const std::vector<SeenMarkers>& frames, MarkerTrack start,
                           const MarkerScales& scales);
 
-/// All frames at once: markers, rest, limits, and accelerations that couple them
-/// (PoseAcceleration), so that gaps are passed as the body moved. From `start`; roots move where
-/// the pelvis is marked. `frame_rate` in Hz. `progress` may stop it: then not converged.
+/// Solves all frames at once: markers, rest, limits, and accelerations that couple frames
+/// (PoseAcceleration) and thus interpolate gaps. Starts from `start`; roots are free if the pelvis
+/// is marked. `frame_rate` in Hz. If `progress` stops the solve, the result is not converged.
 MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
                          const std::vector<SeenMarkers>& frames, double frame_rate,
                          MarkerTrack start, const MarkerScales& scales, int max_iterations,
                          const std::function<bool(int, int)>& progress);
 
-/// Where the body carries every marker (3 M x T), world, meters.
+/// Positions of all markers predicted by the body (3 M x T), world, meters.
 Eigen::MatrixXd CarriedMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
                                const MarkerTrack& track);
 
-/// Labels that went wrong, told by where the body carries the markers.
+/// Labeling errors, detected from the predicted marker positions.
 struct MarkerFaults {
   struct Swap {
     int frame, a, b;
@@ -45,10 +45,10 @@ struct MarkerFaults {
     int frame, marker;
     double off_m;
   };
-  std::vector<Swap> swaps;        ///< markers a and b stand for each other
-  std::vector<Outlier> outliers;  ///< far from where they can be: not used
+  std::vector<Swap> swaps;        ///< labels of markers a and b are exchanged
+  std::vector<Outlier> outliers;  ///< far from the predicted position: not used
 };
-/// Finds them and puts `frames` right: swapped labels are changed back, outliers taken out.
+/// Finds and corrects errors in `frames`: swaps labels back and removes outliers.
 MarkerFaults RepairMarkers(const Eigen::MatrixXd& carried, std::vector<SeenMarkers>& frames);
 
 }  // namespace holdfast

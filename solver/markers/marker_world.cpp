@@ -19,7 +19,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kArmWeight = 0.3;  // of what moves against what turns with the trunk
+constexpr double kArmWeight = 0.3;  // of markers that move relative to the trunk
 constexpr double kBothSides_m = 0.25;
 constexpr std::array<const char*, 6> kUpNames = {"x", "y", "z", "-x", "-y", "-z"};
 
@@ -31,8 +31,8 @@ bool OfTrunk(int joint) {
   return false;
 }
 
-// Places on a body with forearms forward and in the recording: markers whose usual place is the
-// same are one.
+// Marker positions on a body with forearms forward and in the recording. Markers with the same
+// nominal position are merged.
 struct Pairs {
   std::vector<Eigen::Vector3d> rest, seen;
   std::vector<double> weight;
@@ -63,7 +63,7 @@ Eigen::Vector3d Mean(const std::vector<Eigen::Vector3d>& points) {
   return sum / static_cast<double>(points.size());
 }
 
-// From side to side, on the body.
+// Lateral extent on the body.
 double WidthOf(const Pairs& pairs) {
   if (pairs.rest.empty()) return 0.0;
   const auto [right, left] =
@@ -71,13 +71,13 @@ double WidthOf(const Pairs& pairs) {
   return left.x() - right.x();
 }
 
-// How that body fits the markers.
+// Alignment of that body with the markers.
 struct BodyFit {
   Eigen::Matrix3d rotation;  // body to recording
-  double thickness;          // of the sum of products, against its length; negative: mirrored
+  double thickness;  // smallest by largest singular value of the covariance; negative: mirrored
 };
 
-// Nothing where the markers are too few.
+// Returns nothing if there are too few markers.
 std::optional<BodyFit> FitBody(const Pairs& pairs) {
   if (pairs.rest.size() < 3) return std::nullopt;
   const Eigen::Vector3d rest = Mean(pairs.rest), seen = Mean(pairs.seen);
@@ -88,7 +88,7 @@ std::optional<BodyFit> FitBody(const Pairs& pairs) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> squares(sum.transpose() * sum,
                                                                Eigen::EigenvaluesOnly);
   const Eigen::Vector3d size2 = squares.eigenvalues();  // ascending
-  if (size2(1) < 1e-4 * size2(2)) return std::nullopt;  // on a line
+  if (size2(1) < 1e-4 * size2(2)) return std::nullopt;  // collinear
   const double thickness = std::sqrt(std::max(0.0, size2(0)) / size2(2));
   return BodyFit{NearestRotation(sum), std::copysign(thickness, sum.determinant())};
 }
@@ -164,8 +164,8 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
     if (WidthOf(of_trunk) <= kBothSides_m) continue;
     if (const auto trunk = FitBody(of_trunk)) trunk_up += trunk->rotation.col(1);
   }
-  // Arms may be anywhere, over the head too: where the whole is upside down, a trunk with markers
-  // on both sides decides.
+  // Arms may be anywhere, even overhead: if the whole body is upside down, a trunk with markers on
+  // both sides decides.
   if (body_up.maxCoeff() < -body_up.minCoeff() && trunk_up.maxCoeff() > -trunk_up.minCoeff()) {
     body_up = trunk_up;
   }
@@ -193,7 +193,7 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
     world.up = up.value_or(MarkerUp::kZ);
   }
   world.world_from_recording = WorldFrom(world.up);
-  // The turn about the vertical that brings the body's places nearest to the markers.
+  // The rotation about the vertical that best aligns the body with the markers.
   double sine = 0.0, cosine = 0.0;
   for (const Pairs& pairs : frames) {
     if (pairs.rest.empty()) continue;
@@ -201,7 +201,7 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
     for (std::size_t k = 0; k < pairs.rest.size(); ++k) {
       const Eigen::Vector3d from = pairs.rest[k] - rest,
                             to = world.world_from_recording * (pairs.seen[k] - seen);
-      const double x = from.x(), y = -from.z();  // T-pose's z is the world's -y
+      const double x = from.x(), y = -from.z();  // the T-pose's z is the world's -y
       sine += pairs.weight[k] * (x * to.y() - y * to.x());
       cosine += pairs.weight[k] * (x * to.x() + y * to.y());
     }
@@ -229,7 +229,7 @@ Eigen::Matrix<double, 6, 1> RootAt(const MarkedPerson& person, const SeenMarkers
   const Eigen::Matrix3d R = ExpSO3(Eigen::Vector3d::UnitZ() * facing_rad) *
                             ExpSO3(Eigen::Vector3d::UnitX() * 90.0 * kDegree);
   const Eigen::Vector3d pelvis = person.body.rest_joints.col(0);
-  // Of the two axes of a half turn always the same one: people who face +y.
+  // Selects one of the two equivalent axes of a half turn consistently, for people facing +y.
   const Eigen::Vector3d half_turn(0.0, 2.2, 2.2);
   Eigen::Matrix<double, 6, 1> root;
   root << Mean(pairs.seen) - pelvis - R * (Mean(pairs.rest) - pelvis),
@@ -255,13 +255,13 @@ bool IsStatic(const fs::path& file) {
   return file.filename().string().find(kStatic) != std::string::npos;
 }
 
-// What its name says before that.
+// Part of the name before "_static".
 std::string PersonOf(const fs::path& still) {
   const std::string name = still.filename().string();
   return name.substr(0, name.find(kStatic));
 }
 
-// The one beside a recording; of several, that whose name up to "_static" its own begins with.
+// Static trial of a recording; of several, the one whose name up to "_static" is its prefix.
 fs::path StillOf(const fs::path& file, const std::vector<fs::path>& beside) {
   if (beside.size() < 2) return beside.empty() ? fs::path() : beside.front();
   const std::string own = file.filename().string();

@@ -13,51 +13,51 @@
 
 namespace holdfast {
 
-/// Which axis of a recording points up.
+/// Axis of a recording that points up.
 enum class MarkerUp { kX, kY, kZ, kMinusX, kMinusY, kMinusZ };
 std::string_view MarkerUpName(MarkerUp up);
 
-/// How a recording lies in the world.
+/// Transform of a recording to the world.
 struct MarkerWorld {
-  double scale = 1.0;  ///< that positions are multiplied by besides: 1000 or 0.001 for a wrong unit
+  double scale = 1.0;  ///< additional factor on positions: 1000 or 0.001 for a wrong unit
   MarkerUp up = MarkerUp::kZ;
   Eigen::Matrix3d world_from_recording = Eigen::Matrix3d::Identity();  ///< up to z
   double facing_rad = 0.0;  ///< about world z; 0 faces -y
 };
 
-/// 1, or what turns millimeters that are called meters into meters (0.001), or the other way round
-/// (1000): by the distance between the markers of one person.
+/// Returns 0.001 if millimeters are declared as meters, 1000 in the opposite case, else 1: decided
+/// by the distance between the markers of one person.
 double ScaleBySize(const MarkerRecording& recording);
 
-/// Up and facing from where trunk and shoulders' markers are (Kabsch). `column[k]` is the marker of
-/// the recording that is the person's k-th, -1 for none. Throws Error, named `where`, where a
-/// person would be upside down and `up` does not state it.
+/// Finds up axis and facing direction from trunk and shoulder markers (Kabsch). `column[k]`:
+/// recording column of the person's k-th marker, -1 for none. Throws Error, named `where`, if the
+/// person would be upside down and `up` does not confirm it.
 MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recording,
                       const std::vector<int>& column, std::optional<MarkerUp> up,
                       const std::string& where);
 
-/// The recording in the world, meters, raised by `lift_m`.
+/// Returns the recording in the world, meters, raised by `lift_m`.
 MarkerRecording InWorld(const MarkerRecording& recording, const MarkerWorld& world, double lift_m);
 
-/// Where a root (FreePose) is whose trunk is about the markers of a frame (world), facing so.
+/// Returns a root (FreePose) whose trunk is at the markers of a frame (world), with this facing.
 Eigen::Matrix<double, 6, 1> RootAt(const MarkedPerson& person, const SeenMarkers& seen,
                                    double facing_rad);
 
-/// A recording of markers, and the static trial of its person.
+/// A marker recording and the static trial of its person.
 struct MarkerTrialFiles {
-  std::string name;  ///< of the file, without endings
+  std::string name;  ///< file name without extensions
   std::filesystem::path recording;
-  std::filesystem::path still;  ///< empty: there is none
+  std::filesystem::path still;  ///< empty if there is none
 
-  /// What the static trial's name says before "_static", else the folder's name.
+  /// The static trial's name before "_static", or else the folder's name.
   std::string Person() const;
 };
 
-/// Recordings (MarkerFormatOf) of a folder and those below it, in the order of their paths: a
-/// folder a person, "..._static..." is the static trial of the others beside it; of several, that
-/// whose name up to "_static" theirs begin with. Other files are passed over. Throws Error for what
-/// is not a folder, one without recordings, and a recording beside several static trials by none
-/// of their names.
+/// Finds recordings (MarkerFormatOf) in a folder and its subfolders, sorted by path. Each person
+/// has a folder; "..._static..." is the static trial of the other recordings in it. Of several, the
+/// one applies whose name up to "_static" is a prefix of the recording's name. Other files are
+/// ignored. Throws Error if `folder` is not a folder, for one without recordings, and for a
+/// recording beside several static trials that match none.
 std::vector<MarkerTrialFiles> FindMarkerTrials(const std::filesystem::path& folder);
 
 }  // namespace holdfast

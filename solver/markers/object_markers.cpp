@@ -26,12 +26,12 @@
 namespace holdfast {
 namespace {
 
-constexpr double kAgree_m = 0.010;  // distances of a cluster's markers that differ less agree
-constexpr double kRobustObject_m = 0.005;  // beyond which a marker counts little
+constexpr double kAgree_m = 0.010;         // tolerance for consistent distances within a cluster
+constexpr double kRobustObject_m = 0.005;  // markers beyond this count little
 constexpr double kSame_m = 1e-9;
-constexpr double kLine_m = 0.005;       // markers nearer to a line than this tell no turn
-constexpr double kOtherTable_m = 0.03;  // places told that are this far off are another object's
-constexpr double kJump_rad = 0.5;       // a turn in a frame that labels have to explain
+constexpr double kLine_m = 0.005;       // markers closer to a line do not determine a rotation
+constexpr double kOtherTable_m = 0.03;  // given positions farther off belong to another object
+constexpr double kJump_rad = 0.5;       // rotation between frames that suggests label errors
 constexpr int kSlopeFrames = 5;         // before and after a gap
 
 std::vector<std::string> SplitAtCommas(const std::string& line) {
@@ -46,7 +46,7 @@ std::vector<std::string> SplitAtCommas(const std::string& line) {
   return words;
 }
 
-// The pose that takes places to the points.
+// Pose that maps places to points.
 Eigen::Isometry3d Kabsch(const Eigen::Matrix3Xd& places, const Eigen::Matrix3Xd& points) {
   const Eigen::Vector3d from = places.rowwise().mean(), to = points.rowwise().mean();
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -55,7 +55,7 @@ Eigen::Isometry3d Kabsch(const Eigen::Matrix3Xd& places, const Eigen::Matrix3Xd&
   return pose;
 }
 
-// Markers of one frame that are used: who, and where.
+// Used markers of one frame.
 struct SeenCluster {
   std::vector<int> marker;
   Eigen::Matrix3Xd points;  // (3 x marker.size())
@@ -99,7 +99,7 @@ class ObjectTracker {
                 "An object's pose takes three markers that are not on a line");
   }
 
-  // Medians of the distances between markers; NaN where two are never seen together.
+  // Medians of the distances between markers; NaN if two are never seen together.
   Eigen::MatrixXd UsualDistances() const {
     Eigen::MatrixXd usual = Eigen::MatrixXd::Zero(Count(), Count());
     for (int i = 0; i < Count(); ++i) {
@@ -115,7 +115,7 @@ class ObjectTracker {
     return usual;
   }
 
-  // The frame that shows most markers, at distances that are most usual.
+  // The frame with most markers and the most typical distances.
   int UsualFrame() const {
     const Eigen::MatrixXd usual = UsualDistances();
     int best = -1, most = 0;
@@ -130,7 +130,7 @@ class ObjectTracker {
           off = std::max(off, std::abs((At(i, t) - At(j, t)).norm() - usual(i, j)));
         }
       }
-      // Of frames that are as good the first: rounding does not choose.
+      // The first of equally good frames, independent of rounding.
       if (seen > most || off < least - kSame_m) {
         best = t;
         most = seen;
@@ -147,8 +147,8 @@ class ObjectTracker {
     for (int k = 0; k < Count(); ++k) {
       if (Seen(k, first)) places_.col(k) = At(k, first);
     }
-    // About the markers' middle: a gap is filled with a path of the origin, and that of a far one
-    // bends with the turn.
+    // Center at the markers: gaps interpolate the origin's path, which would curve under rotation
+    // for a distant origin.
     places_.colwise() -= Middle();
     RequireSpread();
     constexpr int kFitRounds = 3;
@@ -188,7 +188,7 @@ class ObjectTracker {
                     (places_.col(seen.marker[i]) - places_.col(seen.marker[j])).norm());
   }
 
-  // Without those whose distances from others do not agree, the worst first.
+  // Removes markers with inconsistent distances, the worst first.
   SeenCluster Agreeing(SeenCluster seen) const {
     while (seen.marker.size() > 1) {
       const int n = static_cast<int>(seen.marker.size());
@@ -209,7 +209,7 @@ class ObjectTracker {
       kept << seen.points.leftCols(out), seen.points.rightCols(n - 1 - out);
       seen.points = kept;
       seen.marker.erase(seen.marker.begin() + out);
-      if (n == 2) return {};  // of two that disagree neither is known to be right
+      if (n == 2) return {};  // of two inconsistent markers neither is known to be right
     }
     return seen;
   }
@@ -222,7 +222,7 @@ class ObjectTracker {
                  0.0);
   }
 
-  // The pose near `start` that brings markers where they are seen. Poses are about the middle.
+  // Returns the pose near `start` that aligns the markers. Poses are about the center.
   Eigen::Isometry3d Moved(const Eigen::Isometry3d& start, const SeenCluster& seen, double weight,
                           ceres::LossFunction* loss, double start_weight) const {
     const Eigen::Vector3d middle = Middle();
@@ -243,8 +243,8 @@ class ObjectTracker {
     return pose.Transform() * Eigen::Translation3d(-middle);
   }
 
-  // Labels as they are, or with two that stand for each other changed back where more then agree
-  // or, where as many do, the object would else leap.
+  // Solves with labels as given, or with two exchanged if then more markers agree or, for equal
+  // numbers, if the object would otherwise jump.
   void SolveFrame(int t, bool report) {
     SeenCluster seen;
     seen.points.resize(3, Count());
@@ -299,7 +299,7 @@ class ObjectTracker {
     }
   }
 
-  // Movement for each frame at frame `at` (of a pose), over solved frames on one side of it.
+  // Motion per frame at frame `at`, from solved frames on one side of it.
   std::pair<Eigen::Vector3d, Eigen::Vector3d> Slope(int at, int step) const {
     int k = 0;
     while (k < kSlopeFrames && at + step * (k + 1) >= 0 &&
@@ -313,7 +313,7 @@ class ObjectTracker {
             LogSO3(here.linear().transpose() * there.linear()) / frames};
   }
 
-  // Cubic Hermite between two solved frames, without going far beyond them.
+  // Cubic Hermite interpolation between two solved frames, with limited overshoot.
   Eigen::Isometry3d Between(int a, int b, int t) const {
     const Eigen::Isometry3d &from = *poses_[a], &to = *poses_[b];
     const double length = b - a, s = (t - a) / length, s2 = s * s, s3 = s2 * s;
@@ -365,7 +365,7 @@ class ObjectTracker {
       poses[t] = after == solved.begin() ? *poses_[solved.front()]
                  : after == solved.end() ? *poses_[solved.back()]
                                          : Between(*(after - 1), *after, t);
-      // One or two markers to 2 mm, what is filled in to 5 cm and 0.5 rad.
+      // One or two markers to 2 mm, the interpolation to 5 cm and 0.5 rad.
       if (!used_[t].marker.empty()) poses[t] = Moved(poses[t], used_[t], 25e4, nullptr, 400.0);
       auto& gaps = tracked_.report.gaps;
       if (gaps.empty() || gaps.back().second != t) gaps.emplace_back(t, t);
@@ -413,7 +413,7 @@ class ObjectTracker {
     }
   }
 
-  // From the object's frame to that of the places found; places of the report go into the former.
+  // From the object's frame to that of the estimated places; sets the report's places.
   Eigen::Isometry3d PlacesFromObject(const std::vector<Eigen::Isometry3d>& poses) {
     Eigen::Isometry3d frame = Eigen::Isometry3d::Identity();
     ObjectMarkerReport& report = tracked_.report;
@@ -454,13 +454,13 @@ class ObjectTracker {
   std::vector<int> columns_;
   const ObjectMarkers& markers_;
   const std::string& where_;
-  Eigen::Matrix3Xd places_;  // in a frame of their own; NaN of one that is never seen
+  Eigen::Matrix3Xd places_;  // in their own frame; NaN if never seen
   std::vector<std::optional<Eigen::Isometry3d>> poses_;
   std::vector<SeenCluster> used_;
   TrackedObject tracked_;
 };
 
-// The recording's column of each of the object's markers.
+// Recording column of each of the object's markers.
 std::vector<int> ColumnsOfObject(const MarkerRecording& recording, const ObjectMarkers& markers,
                                  const std::string& where) {
   std::vector<int> columns;

@@ -11,7 +11,7 @@
 namespace holdfast {
 namespace {
 
-// Where `used` has nothing, `carried` and how far the marker is from there at the frames around.
+// Fills gaps of `used` with `carried` plus the interpolated deviation at the adjacent frames.
 Eigen::Matrix3Xd Filled(const Eigen::Matrix3Xd& used, const Eigen::Matrix3Xd& carried) {
   Eigen::Matrix3Xd filled = used;
   std::optional<Eigen::Index> before;
@@ -46,7 +46,7 @@ Eigen::Matrix3Xd PathOf(const Eigen::MatrixXd& positions, int marker) {
 void RepairBody(const SolvedRecording& solved, MarkerRecording& recording) {
   for (std::size_t k = 0; k < solved.report.markers.size(); ++k) {
     const std::optional<int> column = recording.Find(solved.report.markers[k].site.name);
-    if (!column) continue;  // of the static trial alone
+    if (!column) continue;  // only in the static trial
     const auto marker = static_cast<int>(k);
     recording.positions.middleRows(3 * *column, 3) =
         Filled(PathOf(solved.used, marker), PathOf(solved.carried, marker));

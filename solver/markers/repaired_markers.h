@@ -6,11 +6,10 @@
 
 namespace holdfast {
 
-/// The recording as its solve understood it, in its axes, meters: labels that stood for each other
-/// changed back, a wrong unit put right, outliers and gaps of the body's markers filled with where
-/// the body carries them, of the object's with where the object does, moved by how far the marker
-/// is from there at either end of the gap (in between linearly). Markers whose names are not known
-/// stay as they are.
+/// Returns the recording as interpreted by its solve, in its axes, meters: exchanged labels swapped
+/// back, a wrong unit corrected, and outliers and gaps filled. Body markers are filled with the
+/// positions predicted by the body, object markers by the object, plus an offset that interpolates
+/// linearly between the deviations at both ends of the gap. Unknown markers are unchanged.
 MarkerRecording RepairedMarkers(const MarkerRecording& recording, const SolvedRecording& solved);
 
 }  // namespace holdfast

@@ -20,7 +20,7 @@ namespace {
 constexpr int kFewestMarkers = 3;
 constexpr int kStaticFrames = 3;
 constexpr int kMaxSteps = 30;            // of a solve of all frames
-constexpr double kCoarseRate_hz = 12.5;  // of the frames that are solved before all others
+constexpr double kCoarseRate_hz = 12.5;  // of the subset of frames that is solved first
 
 bool EverSeen(const MarkerRecording& recording, int marker) {
   for (int t = 0; t < recording.NumFrames(); ++t) {
@@ -41,7 +41,7 @@ UnusedMarker Unused(const std::string& name, const MarkerTable& table) {
   return {name, letters <= std::max(1, length / 3) ? site->name : ""};
 }
 
-// "Nearest known names: RELB for RELBOW, LELB for LELBOW. ", of the first few, alike or not.
+// "Nearest known names: RELB for RELBOW, LELB for LELBOW. ": the first few, however similar.
 std::string NearestKnown(const MarkerReport& report, const MarkerTable& table) {
   constexpr std::size_t kNamed = 3;
   std::vector<std::string> pairs;
@@ -53,7 +53,7 @@ std::string NearestKnown(const MarkerReport& report, const MarkerTable& table) {
   return fmt::format("Nearest known names: {}. ", fmt::join(pairs, ", "));
 }
 
-// Names of the recordings that the table knows, and those that it does not.
+// Collects the sites of known names of the recordings, and reports unknown names.
 std::vector<MarkerSite> SitesOf(const MarkerRecording& recording,
                                 const MarkerRecording* static_trial,
                                 const SolveMarkersOptions& options, const std::string& where,
@@ -96,7 +96,7 @@ std::vector<MarkerSite> SitesOf(const MarkerRecording& recording,
   return sites;
 }
 
-// Markers of the person in the recording, by the person's numbers; -1 for none.
+// Column of the recording for each of the person's markers; -1 for none.
 std::vector<int> ColumnsOf(const MarkedPerson& person, const MarkerRecording& recording) {
   std::vector<int> columns;
   for (const MarkerSite& site : person.sites) {
@@ -120,7 +120,7 @@ SeenMarkers SeenIn(const MarkerRecording& recording, const std::vector<int>& col
   return seen;
 }
 
-// `count` frames spread over those that show most.
+// Returns `count` frames spread over those with most markers.
 std::vector<int> SpreadFrames(const std::vector<SeenMarkers>& frames, int count) {
   int most = 0;
   for (const SeenMarkers& seen : frames) most = std::max(most, seen.Count());
@@ -144,7 +144,7 @@ std::vector<SeenMarkers> At(const std::vector<SeenMarkers>& frames,
   return some;
 }
 
-// Between the frames that were solved.
+// Interpolates between the solved frames.
 MarkerTrack Interpolated(const std::vector<Eigen::VectorXd>& roots,
                          const std::vector<Eigen::VectorXd>& poses, const std::vector<int>& at,
                          int frames) {
@@ -163,8 +163,8 @@ MarkerTrack Interpolated(const std::vector<Eigen::VectorXd>& roots,
   return track;
 }
 
-// Where the solve of all frames begins: it takes most of its steps to come from the few frames of
-// the calibration to motion in between, and every frame at kCoarseRate_hz knows that too.
+// Initializes the solve of all frames. From the few calibration frames it would spend most steps on
+// recovering the motion in between; frames at kCoarseRate_hz suffice for that.
 MarkerTrack CoarseTrack(const MarkedPerson& person, const MarkerCalibration& calibration,
                         const std::vector<SeenMarkers>& frames, double frame_rate,
                         const std::vector<int>& spread, const MarkerScales& scales,
@@ -262,7 +262,7 @@ void DescribeMarkers(const MarkedPerson& person, const MarkerRecording& recordin
   report.unmarked = person.Unmarked();
 }
 
-// A recording's frames as the person's markers, in the world.
+// Frames of a recording as the person's markers, in the world.
 struct Prepared {
   MarkerWorld world;
   std::vector<int> columns;
@@ -281,7 +281,7 @@ Prepared Prepare(const MarkedPerson& person, const MarkerRecording& recording,
   return prepared;
 }
 
-// (3 M x T), NaN where a marker is not among those of a frame.
+// (3 M x T); NaN for markers missing in a frame.
 Eigen::MatrixXd Positions(const std::vector<SeenMarkers>& frames, std::size_t markers) {
   Eigen::MatrixXd positions = Eigen::MatrixXd::Constant(static_cast<Eigen::Index>(3 * markers),
                                                         static_cast<Eigen::Index>(frames.size()),
@@ -295,7 +295,7 @@ Eigen::MatrixXd Positions(const std::vector<SeenMarkers>& frames, std::size_t ma
   return positions;
 }
 
-// Positions (3 M x T) of the world, before it was lifted, in the axes and units of the recording.
+// Converts world positions (3 M x T) before lifting to the axes and units of the recording.
 Eigen::MatrixXd InRecording(Eigen::MatrixXd positions, const MarkerWorld& world) {
   const Eigen::Matrix3d back = world.world_from_recording.transpose() / world.scale;
   Eigen::Map<Eigen::Matrix3Xd> points(positions.data(), 3, positions.size() / 3);
@@ -303,7 +303,7 @@ Eigen::MatrixXd InRecording(Eigen::MatrixXd positions, const MarkerWorld& world)
   return positions;
 }
 
-// The object of a solved clip, from its markers in the clip's world.
+// Adds the object to a solved clip, from its markers in the clip's world.
 void AddObject(const MarkerRecording& recording, const ObjectMarkers& markers,
                const std::string& where, SolvedRecording& solved) {
   MarkerReport& report = solved.report;
@@ -343,7 +343,7 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
   std::vector<SeenMarkers> still;
   double still_facing = 0.0;
   if (static_trial != nullptr) {
-    SolveMarkersOptions same = options;  // axes are those of the trial, whatever arms do
+    SolveMarkersOptions same = options;  // same axes as the trial, whatever the arms do
     same.up = trial.world.up;
     const Prepared prepared = Prepare(person, *static_trial, same, where + " (static trial)");
     still = At(prepared.frames, SpreadFrames(prepared.frames, kStaticFrames));

@@ -22,13 +22,13 @@ using Eigen::Vector3d;
 using Eigen::VectorXd;
 
 constexpr double kArmReach_m = 0.45;  // of a wrist whose hand or forearm may touch the head
-constexpr double kNear_m = 0.06;      // points that are farther from the skin are left out
+constexpr double kNear_m = 0.06;      // points farther from the skin are ignored
 constexpr double kDeep_m = 0.002;
-constexpr double kCalm_s = 0.5;         // before and after what moves the head
+constexpr double kCalm_s = 0.5;         // margin before and after a constraint
 constexpr double kAcceleration = 40.0;  // rad / s^2
 constexpr double kSigma_deg = 15.0;     // of neck and of head, any axis
 
-// Of neck and of head each: flexion forwards and back, turning, leaning aside.
+// For neck and head each: flexion and extension, axial rotation, lateral bending.
 std::vector<PoseLimit> Limits() {
   std::vector<PoseLimit> limits;
   for (const int column : {0, 3}) {
@@ -76,7 +76,7 @@ class HeadSolver {
     int begin = 0, count = 0;
   };
 
-  // Skin of hands and forearms, world, in the frames in which a wrist is near the head.
+  // Skin of hands and forearms, world, in frames with a wrist near the head.
   void FindArms() {
     std::vector<Matrix3Xd> points(clip_.pose.size());
     bool any = false;
@@ -118,7 +118,7 @@ class HeadSolver {
     return worst;
   }
 
-  // Points of arms and wishes near the head; `any_deep`: one is nearer than is asked for.
+  // Points of arms and wishes near the head; `any_deep`: one violates the clearance.
   Matrix3Xd Near(const DistanceGrid& skin, int t, bool& any_deep) const {
     const Eigen::Isometry3d head_from_world = HeadAt(t).inverse();
     std::vector<Vector3d> near;
@@ -139,7 +139,7 @@ class HeadSolver {
     return points;
   }
 
-  // Frames that may change: those about any with a wish for the lips, or a point too near.
+  // Frames that may change: those around a wish or a point that is too close.
   std::vector<char> ActiveFrames(const DistanceGrid& skin) {
     const int frames = clip_.NumFrames();
     const int calm = static_cast<int>(std::lround(kCalm_s * clip_.frame_rate));
@@ -156,8 +156,8 @@ class HeadSolver {
     return active;
   }
 
-  // Lips go to the rim first, and then make room: a cup that starts across the face would keep it
-  // on the wrong side.
+  // First move the lips to the rim, then avoid points: a cup that starts across the face would keep
+  // the face on the wrong side.
   void Turn(const HeadPlace::Head& head, const std::vector<char>& active, HeadReport& report) {
     Eigen::MatrixXd q(6, clip_.NumFrames());
     for (int t = 0; t < clip_.NumFrames(); ++t) {
@@ -179,7 +179,7 @@ class HeadSolver {
     }
   }
 
-  // `q` (6 x T): neck and head. False where no solution is usable.
+  // `q` (6 x T): neck and head. Returns false if the solution is not usable.
   bool Minimize(const HeadPlace::Head& head, const std::vector<char>& active, bool with_points,
                 Eigen::MatrixXd& q) const {
     const int frames = clip_.NumFrames();
@@ -218,7 +218,7 @@ class HeadSolver {
   Range right_, left_;
   std::span<const HeadWish> wishes_;
   Clip& clip_;
-  std::vector<Matrix3Xd> arm_points_;  // T, or empty where no wrist is ever near
+  std::vector<Matrix3Xd> arm_points_;  // T, or empty if no wrist is ever near
   std::vector<Matrix3Xd> near_;
 };
 

@@ -24,8 +24,9 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double kFrame_s = 1.0 / wandr::kFramesPerSecond;
-constexpr std::array<int, 4> kLooksAhead = {12, 18, 26, 40};  // frames; in reach
-constexpr std::array<int, 4> kWalksFor = {0, 15, 30, 60};     // frames beyond the way's; far away
+constexpr std::array<int, 4> kLooksAhead = {12, 18, 26, 40};  // frames; goal in reach
+constexpr std::array<int, 4> kWalksFor = {0, 15, 30,
+                                          60};  // frames beyond the walking time; distant goal
 constexpr int kPushFrames = 9;
 constexpr double kFarthest = 20.0;  // meters
 
@@ -58,14 +59,14 @@ struct GoalFollower::Loop {
     return Place(measures.rest_joints, frame).joints.col(kRightWrist);
   }
 
-  // Who has a way to go is told of a later deadline, or the network lunges.
+  // Distant goals get a later deadline; otherwise the network lunges.
   int LooksAhead(int candidate) const {
     const auto k = static_cast<std::size_t>(candidate) % kLooksAhead.size();
     const auto walks = static_cast<int>(std::max(0.0, way_left) / kWalking * 30.0);
     return walks == 0 ? kLooksAhead[k] : std::min(240, kLooksAhead[0] + walks + kWalksFor[k]);
   }
 
-  // Whether the goal is or comes within reach, and how far the arm has been raised.
+  // Updates whether the goal is or comes within reach, and how far the arm is raised.
   void ChooseReach() {
     const Vector3d before = shoulder;
     const BodyFrame frame = FrameOf(here.pose.Cast<double>(), measures.rest_joints.col(0));
@@ -82,7 +83,7 @@ struct GoalFollower::Loop {
     way_left = (goal.After(0.0) - placed.joints.col(kPelvis)).head<2>().norm() - 0.8;
   }
 
-  // Of every candidate: latents, and the goal some frames ahead.
+  // For every candidate: latents, and the goal some frames ahead.
   void Draw() {
     const Eigen::Index size = network.LatentSize(), all = latents.rows();
     best.head(all - size) = best.tail(all - size).eval();
@@ -97,7 +98,7 @@ struct GoalFollower::Loop {
         z = best;
         continue;
       }
-      // Every third is the last best, changed; one is the mean motion.
+      // Every third candidate perturbs the last best; one is the mean motion.
       const bool anew = i % 3 != 0;
       const double sigma = i == 1 ? 0.0 : anew ? options.sigma : 0.4 * options.sigma;
       double pair[2] = {};
@@ -135,21 +136,20 @@ struct GoalFollower::Loop {
       least = costs[i];
       chosen = i;
     }
-    if (chosen < 0) return;  // numbers that broke: stays as it is
+    if (chosen < 0) return;  // not finite: pose unchanged
     best = latents.col(chosen);
     best_ahead = ahead[chosen];
     here.pose = rollout.Poses(1)[chosen];
     here.previous_delta = first.col(chosen);
   }
 
-  // What the network was told of the step before stays: told of the push as well, it would go on
-  // with it.
+  // The network's previous step is unchanged: if it included the push, the motion would continue.
   void MoveNetwork(const Vector3d& by) { here.pose.translation += by.cast<float>(); }
 
-  // The place that the hand is to be at: a critically damped follower of the goal.
+  // Target of the hand: a critically damped follower of the goal.
   void MoveHand() {
     constexpr double kStiffness = 12.0, kFastest = 3.0;  // 1/s, m/s
-    const Vector3d lacks = goal.After(-1.0) - hand;      // it was at the frame before's place
+    const Vector3d lacks = goal.After(-1.0) - hand;      // relative to the previous frame's goal
     hand_velocity += kFrame_s * (kStiffness * kStiffness * lacks +
                                  2.0 * kStiffness * (goal.Velocity() - hand_velocity));
     const double speed = hand_velocity.norm();
@@ -157,8 +157,8 @@ struct GoalFollower::Loop {
     hand += kFrame_s * hand_velocity;
   }
 
-  // Arms swing that do not reach. The hand goes to its place as far as the arm has been raised and
-  // that is within reach: trunks bend for no goal that only walking brings nearer.
+  // Arms that do not reach swing. The hand moves to its target in proportion to how far the arm is
+  // raised, and only within reach: the trunk does not bend for goals that require walking.
   void PlaceHand(BodyFrame& frame) {
     constexpr double kBends = 0.18;  // meters beyond the arm
     const double share = MinimumJerk(raised);
@@ -182,7 +182,7 @@ struct GoalFollower::Loop {
       const double done = MinimumJerk(1.0 - static_cast<double>(push_frames - 1) / kPushFrames) -
                           MinimumJerk(1.0 - static_cast<double>(push_frames) / kPushFrames);
       --push_frames;
-      pushed_for = kPushFrames;  // feet step after the body, it does not go back to them
+      pushed_for = kPushFrames;  // feet follow the body by steps; it does not return to them
       MoveNetwork(done * push);
     }
     BodyFrame frame = FrameOf(here.pose.Cast<double>(), measures.rest_joints.col(0));
@@ -200,9 +200,9 @@ struct GoalFollower::Loop {
     return wandr::PoseOf<double>(wandr::MirroredStates(state).col(0));
   }
 
-  static constexpr double kYield = 0.5;    // of a foot's drag, in a frame
+  static constexpr double kYield = 0.5;    // fraction of a foot's drag fed back per frame
   static constexpr double kWalking = 1.1;  // m/s
-  // Meters from the shoulder: an arm is raised for what comes within, lowered for what is beyond.
+  // Meters from the shoulder: the arm is raised within, and lowered beyond.
   static constexpr double kWithin = 0.75, kBeyond = 1.0;
   static constexpr double kRaise = 16.0;  // frames
 
@@ -214,7 +214,7 @@ struct GoalFollower::Loop {
   wandr::Rollout<float> rollout;
   FootPinner pinner;
   nn::RandomStream random;
-  wandr::RolloutStart<float> here;  // of the network, feet not pinned
+  wandr::RolloutStart<float> here;  // state of the network, feet not pinned
   Eigen::MatrixXf latents;          // (64 horizon x candidates)
   Eigen::VectorXf best;
   Eigen::MatrixXf first;
@@ -229,7 +229,7 @@ struct GoalFollower::Loop {
   int steps = 0;
   Vector3d shoulder = Vector3d::Zero(), walk = Vector3d::Zero();  // of the network; m/s
   bool raises = false;
-  double raised = 0.0, way_left = 0.0;  // 0 to 1; meters before one stands close enough
+  double raised = 0.0, way_left = 0.0;  // 0 to 1; meters left to a suitable stance
 };
 
 GoalFollower::GoalFollower(const ReachPerson& person, const wandr::NetworkWeights& network,

@@ -21,12 +21,12 @@
 
 namespace holdfast {
 
-/// Where a goal that is seen frame by frame will be: it goes on at the velocity it has, which fades
-/// with a time constant of 0.6 s. A goal that jumps (by more than 0.15 m in a frame, 4.5 m/s) has
-/// no velocity at first.
+/// Predicts a goal that is observed frame by frame: it continues at its current velocity, which
+/// decays with a time constant of 0.6 s. A goal that jumps (by more than 0.15 m in a frame, 4.5
+/// m/s) is reset to zero velocity.
 class GoalPrediction {
  public:
-  /// World, meters, 1/30 s after the one before.
+  /// World, meters, 1/30 s after the previous goal.
   void See(const Eigen::Vector3d& goal) {
     constexpr double kJump = 0.15, kGain = 0.3;
     const Eigen::Vector3d way = seen_ ? Eigen::Vector3d(goal - goal_) : Eigen::Vector3d::Zero();
@@ -38,7 +38,7 @@ class GoalPrediction {
     goal_ = goal;
     seen_ = true;
   }
-  /// `frames` from the one seen last.
+  /// Predicted position `frames` after the last observation.
   Eigen::Vector3d After(double frames) const {
     constexpr double kFade_s = 0.6;
     return goal_ - kFade_s * std::expm1(-frames / (kFrameRate * kFade_s)) * velocity_;
@@ -54,41 +54,41 @@ class GoalPrediction {
 
 struct FollowOptions {
   Side side = Side::kRight;
-  int candidates = 48;  ///< motions tried in every frame; time grows with both
-  int horizon = 14;     ///< frames that they look ahead
-  double sigma = 0.7;   ///< of the latents drawn anew
+  int candidates = 48;  ///< motions tried per frame; time is proportional to candidates and horizon
+  int horizon = 14;     ///< frames of lookahead
+  double sigma = 0.7;   ///< of newly drawn latents
   std::uint64_t seed = 1;
 };
 
-/// A person follows a goal of the wrist that moves as it likes, frame by frame at 30 Hz: what comes
-/// out for a frame depends on the goals up to it and no later one.
+/// Makes a person follow an arbitrarily moving goal of the wrist, online at 30 Hz: the output for a
+/// frame depends only on the goals up to it.
 ///
 ///   GoalFollower follower(StandingPerson(BodyModel::Default()), wandr::DefaultNetwork());
 ///   while (...) show(follower.Step(goal_now));
 ///
-/// A goal that is or comes within reach is reached for; to one that is farther away the person
-/// walks upright with swinging arms (SwingArms), and raises the arm in time. In every frame the
-/// network is rolled out from where it is with some draws of latents, the last frame's best among
-/// them, and intentions that look ahead by more or less; the motion that costs least (FollowCost)
-/// gives the next pose. Then feet are pinned (FootPinner) and trunk and arm bring the wrist to the
-/// goal as far as that is in reach (PlaceWrist), along a path of its own of limited speed, so that
-/// a goal that jumps does not make the hand jump. Network and body are one loop: what pinned feet
-/// hold back, the network is told.
+/// The arm reaches for goals that are or will come within reach; to more distant goals the person
+/// walks upright with swinging arms (SwingArms) and raises the arm in time. In every frame the
+/// network is rolled out with several latent samples, including the last frame's best, and with
+/// intentions of different lookahead; the motion of least cost (FollowCost) gives the next pose.
+/// Then feet are pinned (FootPinner), and trunk and arm move the wrist to the goal as far as it is
+/// in reach (PlaceWrist), along a separate path of limited speed, so that the hand does not jump
+/// when the goal does. Network and body form a closed loop: the drag of pinned feet is fed back to
+/// the network.
 class GoalFollower {
  public:
-  /// Goes on from the last frame of `person`. `network` is copied into a runnable one. Throws Error
-  /// for options that make no sense.
+  /// Starts from the last frame of `person`. `network` is copied into a runnable one. Throws Error
+  /// for invalid options.
   GoalFollower(const ReachPerson& person, const wandr::NetworkWeights& network,
                const FollowOptions& options = {});
   ~GoalFollower();
   GoalFollower(GoalFollower&&) noexcept;
 
-  /// The pose 1/30 s later, `goal` being where the wrist is wanted now (world, meters, z up). The
-  /// first call gives frame 1 of the motion; frame 0 is where the person was. Throws Error for a
-  /// goal that is not finite, below the ground or more than 20 m from the pelvis.
+  /// Returns the pose 1/30 s later, for the wrist's current `goal` (world, meters, z up). The first
+  /// call returns frame 1 of the motion; frame 0 is the start. Throws Error for a goal that is not
+  /// finite, below the ground, or more than 20 m from the pelvis.
   wandr::Pose<double> Step(const Eigen::Vector3d& goal);
-  /// Something moves the body by that much (world, meters, at most 1 m) over the next 0.3 s; its
-  /// feet stay as long as they can.
+  /// Displaces the body by `by` (world, meters, at most 1 m) over the next 0.3 s; its feet stay as
+  /// long as possible.
   void Push(const Eigen::Vector3d& by);
 
  private:
@@ -96,15 +96,15 @@ class GoalFollower {
   std::unique_ptr<Loop> loop_;
 };
 
-/// What one frame of a candidate's motion costs, in about meters: the right wrist away from the
-/// goal (while it reaches), the pelvis away from where one stands to reach, facing another way, no
-/// foot that carries (the better of both: its slide and height), soles in the ground, a trunk that
-/// tilts by more than 8 degrees, a body that is not over its feet, knees that are bent for no
-/// reason, a pelvis faster than people walk.
+/// Cost of one frame of a candidate motion, approximately in meters: distance of the right wrist
+/// from the goal (while reaching), distance of the pelvis from a stance for reaching, heading
+/// error, lack of a stance foot (the better of both: its slide and height), soles in the ground,
+/// trunk tilt over 8 degrees, imbalance, unnecessarily bent knees, and a pelvis faster than
+/// walking.
 class FollowCost {
  public:
   explicit FollowCost(const wandr::BoneOffsets<float>& bones, float sole_z) : bones_(bones) {
-    // Heights of ankles and balls of who stands.
+    // Heights of ankles and balls while standing.
     wandr::Pose<float> rest;
     wandr::BodyKinematics<float> placed;
     wandr::ForwardKinematics(bones, rest, placed);
@@ -116,7 +116,7 @@ class FollowCost {
     wandr::ForwardKinematics(bones_, pose, out);
   }
 
-  /// `reaches`: 0 walks to the goal, arms free, 1 has the wrist at it.
+  /// `reaches`: 0 walks to the goal with free arms, 1 has the wrist at the goal.
   float operator()(const wandr::BodyKinematics<float>& before,
                    const wandr::BodyKinematics<float>& now, const Eigen::Vector3f& goal,
                    float reaches) const {
@@ -138,10 +138,10 @@ class FollowCost {
   }
 
  private:
-  static constexpr float kNear = 0.30f, kFar = 0.42f;  // meters, of the goal from the pelvis
+  static constexpr float kNear = 0.30f, kFar = 0.42f;  // meters from goal to pelvis
   static constexpr float kFastest = 1.5f;              // m/s
 
-  // How badly the better foot carries; what is in the ground is added to `cost`.
+  // Support error of the better foot; ground penetration is added to `cost`.
   float Carries(const wandr::BodyKinematics<float>& before, const wandr::BodyKinematics<float>& now,
                 float& cost) const {
     float carries = 10.0f;
@@ -159,7 +159,7 @@ class FollowCost {
     return carries;
   }
 
-  // Of a point from the line between the feet, along the ground.
+  // Horizontal distance of a point from the line between the feet.
   template <typename Joints>
   static float OffFeet(const Joints& joints, const Eigen::Vector3f& point) {
     const auto middle = [&](int ankle, int ball) {
@@ -175,7 +175,7 @@ class FollowCost {
   static constexpr std::array<int, 4> kFeet = {kLeftAnkle, kRightAnkle, kLeftFoot, kRightFoot};
   wandr::BoneOffsets<float> bones_;
   std::array<float, 4> stands_ = {};
-  float pelvis_ = 0.0f;  // its height in who stands
+  float pelvis_ = 0.0f;  // height while standing
 };
 
 }  // namespace holdfast

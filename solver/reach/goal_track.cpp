@@ -35,7 +35,7 @@ std::vector<std::string_view> Cells(std::string_view line) {
   }
 }
 
-// Column of x, y, z and time; -1 for no time.
+// Columns of x, y, z and time; -1 for no time.
 using TrackColumns = std::array<int, 4>;
 
 std::optional<TrackColumns> NamedColumns(const std::vector<std::string_view>& cells,
@@ -86,7 +86,7 @@ TimedGoal GoalOf(const std::vector<std::string_view>& cells, const TrackColumns&
   return timed;
 }
 
-// A goal for each thirtieth of a second: the one that came last.
+// The latest goal for each thirtieth of a second.
 std::vector<Eigen::Vector3d> AtFrames(const std::vector<TimedGoal>& timed, double last_for_s,
                                       const std::string& name) {
   const double seconds = timed.back().time_s - timed.front().time_s + last_for_s;

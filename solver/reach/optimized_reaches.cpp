@@ -32,14 +32,14 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kTogether = 16;    // reaches that are optimized in one go
-constexpr int kRound = 4;        // such between two entries in the manifest
-constexpr int kAfter = 45;       // frames at least after the goal is due
-constexpr int kMaxAfter = 90;    // and kept at most
-constexpr int kMaxFrames = 200;  // until it is due
-constexpr int kEdge = 5;         // first and last frames of a clip that nobody starts from
+constexpr int kTogether = 16;    // reaches per batch
+constexpr int kRound = 4;        // batches between manifest updates
+constexpr int kAfter = 45;       // minimum frames after the deadline
+constexpr int kMaxAfter = 90;    // maximum frames kept after it
+constexpr int kMaxFrames = 200;  // maximum deadline
+constexpr int kEdge = 5;         // first and last frames of a clip that are not used as starts
 constexpr double kNearest_m = 0.25, kNear_m = 1.2, kLowest_m = 0.1, kHighest_m = 1.9;
-constexpr double kLowestPelvis_m = 0.7;  // of who stands or walks
+constexpr double kLowestPelvis_m = 0.7;  // of a standing or walking person
 constexpr double kOffGoal_m = 0.02, kFastest_m_s = 2.1;
 
 struct Start {
@@ -58,7 +58,7 @@ class ReachDrawer {
       if (capture.held_out || !capture.fault.empty()) continue;
       if (capture.clip.NumFrames() < 4 * kEdge) continue;
       starts_.push_back({capture.name, wandr::StatesOfClip(capture.clip)});
-      // Longer clips more often, and not as much so as they are longer.
+      // Favors longer clips, by the square root of their length.
       total_ += std::sqrt(static_cast<double>(starts_.back().states.cols()));
       upto_.push_back(total_);
     }
@@ -68,7 +68,7 @@ class ReachDrawer {
     }
   }
 
-  /// Task `index`, and where it starts.
+  /// Draws task `index` with its start.
   ReachTask Draw(const OptimizedReachesOptions& options, int index, json& line) const {
     constexpr int kTries = 1000;
     const wandr::DeadlineRule rule;
@@ -85,7 +85,7 @@ class ReachDrawer {
       task.goal = DrawGoal(task, pelvis, options.farthest_m, draws);
       task.velocity = wandr::StartVelocity(network_, task.start);
       task.deadline = wandr::PaceOf(task.start, pelvis, task.velocity, task.goal).Deadline();
-      // A quarter have time left, as the rule of WANDR's goals gives: who is early waits upright.
+      // A quarter have time left, by WANDR's deadline rule: those who are early wait upright.
       if (draws.Uniform(0.0, 1.0) < 0.25) {
         task.deadline = std::max(task.deadline, rule.Frames((task.goal - pelvis).head<2>().norm()));
       }
@@ -105,8 +105,8 @@ class ReachDrawer {
   const wandr::Network<float>& Network() const { return network_; }
 
  private:
-  // Three of five goals lie ahead, the others anywhere; half are about as high as a table. To near
-  // ones there are a few steps, which long ways do not teach.
+  // 60 % of the goals are ahead, the others anywhere; half are near table height. Near goals
+  // require a few steps, which long walks do not teach.
   static Eigen::Vector3d DrawGoal(const ReachTask& task, const Eigen::Vector3d& pelvis,
                                   double farthest, RandomDraws& draws) {
     const wandr::Matrix3<double> root = task.start.pose.rotation[0].cast<double>();
@@ -131,7 +131,7 @@ class ReachDrawer {
   double total_ = 0.0;
 };
 
-// All that is the same for every reach.
+// Data shared by all reaches.
 struct OptimizedWorkshop {
   const CaptureSet& set;
   const OptimizedReachesOptions& options;
@@ -142,7 +142,7 @@ struct OptimizedWorkshop {
   LatentOptions latent;
 };
 
-// Why a motion is not to be learned from; empty when it is.
+// Reason to drop a motion from the set; empty if it is kept.
 std::string FaultOf(const Eigen::MatrixXf& joints, const ReachTask& task) {
   const wandr::ReachOutcome outcome = wandr::MeasureReach(joints, task.goal);
   const Eigen::Vector3d wrist =
@@ -154,7 +154,7 @@ std::string FaultOf(const Eigen::MatrixXf& joints, const ReachTask& task) {
   return {};
 }
 
-// Refitted, cut and written unless it has a fault; its line in the manifest.
+// Refits, trims and writes a reach unless it has a fault; completes its manifest line.
 void FinishReach(const OptimizedWorkshop& shop, const ReachTask& task,
                  const wandr::RolloutTrack& track, json& line) {
   const std::string file = fmt::format("reach_{:05d}.npz", line["index"].get<int>());
@@ -168,7 +168,7 @@ void FinishReach(const OptimizedWorkshop& shop, const ReachTask& task,
   line["frames"] = kept;
   if (!fault.empty()) {
     line["dropped"] = fault;
-    std::error_code error;  // of an earlier run, kept then
+    std::error_code error;  // left from an earlier run
     std::filesystem::remove(shop.folder / file, error);
     return;
   }
@@ -201,8 +201,8 @@ std::vector<json> OptimizeTogether(const OptimizedWorkshop& shop, int first, int
   return lines;
 }
 
-// First indices of the groups of which a reach is missing: those that are optimized together share
-// their length, so that a group is made as a whole.
+// First indices of groups with missing reaches. Reaches of a group share their length, so groups
+// are generated as a whole.
 std::vector<int> GroupsToMake(const ManifestLines& lines, int count) {
   std::vector<int> groups;
   for (int index = 0; index < count; ++index) {

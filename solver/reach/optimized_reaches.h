@@ -14,29 +14,29 @@ namespace holdfast {
 
 struct OptimizedReachesOptions {
   int count = 800;          ///< reaches to try
-  double farthest_m = 4.5;  ///< way to a goal
-  /// LatentOptions::path. What fails is left out, so that pace may come first.
+  double farthest_m = 4.5;  ///< maximum distance to a goal
+  /// LatentOptions::path. Failures are dropped, so pace may have priority.
   double path_weight = 0.16;
   std::uint64_t seed = 1;
-  int threads = 1;       ///< the result does not depend on them
-  bool replace = false;  ///< a set in the folder that was made from something else
-  std::string version;   ///< of the program, for the manifest
+  int threads = 1;       ///< does not affect the result
+  bool replace = false;  ///< replace a set in the folder that has other provenance
+  std::string version;   ///< program version, for the manifest
   std::string network;   ///< checksum of the weights, for the manifest
 };
 
 struct OptimizedReachesReport {
   bool stopped = true;  ///< by `progress`
   int kept = 0, dropped = 0;
-  double minutes = 0.0;  ///< of motion kept
+  double minutes = 0.0;  ///< of kept motion
 };
 
-/// Reaches of OptimizeLatents, refitted, from frames of captured people who are learned from to
-/// drawn goals, due by PaceOf or (a quarter) DeadlineRule, of the right wrist: reach_*.npz with
-/// goals (WriteGoalClip) and manifest.json (schema holdfast/optimized-reaches/1) in `folder`. What
-/// misses its goal, leaves the ground or runs is left out. A network that is trained on them does
-/// at once what its own optimizer finds in a second. A set that was stopped is resumed, a finished
-/// one extended. Progress has the stage "reaches optimized". Throws Error for a manifest of
-/// something else, and for a set of which nobody stands or walks.
+/// Generates refitted OptimizeLatents reaches of the right wrist from frames of captured people of
+/// the training split to random goals, due by PaceOf or (a quarter) DeadlineRule: reach_*.npz with
+/// goals (WriteGoalClip) and manifest.json (schema holdfast/optimized-reaches/1) in `folder`.
+/// Motions that miss the goal, leave the ground or run are dropped. A network trained on the set
+/// does at once what its optimizer finds in a second. An interrupted set is resumed, a complete one
+/// extended. Progress has the stage "reaches optimized". Throws Error for a manifest with other
+/// provenance, and for a set in which nobody stands or walks.
 OptimizedReachesReport MakeOptimizedReaches(const CaptureSet& set, const BodyModel& body,
                                             const wandr::NetworkWeights& network,
                                             const OptimizedReachesOptions& options,

@@ -15,7 +15,7 @@ namespace holdfast {
 namespace {
 
 constexpr int kShortestStay = 12;       // frames
-constexpr std::uint64_t kOther = 7919;  // seeds apart: other motions for another attempt
+constexpr std::uint64_t kOther = 7919;  // seed offset between attempts
 
 ReachObstacle TableOf(const TakePlan& plan, Side side, int threads) {
   TriangleMesh table = plan.table.Mesh();

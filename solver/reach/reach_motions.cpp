@@ -18,7 +18,7 @@ namespace {
 
 struct StopReaching {};
 
-// Tells progress from whichever thread, and ends the work by throwing when it is to stop.
+// Reports progress from any thread, and stops the work by an exception.
 class ReachWatch {
  public:
   explicit ReachWatch(const StagedProgress& progress) : progress_(progress) {}
@@ -44,7 +44,7 @@ class ReachWatch {
   int done_ = 0, total_ = 1;
 };
 
-// One call, as the network sees it: mirrored where the left wrist reaches.
+// A request as seen by the network: mirrored if the left wrist reaches.
 struct ReachScene {
   ReachScene(const ReachPerson& person, const wandr::NetworkWeights& weights,
              std::span<const Eigen::Vector3d> world_goals, const ReachOptions& options)
@@ -90,7 +90,7 @@ std::vector<wandr::ReachSample> ByIntention(const ReachScene& scene, const Reach
   if (scene.frames || ReachedByBest(samples) == static_cast<int>(scene.goals.size())) {
     return samples;
   }
-  // The pace is a brisk one.
+  // The default pace is brisk.
   reach.slack = 1.5;
   std::vector<wandr::ReachSample> slower = make();
   return ReachedByBest(slower) > ReachedByBest(samples) ? slower : samples;

@@ -16,24 +16,24 @@
 
 namespace holdfast {
 
-/// Motions made, in the world whatever the side: states and joints of the body that moves.
+/// Generated motions, in the world for either side: states and joints of the moving body.
 struct ReachMotions {
   std::vector<wandr::ReachSample> samples;
-  std::vector<double> costs;                     ///< MotionCost of each
-  std::vector<RefitReport> refits;               ///< of those refitted: none, or all
-  std::vector<std::vector<LatentSolve>> solves;  ///< of those optimized: none, or all
+  std::vector<double> costs;                     ///< MotionCost of each sample
+  std::vector<RefitReport> refits;               ///< of refitted samples: none, or all
+  std::vector<std::vector<LatentSolve>> solves;  ///< of optimized samples: none, or all
   double seconds = 0.0;
   bool stopped = false;  ///< by `progress`
 };
 
-/// Makes motions through these goals of the wrist (world, meters, z up) by `options.by`. The
-/// network reaches with the right wrist: for the left one all happens in the mirror.
+/// Generates motions through these goals of the wrist (world, meters, z up) by `options.by`. The
+/// network reaches with the right wrist: for the left one everything is mirrored.
 ReachMotions MakeReachMotions(const ReachPerson& person, const wandr::NetworkWeights& network,
                               std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
                               const StagedProgress& progress = {});
 
 /// RefitRollout of a motion that was not refitted; the wrist is placed at the goals that the motion
-/// reached. Outcomes are measured anew.
+/// reached. Recomputes the outcomes.
 RefitReport RefitReach(const ReachPerson& person, std::span<const Eigen::Vector3d> goals, Side side,
                        wandr::ReachSample& sample);
 

@@ -19,18 +19,18 @@
 
 namespace holdfast {
 
-/// A solid to keep out of, in the world.
+/// A solid obstacle, in the world.
 struct ReachObstacle {
   std::string name;
   TriangleMesh mesh;
-  /// What optimized joints keep out of; its own mirror image where the left wrist reaches.
+  /// Distances for the optimizer; of the mirrored mesh if the left wrist reaches.
   std::shared_ptr<const DistanceGrid> distance;
 
   /// Meters from the surface, negative inside; `point` is in the world, not mirrored.
   double Distance(const Eigen::Vector3d& point, Side side) const;
 };
 
-/// Throws Error for a mesh without an inside.
+/// Throws Error for a mesh without an interior.
 ReachObstacle MakeObstacle(std::string name, TriangleMesh mesh, Side side, int threads);
 
 enum class ReachBy {
@@ -45,40 +45,40 @@ std::string_view ReachMethodName(ReachBy by);
 struct ReachOptions {
   ReachBy by = ReachBy::kIntention;
   Side side = Side::kRight;
-  std::optional<int> samples;    ///< motions to choose from; none: 16, or 4 where each is optimized
-  std::optional<double> time_s;  ///< for each goal; none: by WalkPace
+  std::optional<int> samples;    ///< motions to choose from; default: 16, or 4 if optimized
+  std::optional<double> time_s;  ///< for each goal; default: by WalkPace
   double sigma = 1.0;            ///< of the latents; 0: the mean motion
   bool refit = true;             ///< pin feet and place the wrist afterwards
-  bool refit_all = false;        ///< of all motions, not of the best alone
-  bool free_time = false;        ///< kLatents: arrive at any time until the goal is due
+  bool refit_all = false;        ///< for all motions, not only the best
+  bool free_time = false;        ///< kLatents: arrive at any time before the deadline
   std::optional<Eigen::Vector3d> approach;  ///< kLatents: unit, along the forearm on arrival
   std::vector<ReachObstacle> obstacles;     ///< kLatents
   std::vector<int> stay_frames;             ///< kLatents: at each goal; empty: 16
   VaeOptOptions vae;                        ///< kVaeOpt: all but sigma and poll
   std::uint64_t seed = 1;
-  int threads = 1;  ///< the result does not depend on them
+  int threads = 1;  ///< does not affect the result
 
   int NumSamples() const { return samples.value_or(by == ReachBy::kIntention ? 16 : 4); }
 };
 
-/// A reach as the command line or Python asks for it.
+/// A reach as specified by the command line or Python.
 struct ReachJob {
-  std::optional<ReachBy> method;            ///< none: intention, or latent-opt with an object
+  std::optional<ReachBy> method;            ///< default: intention, or latent-opt with an object
   std::optional<VaeOptMethod> optimizer;    ///< vae-opt
   std::optional<int> iterations;            ///< vae-opt
   std::optional<double> prior_weight;       ///< vae-opt
   std::optional<Eigen::Vector3d> approach;  ///< any length
-  std::optional<GraspStyle> grasp;          ///< of an object that is taken
-  std::optional<double> object_yaw_deg;     ///< as it stands
+  std::optional<GraspStyle> grasp;          ///< of a taken object
+  std::optional<double> object_yaw_deg;     ///< of the standing object
   double object_scale = 1.0;
-  ReachOptions options;  ///< all else; `by`, `approach` and `vae` are set by ReachOptionsOf
+  ReachOptions options;  ///< everything else; `by`, `approach` and `vae` are set by ReachOptionsOf
 };
 
 /// The options of `reach`.
 OptionTable OptionsOf(ReachJob& job);
 
-/// What the job comes to; `takes`: an object is taken. Throws Error for options that the method
-/// does not see.
+/// Returns the options of a job; `takes`: an object is taken. Throws Error for options that the
+/// method ignores.
 ReachOptions ReachOptionsOf(const ReachJob& job, bool takes);
 
 }  // namespace holdfast

@@ -16,8 +16,8 @@
 namespace holdfast {
 namespace {
 
-constexpr double kFarthestGoal = 20.0;   // meters: nobody has been shown walking so far
-constexpr double kUsualDistance = 5.0;   // meters: as far as networks are trained and evaluated
+constexpr double kFarthestGoal = 20.0;   // meters: no training data walks farther
+constexpr double kUsualDistance = 5.0;   // meters: maximum in training and evaluation
 constexpr double kFastestWalk = 2.0;     // m/s
 constexpr double kHandThickness = 0.03;  // meters
 
@@ -43,7 +43,7 @@ ReachQuality QualityOf(const wandr::ReachSample& sample, const wandr::LowestPoin
   quality.joint_skating = outcome.skating_share;
   quality.airborne = outcome.airborne_share;
   quality.peak_pelvis_m_s = outcome.peak_pelvis_m_s;
-  // A goal that was never taken on is as far as the wrist was from it at the end.
+  // A goal that was never attempted counts with the wrist's final distance.
   const Eigen::Vector3d last =
       sample.track.joints.block<3, 1>(3 * WristJoint(side), sample.track.joints.cols() - 1)
           .cast<double>();
@@ -65,8 +65,8 @@ void SortBestFirst(std::vector<ReachMotion>& motions, int num_goals) {
   std::ranges::sort(motions, {}, key);
 }
 
-// Chosen as the network made them: only what is wanted is worth the time. Pinned feet may draw a
-// pelvis down that was upright: then the next best is tried.
+// Motions are ranked before refitting, which is only worth its time for the best. Pinned feet may
+// pull an upright pelvis down: then the next best is tried.
 void RefitBest(const ReachPerson& person, std::span<const Eigen::Vector3d> goals,
                const wandr::LowestPoint& lowest, const ReachOptions& options,
                std::vector<ReachMotion>& motions) {

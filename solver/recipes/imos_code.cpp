@@ -20,7 +20,7 @@
 namespace holdfast {
 namespace {
 
-// The fingers as the code's unknowns, and the loss's gradient with respect to them.
+// Fingers as the code's unknowns, and the loss gradient with respect to them.
 Eigen::VectorXd Fingers6d(const FingerPose& fingers) {
   Eigen::VectorXd x(6 * kJointsPerHand);
   for (int k = 0; k < kJointsPerHand; ++k) {
@@ -49,7 +49,7 @@ Eigen::VectorXd Chain6d(const Eigen::VectorXd& x, const FingerPose& fingers,
   return gradient;
 }
 
-// Second stage, one frame: the fingers after all steps but the last, which the code does not use.
+// Second stage, one frame: fingers before the last step, which the code does not use.
 FingerPose FitFingers(ImosFingerLoss& loss, const FingerPose& start, const ImosCodeOptions& options,
                       ReferenceAdam& adam) {
   Eigen::VectorXd x = Fingers6d(start);
@@ -65,10 +65,10 @@ FingerPose FitFingers(ImosFingerLoss& loss, const FingerPose& start, const ImosC
   return fingers;
 }
 
-// Carries an object through a clip's frames in order. All arguments must outlive this.
+// Fits an object to a clip's frames in order. All arguments must outlive this.
 class ImosCodeFitter {
  public:
-  // The first `given` frames are as in the clip.
+  // The first `given` frames are those of the clip.
   ImosCodeFitter(const Clip& clip, const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
                  int given, const ImosCodeOptions& options)
       : clip_(clip),
@@ -155,7 +155,7 @@ void ImosCodeFitter::FitBothStages(FrameReport& report) {
   report.iterations = std::max(0, iterations) + options_.finger_steps;
 }
 
-// The paper's energies with its weights, at what was found.
+// The paper's energies, with its weights, at the solution.
 void ImosCodeFitter::FillEnergies(const ObjectPose& object_before, const FingerPose& fingers_before,
                                   FrameReport& report) {
   HandObjectBlock block(&state_);

@@ -50,7 +50,7 @@ double ImosFingerLoss::Evaluate(const FingerPose& fingers, FingerPose* gradient)
   }
   double contact = 0.0;
   int touching = 0;
-  for (const bool add_slopes : {false, true}) {  // the mean's number is needed first
+  for (const bool add_slopes : {false, true}) {  // the mean needs the count first
     if (add_slopes && (touching == 0 || gradient == nullptr)) break;
     for (Eigen::Index k = 0; k < num_vertices; ++k) {
       const Eigen::Index entry = k * num_object;

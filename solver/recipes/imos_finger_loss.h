@@ -11,41 +11,40 @@
 
 namespace holdfast {
 
-/// The finger loss of IMoS's released code, of one hand with N vertices v_j, against the M vertices
-/// of an object held still, all in the world and in meters:
+/// The finger loss of IMoS's released code: one hand with N vertices v_j, against the M vertices of
+/// a fixed object, all in the world and in meters:
 ///
 ///   L = 1/(3N) sum_j |w_j (D_j - D0_j)|^2  +  l_c mean{ d_p : p in S, d_p < tau }
 ///     + l_d/(3N) sum_j |v_j - v0_j|^2
 ///   D_j = (object vertex nearest to v_j) - v_j,   w_j = exp(-2 |D0_j|)
 ///
-/// v0, D0 belong to the start fingers; the nearest vertices are found anew at each evaluation, and
-/// the gradient takes them as given. S is every M-th entry of the M x N distances, row by row of
-/// the object: an arbitrary sample of N pairs. Without a pair below tau the second term is left
-/// out.
+/// v0, D0 belong to the start fingers; nearest vertices are recomputed at each evaluation, and are
+/// constant in the gradient. S is every M-th entry of the M x N distances in row-major order: an
+/// arbitrary sample of N pairs. Without a pair below tau the second term is omitted.
 class ImosFingerLoss {
  public:
-  /// `state` has its body set, is written to, and outlives this. `object` (3 x M), world.
+  /// `state` must have its body set; it is modified and must outlive this. `object` (3 x M), world.
   ImosFingerLoss(HandState& state, const Eigen::Matrix3Xd& object, const FingerPose& start,
                  double lambda_contact, double lambda_drift, double tau_m);
 
-  /// L, and with `gradient` dL / d fingers.
+  /// Returns L, and with `gradient` dL / d fingers.
   double Evaluate(const FingerPose& fingers, FingerPose* gradient);
 
  private:
   int Nearest(const Eigen::Vector3d& point);
 
   HandState& state_;
-  Eigen::MatrixX3d object_;  // coordinates apart, for the search
+  Eigen::MatrixX3d object_;  // separate coordinates, for the search
   double lambda_contact_, lambda_drift_, tau_;
   Eigen::Matrix3Xd start_vertices_;  // v0
   Eigen::Matrix3Xd start_to_near_;   // D0
   Eigen::VectorXd weight_;           // w
   Eigen::Matrix3Xd slopes_;          // dL / dv
-  Eigen::VectorXd squares_;          // scratch of the search
+  Eigen::VectorXd squares_;          // scratch memory of the search
 };
 
-/// Adam (Kingma and Ba 2015, algorithm 1) with the customary constants. Moments are kept from call
-/// to call until Reset.
+/// Adam (Kingma and Ba 2015, algorithm 1) with the usual constants. Keeps its moments between calls
+/// until Reset.
 class ReferenceAdam {
  public:
   explicit ReferenceAdam(Eigen::Index size)
@@ -73,7 +72,7 @@ class ReferenceAdam {
   int steps_ = 0;
 };
 
-/// Six numbers for a rotation (Zhou et al. 2019), in IMoS's order: the first two rows of R.
+/// Six-dimensional rotation (Zhou et al. 2019), in IMoS's order: the first two rows of R.
 using Rotation6d = Eigen::Matrix<double, 6, 1>;
 
 inline Rotation6d To6d(const Eigen::Matrix3d& R) {
@@ -82,9 +81,8 @@ inline Rotation6d To6d(const Eigen::Matrix3d& R) {
   return x;
 }
 
-/// The rotation that six numbers stand for, by Gram-Schmidt. With `J_turn_x` (3 x 6) also its
-/// derivative: R(x + dx) = exp([J_turn_x dx]x) R(x) to first order. The two rows must not be
-/// parallel.
+/// Returns the rotation for x, by Gram-Schmidt. With `J_turn_x` (3 x 6) also its derivative: R(x +
+/// dx) = exp([J_turn_x dx]x) R(x) to first order. The two rows must not be parallel.
 inline Eigen::Matrix3d From6d(const Rotation6d& x, Eigen::Matrix<double, 3, 6>* J_turn_x) {
   const Eigen::Vector3d a1 = x.head<3>(), a2 = x.tail<3>();
   const double length1 = a1.norm();

@@ -15,8 +15,8 @@
 namespace holdfast {
 namespace {
 
-constexpr double kCapFrom = 0.7;     // of an end phalanx: beyond it directions fan out from there
-constexpr double kOutside_m = 0.12;  // where looking for the surface begins
+constexpr double kCapFrom = 0.7;     // fraction of an end phalanx; beyond it directions fan out
+constexpr double kOutside_m = 0.12;  // distance at which the search for the surface starts
 constexpr double kHit_m = 2e-5;
 
 struct SurfaceHit {
@@ -24,7 +24,7 @@ struct SurfaceHit {
   Eigen::Vector3d point, normal;  // root's frame
 };
 
-// Links of one part of a robot, straight, to be looked at from outside.
+// Surfaces of the links of one robot part in the straight configuration, for queries from outside.
 class RobotSurface {
  public:
   RobotSurface(const RobotHand& hand, const RobotState& state, const std::vector<int>& links) {
@@ -36,8 +36,8 @@ class RobotSurface {
     }
   }
 
-  // The first place met from far out on the ray from `from` along `out`, going inwards, no deeper
-  // than `deepest` below `from`.
+  // Returns the first surface point on the ray that starts far out along `out` from `from` and runs
+  // inwards, at most `deepest` below `from`.
   std::optional<SurfaceHit> Meet(const Eigen::Vector3d& from, const Eigen::Vector3d& out,
                                  double deepest) const {
     double at = kOutside_m;
@@ -76,7 +76,7 @@ class RobotSurface {
   std::vector<Solid> solids_;
 };
 
-// A phalanx of either hand: its bone, and the frame about it (bone, pad, across).
+// A phalanx of either hand: its bone and the frame of its bone (bone, pad, across).
 struct Phalanx {
   Eigen::Vector3d from, to;
   Eigen::Matrix3d frame;
@@ -90,7 +90,7 @@ struct Phalanx {
   Eigen::Vector3d At(double share) const { return from + share * (to - from); }
 };
 
-// What both hands' palms are measured by.
+// Frame and dimensions of a palm, used for both hands.
 struct PalmFrame {
   Eigen::Matrix3d axes;  // forward, across, out
   Eigen::Vector3d knuckles;

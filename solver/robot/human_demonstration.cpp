@@ -12,10 +12,10 @@ namespace holdfast {
 namespace {
 
 constexpr double kFar_m = 0.05;
-constexpr double kGrasping_m = 0.02, kStill_m = 2.5e-4;  // of a grasp that stays
-constexpr double kNearScale_m = 0.0015;  // of the weight of skin in its part's contact
+constexpr double kGrasping_m = 0.02, kStill_m = 2.5e-4;  // of an unchanged grasp
+constexpr double kNearScale_m = 0.0015;  // decay length of the weights within a contact
 
-// Contacts of one frame: of each part, the mean of where its pad touches, put on the surface.
+// Contacts of one frame: for each part, the mean of its touching pad, projected onto the surface.
 std::vector<PartContact> ContactsOf(const HumanFrame& frame, const HandLandmarks& landmarks,
                                     const SignedDistance& object, double touch_m) {
   std::vector<PartContact> contacts;
@@ -30,7 +30,7 @@ std::vector<PartContact> ContactsOf(const HumanFrame& frame, const HandLandmarks
       normal += weight * hit.gradient;
       sum += weight;
     }
-    if (!(sum > 0.0) || normal.norm() < 0.3 * sum) continue;  // around an edge: no one direction
+    if (!(sum > 0.0) || normal.norm() < 0.3 * sum) continue;  // around an edge: no unique direction
     const SignedDistance::Result on = object.Query(point / sum);
     PartContact contact{part, on.closest, normal.normalized(), 1.0};
     if (on.gradient.dot(contact.normal) > 0.7) contact.normal = on.gradient.normalized();
@@ -50,7 +50,7 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
   out.frame_rate = clip.frame_rate;
   HandState state(hand);
   bool touched = false;
-  // Each vertex's nearest face: where its next search begins.
+  // Nearest face of each vertex: start of its next search.
   std::vector<int> faces(static_cast<std::size_t>(hand.Surface().RestVertices().cols()), -1);
   for (int t = 0; t < clip.NumFrames(); ++t) {
     state.SetBody(clip.pose[t], clip.trans.col(t));

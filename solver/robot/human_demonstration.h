@@ -17,19 +17,19 @@
 
 namespace holdfast {
 
-/// A frame of the human hand, in the object's frame.
+/// One frame of the human hand, in the object's frame.
 struct HumanFrame {
   Eigen::Matrix3Xd vertices;  ///< of the hand, meters
-  Eigen::VectorXd distance;   ///< signed, of those from the object; beyond 5 cm a lower bound
+  Eigen::VectorXd distance;   ///< signed, of the vertices to the object; beyond 5 cm a lower bound
   Eigen::Isometry3d object_from_wrist = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d world_from_object = Eigen::Isometry3d::Identity();
   Eigen::Matrix<double, 3, kJointsPerHand> joints;  ///< positions, file order
-  Eigen::Matrix<double, 3, kNumFingers> tips;       ///< by Finger
+  Eigen::Matrix<double, 3, kNumFingers> tips;       ///< indexed by Finger
   bool holds = false;
-  std::vector<PartContact> contacts;  ///< where it holds: one a part that touches
+  std::vector<PartContact> contacts;  ///< while holding: one for each part in contact
 };
 
-/// What the human hand does with the object in a clip, frame by frame.
+/// Per-frame state of the human hand relative to the object in a clip.
 struct HumanDemonstration {
   Side side = Side::kRight;
   double frame_rate = 30.0;
@@ -37,26 +37,26 @@ struct HumanDemonstration {
 };
 
 struct DemonstrationOptions {
-  std::optional<Side> side;  ///< nothing: the hand that holds longer
-  /// Skin closer than this touches; a part's contact is where it touches, nearer skin counting
-  /// more.
+  std::optional<Side> side;  ///< default: the hand that holds longer
+  /// Skin closer than this is in contact. A part's contact is the mean of its touching skin, with
+  /// closer skin weighted more.
   double touch_m = 0.004;
 };
 
-/// The hand that is transferred. Throws Error (`scene.source`) for a clip without an object's track
-/// or its mesh, or in which the hand never touches the object.
+/// Reads the demonstration of one hand. Throws Error (`scene.source`) for a clip without an object
+/// track or mesh, or in which the hand never touches the object.
 HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& hand,
                                      const HandLandmarks& landmarks, const HandAxes& axes,
                                      const SignedDistance& object, double touch_m);
 
-/// Whether the human's grasp is the same in both frames: the same parts touch, and no skin within
-/// 2 cm of the object has moved on it by more than a quarter of a millimeter.
+/// Whether the human's grasp is the same in both frames: the same parts are in contact, and no skin
+/// within 2 cm of the object has moved relative to it by more than 0.25 mm.
 bool SameGrasp(const HumanFrame& a, const HumanFrame& b);
 
-/// The hand of a clip that holds the object in more frames; without holding_hand the nearer one.
+/// Returns the hand that holds the object in more frames; without holding_hand, the nearer one.
 Side HoldingSide(const ClipScene& scene, const SignedDistance& object);
 
-/// A place on a robot's hand that a human joint or fingertip stands for.
+/// A point on a robot hand that corresponds to a human joint or fingertip.
 struct RobotKeypoint {
   int link = 0;
   Eigen::Vector3d point = Eigen::Vector3d::Zero();  ///< in the link's frame
@@ -64,15 +64,15 @@ struct RobotKeypoint {
   Eigen::Vector3d At(const PosedRobot& robot) const { return robot.ObjectFromLink(link) * point; }
 };
 
-/// Places of a robot's hand for palm, finger joints and fingertips, and the human's that they stand
-/// for, in the object's frame.
+/// Points of a robot hand for palm, finger joints and fingertips, and the corresponding human
+/// points in the object's frame.
 struct RobotKeypoints {
   RobotKeypoints(const RobotHand& hand, const RobotAnatomy& anatomy);
 
-  RobotKeypoint palm;                 ///< middle of the knuckles
-  std::vector<RobotKeypoint> joints;  ///< three of each finger, RobotAnatomy::fingers' order
-  std::vector<RobotKeypoint> tips;    ///< of each finger
-  std::vector<int> human_fingers;     ///< that they stand for (Finger)
+  RobotKeypoint palm;                 ///< mean of the knuckles
+  std::vector<RobotKeypoint> joints;  ///< three per finger, in the order of RobotAnatomy::fingers
+  std::vector<RobotKeypoint> tips;    ///< one per finger
+  std::vector<int> human_fingers;     ///< corresponding human fingers (Finger)
 
   Eigen::Matrix3Xd HumanTips(const HumanFrame& frame) const;
   Eigen::Matrix3Xd HumanJoints(const HumanFrame& frame) const;
@@ -88,7 +88,7 @@ inline RobotKeypoints::RobotKeypoints(const RobotHand& hand, const RobotAnatomy&
   palm = add(palm_link, anatomy.knuckles);
   for (const RobotFinger& finger : anatomy.fingers) {
     human_fingers.push_back(finger.human);
-    // A phalanx without links of its own moves with the one before.
+    // A phalanx without links of its own moves with the preceding one.
     int last = palm_link;
     for (int p = 0; p < 3; ++p) {
       if (!finger.links[p].empty()) last = finger.links[p].front();

@@ -6,7 +6,7 @@
 namespace holdfast {
 namespace {
 
-// Halves the longer way, at whole blocks, until there is one left.
+// Recursively bisects the longest extent at whole blocks until one block is left.
 void Sort(const Eigen::Matrix3Xd& points, std::vector<int>& order, int begin, int end) {
   const int blocks = (end - begin + kSampleBlock - 1) / kSampleBlock;
   if (blocks < 2) return;

@@ -14,31 +14,30 @@
 
 namespace holdfast {
 
-/// How many points in a row lie near each other, of those that InBlocks returns.
+/// Number of consecutive points that are close together in the result of InBlocks.
 inline constexpr int kSampleBlock = 16;
 
-/// The same points in another order.
+/// Returns the points reordered into spatially compact blocks of kSampleBlock.
 Eigen::Matrix3Xd InBlocks(const Eigen::Matrix3Xd& points);
 
-/// Points (InBlocks) as a solid's neighbors, in their frame, and a ball of which the smaller is
-/// the better: around all of them, or around the solid as it is now and NearSamples::kAround_m
-/// beyond.
+/// Points (ordered by InBlocks) in their own frame, and a ball around either all of them or the
+/// solid's current position plus NearSamples::kAround_m, whichever is smaller.
 struct SampleSet {
   const Eigen::Matrix3Xd& points;
   Eigen::Vector3d center;
   double radius;
 };
 
-/// Which points of a set may be near a solid, remembered while the two move little against each
-/// other: a point that was d away and moved by m is at least d - m away. Solvers move a hand by
-/// millimeters, and of a link's points few are near anything. Scratch, for one set and one solid.
+/// Caches which points of a set may be near a solid while their relative motion is small: a point
+/// at distance d that moved by m is at least d - m away. Solvers move a hand by millimeters, and
+/// few points of a link are near anything. Scratch object for one set and one solid.
 class NearSamples {
  public:
-  /// How far around a solid's ball points may come to matter before they are looked at again.
+  /// Margin around a solid's ball within which points are considered until the next update.
   static constexpr double kAround_m = 0.012;
 
-  /// Calls visit(index, place in the solid's frame), in the set's order, for all points that may be
-  /// nearer than `reach` (meters, up to a few millimeters) to the solid, and for some others.
+  /// Calls visit(index, position in the solid's frame), in the set's order, for all points that may
+  /// be closer than `reach` (meters, up to a few millimeters) to the solid, and for some others.
   template <typename Visit>
   void ForNear(const SampleSet& set, const DistanceGrid& solid,
                const Eigen::Isometry3d& solid_from_points, double reach, const Visit& visit) {
@@ -55,11 +54,11 @@ class NearSamples {
   }
 
  private:
-  // An interpolated distance changes a little faster than the way.
+  // An interpolated distance changes slightly faster than the displacement.
   static constexpr double kFarthest_m = 0.005, kSlack_m = 5e-4, kSlope = 1.5;
 
-  // No point of the ball moved farther than this since Begin. Others are no nearer to the solid's
-  // center than this less: turning about it does not bring them nearer.
+  // Bound on the displacement of the ball's points since Begin. Points outside the ball approach
+  // the solid's center by at most this: rotation about it does not bring them nearer.
   double Moved(const Eigen::Isometry3d& now) const {
     if (!begun_) return std::numeric_limits<double>::infinity();
     return (now * center_ - then_ * center_).norm() +
@@ -74,7 +73,7 @@ class NearSamples {
     radius_ = set.radius + 1e-6;  // rounding
     near_.clear();
     const double most = reach + kSlack_m + kSlope * kFarthest_m;
-    // Of what lies within `around` of a point, from the solid; infinity where that is too far.
+    // Distance from the solid of anything within `around` of a point; infinity if too far.
     const auto distance = [&](const Eigen::Vector3d& point, double around) {
       constexpr double kFar = std::numeric_limits<double>::infinity();
       if ((point - center_).norm() > radius_ + around) return kFar;
@@ -97,14 +96,14 @@ class NearSamples {
     }
   }
 
-  // Center and radius for each block.
+  // Center and radius of each block.
   static Eigen::Matrix4Xd BallsAround(const Eigen::Matrix3Xd& points);
 
   bool begun_ = false;
   Eigen::Isometry3d then_ = Eigen::Isometry3d::Identity();
   Eigen::Vector3d center_ = Eigen::Vector3d::Zero();  // of the set's ball at `then_`
   double radius_ = 0.0;
-  Eigen::Matrix4Xd balls_;                    // BallsAround the set
+  Eigen::Matrix4Xd balls_;                    // BallsAround of the set
   std::vector<std::pair<double, int>> near_;  // distances at `then_`
 };
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Robot hands: a clip of a human hand with an object and a robot's URDF or MJCF go in; the robot's
-/// wrist and joints, frame by frame, with the contacts kept, come out.
+/// Robot hands: converts a clip of a human hand with an object, and a robot's URDF or MJCF, to the
+/// robot's wrist and joint motion that preserves the contacts.
 
 #include "solver/robot/robot_measures.h"
 #include "solver/robot/robot_output.h"

@@ -21,11 +21,11 @@
 namespace holdfast {
 namespace {
 
-// Of a human finger's length, where its middle and end phalanx begin.
+// Fractions of a human finger's length at which its middle and end phalanges begin.
 constexpr std::array<double, 2> kPhalanxBegins = {0.45, 0.75};
-constexpr double kShortSegment = 0.45;  // of the mean: no phalanx of its own
+constexpr double kShortSegment = 0.45;  // of the mean: shorter segments are not separate phalanges
 
-// A finger before it is known which one: links from the palm to the tip, fixed ones included.
+// A finger not yet identified: links from the palm to the tip, fixed ones included.
 struct Chain {
   std::vector<int> links;
 };
@@ -54,7 +54,7 @@ class Anatomist {
   void SortFingers(std::vector<RobotFinger>& fingers);
 
  private:
-  // Links that hang on `link`, itself first.
+  // Descendants of `link`, itself first.
   std::vector<int> Below(int link) const {
     std::vector<int> all{link};
     for (std::size_t k = 0; k < all.size(); ++k) {
@@ -75,7 +75,7 @@ class Anatomist {
     for (const auto& links : finger.links) all.insert(all.end(), links.begin(), links.end());
     return all;
   }
-  // The tip and the direction that the finger points, in a pose.
+  // Base and tip of a finger in a configuration, with the tip's Jacobian.
   struct Reach {
     Eigen::Vector3d base, tip;
     Eigen::Matrix3Xd J_tip;
@@ -88,8 +88,8 @@ class Anatomist {
   Side if_unclear_;
   RobotState state_;
   std::vector<std::vector<int>> children_;
-  std::vector<bool> moves_;        // whether something movable hangs on it
-  std::map<int, double> closing_;  // by number of the hand: the bound that bends
+  std::vector<bool> moves_;        // whether the link has a moving descendant
+  std::map<int, double> closing_;  // by degree of freedom: the bound that bends the finger
 };
 
 std::vector<Chain> Anatomist::FindChains() {
@@ -101,7 +101,7 @@ std::vector<Chain> Anatomist::FindChains() {
     throw Error(hand_.source, ends.empty() ? "has no fingers" : "has a single finger",
                 "Give a hand with two fingers or more, or say what is what with --correspondence");
   }
-  std::map<int, int> times;  // links on the way to several ends belong to the palm
+  std::map<int, int> times;  // links on the paths to several ends belong to the palm
   for (const int end : ends) {
     for (const int link : PathTo(end)) ++times[link];
   }
@@ -133,7 +133,7 @@ std::vector<Chain> Anatomist::FindChains() {
   return chains;
 }
 
-// The surface's point that is farthest along the last bone.
+// Returns the extreme surface point along the last bone.
 Eigen::Vector3d Anatomist::TipOf(const std::vector<int>& links, int last_joint) const {
   const auto at = std::ranges::find(links, last_joint);
   const Eigen::Vector3d origin = Origin(last_joint);
@@ -147,7 +147,7 @@ Eigen::Vector3d Anatomist::TipOf(const std::vector<int>& links, int last_joint) 
   };
   std::for_each(at, links.end(), add);
   if (points.cols() == 0) return Origin(links.back());
-  // The bone goes to the farther part of the shape: points count by their distance.
+  // The bone points to the farther part of the shape: points are weighted by distance.
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const auto point : points.colwise()) sum += (point - origin).norm() * (point - origin);
   if (sum.norm() < 1e-12) return origin;
@@ -164,7 +164,7 @@ RobotFinger Anatomist::FingerOf(const Chain& chain) {
   std::vector<Eigen::Vector3d> nodes;
   for (const int joint : joints) nodes.push_back(Origin(joint));
   nodes.push_back(TipOf(chain.links, joints.back()));
-  // Joints that lie together are one; then the short ones, then the first two of a long thumb.
+  // Merge coincident joints, then short segments, then the first two of a long thumb.
   while (nodes.size() > 2) {
     double total = 0.0, least = std::numeric_limits<double>::infinity();
     std::size_t shortest = 0;
@@ -200,7 +200,7 @@ RobotFinger Anatomist::FingerOf(const Chain& chain) {
   };
   finger.nodes = {nodes.front(), along(kPhalanxBegins[0]), along(kPhalanxBegins[1]), nodes.back()};
   if (nodes.size() == 4) std::ranges::copy(nodes, finger.nodes.begin());
-  // A link belongs to the phalanx that the middle of its shape is nearest to.
+  // A link belongs to the phalanx nearest to the center of its shape.
   for (const int link : chain.links) {
     Eigen::AlignedBox3d box;
     for (const TriangleMesh& shape : hand_.links[link].shapes) {
@@ -234,7 +234,7 @@ Anatomist::Reach Anatomist::ReachAt(const RobotFinger& finger, const Eigen::Vect
   return reach;
 }
 
-// Where the tip goes as the finger bends, straight; `others`: the other tips' middle.
+// Displacement of the straight finger's tip on bending; `others`: mean of the other tips.
 Eigen::Vector3d Anatomist::BendOf(const RobotFinger& finger, const Eigen::Vector3d& others) {
   const Eigen::VectorXd straight = hand_.Straight();
   const Reach reach = ReachAt(finger, straight);
@@ -252,7 +252,7 @@ Eigen::Vector3d Anatomist::BendOf(const RobotFinger& finger, const Eigen::Vector
     const double shorter = (a.tip - a.base).norm() - (b.tip - b.base).norm();
     if (std::abs(shorter) < 0.03 * length) continue;
     closing_[k] = shorter > 0.0 ? hand_.dofs[k].high : hand_.dofs[k].low;
-    // A finger that is straight at its end does not shorten at first: look a little further.
+    // A finger that is straight at its bound does not shorten at first: look a little further.
     Eigen::VectorXd slightly = straight;
     slightly(k) += 0.15 * (closing_[k] - straight(k));
     bend += ReachAt(finger, slightly).tip - reach.tip;
@@ -281,7 +281,7 @@ void Anatomist::SetPads(std::vector<RobotFinger>& fingers) {
       finger.pads[p] =
           across.norm() > 1e-9 ? Eigen::Vector3d(across.normalized()) : bone.unitOrthogonal();
     }
-    // The base's own bending: where it takes the tip towards the pad.
+    // Base joints bend in the direction that moves the tip towards the pad.
     const Reach reach = ReachAt(finger, hand_.Straight());
     for (int k = 0; k < hand_.NumDofs(); ++k) {
       const double towards = reach.J_tip.col(k).dot(finger.pads[2]);
@@ -294,7 +294,7 @@ void Anatomist::SetPads(std::vector<RobotFinger>& fingers) {
   }
 }
 
-// Thumb first, then from its side outwards.
+// Puts the thumb first.
 void Anatomist::SortFingers(std::vector<RobotFinger>& fingers) {
   Eigen::VectorXd half = hand_.Straight();
   for (const auto& [k, end] : closing_) half(k) += 0.5 * (end - half(k));
@@ -362,8 +362,8 @@ RobotAnatomy Anatomist::Describe(std::vector<RobotFinger> fingers,
   SetFrame(anatomy);
   anatomy.closed = hand_.Straight();
   for (const auto& [k, end] : closing_) anatomy.closed(k) = end;
-  // What hangs rigidly or movably on the palm and is no finger's; not what the palm hangs on (an
-  // arm), unless it is rigid with it.
+  // The palm includes what is attached to it, rigidly or not, and belongs to no finger. It excludes
+  // its parents (an arm) unless they are rigidly connected.
   state_.Evaluate(hand_.Straight());
   std::vector<int> ways = PathTo(*of_fingers.begin());
   for (const RobotFinger& finger : anatomy.fingers) {

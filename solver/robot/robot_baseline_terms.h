@@ -12,8 +12,8 @@
 
 namespace holdfast {
 
-/// Keypoint inverse kinematics: sum_i w_i |x_i - target_i|^2; object's frame, meters, 3 residuals a
-/// point. The task of differential IK as Mink's FrameTask has it (position cost).
+/// Keypoint inverse kinematics: sum_i w_i |x_i - target_i|^2; object's frame, meters, 3 residuals
+/// per point. Equals the position cost of Mink's FrameTask for differential IK.
 class RobotKeypointTerm final : public RobotTerm {
  public:
   RobotKeypointTerm(std::vector<RobotKeypoint> points, Eigen::Matrix3Xd targets, double weight)
@@ -38,9 +38,8 @@ class RobotKeypointTerm final : public RobotTerm {
   double weight_;
 };
 
-/// Vectors between places of the hand keep a human's: sum_k s_k |(x_a - x_b) - target_k|^2
-/// (DexPilot, Handa et al. 2020, eq. 4; the switching of s_k and targets is the caller's). Object's
-/// frame.
+/// Preserves the human's vectors between points of the hand: sum_k s_k |(x_a - x_b) - target_k|^2
+/// (DexPilot, Handa et al. 2020, eq. 4; the caller switches s_k and targets). Object's frame.
 class RobotVectorTerm final : public RobotTerm {
  public:
   struct Pair {
@@ -48,7 +47,7 @@ class RobotVectorTerm final : public RobotTerm {
     Eigen::Vector3d target;
     double weight;
   };
-  /// `scale`: of all weights.
+  /// `scale`: factor on all weights.
   RobotVectorTerm(std::vector<Pair> pairs, double scale) : pairs_(std::move(pairs)) {
     for (Pair& pair : pairs_) pair.weight *= scale;
   }
@@ -77,14 +76,14 @@ class RobotVectorTerm final : public RobotTerm {
   std::vector<Pair> pairs_;
 };
 
-/// The Laplacian of an interaction mesh is kept (Ho et al. 2010; OmniRetarget, Yang et al. 2025):
+/// Preserves the Laplacian of an interaction mesh (Ho et al. 2010; OmniRetarget, Yang et al. 2025):
 ///   sum_i w |x_i - mean of its neighbors - delta_i|^2,
-/// delta_i that of the human's mesh; nodes are places of the hand and points of the object, which
-/// stand still; object points have a Laplacian as well. Object's frame, meters.
+/// where delta_i is the Laplacian of the human's mesh. Nodes are points of the hand and fixed
+/// points of the object; object points have a Laplacian as well. Object's frame, meters.
 class RobotLaplacianTerm final : public RobotTerm {
  public:
-  /// Node i < points.size() is points[i]; those after are columns of `object`. `human` (3 x
-  /// points): where the human has them. `neighbors` by node.
+  /// Node i < points.size() is points[i]; the following nodes are the columns of `object`. `human`
+  /// (3 x points): positions on the human. `neighbors`: by node.
   RobotLaplacianTerm(std::vector<RobotKeypoint> points, const Eigen::Matrix3Xd& human,
                      const Eigen::Matrix3Xd& object, std::vector<std::vector<int>> neighbors,
                      double weight)

@@ -15,10 +15,10 @@
 namespace holdfast {
 namespace {
 
-// DexPilot's: vectors shorter than this are drawn together, by these weights, to these lengths.
+// DexPilot: vectors shorter than this are pulled together, with these weights, to these lengths.
 constexpr double kClose_m = 0.03;
 constexpr double kPinchWeight = 200.0, kFingersWeight = 400.0;
-constexpr double kTaskWeight = 1e4;  // a centimeter of the task counts as much as one sigma
+constexpr double kTaskWeight = 1e4;  // a task error of 1 cm counts as one sigma
 constexpr double kPinch_m = 1e-4, kFingersApart_m = 0.03;
 
 Eigen::Vector3d HumanPalm(const RobotTransferSetup& setup, const HumanFrame& frame) {
@@ -48,7 +48,7 @@ RobotVectorTerm FingertipVectors(const RobotKeypoints& keypoints, const HumanFra
   return {std::move(pairs), kTaskWeight};
 }
 
-// Edges whose ball (they are its diameter) holds no other node.
+// Edges whose diametral ball contains no other node.
 std::vector<std::vector<int>> GabrielGraph(const Eigen::Matrix3Xd& nodes) {
   std::vector<std::vector<int>> neighbors(static_cast<std::size_t>(nodes.cols()));
   for (Eigen::Index i = 0; i < nodes.cols(); ++i) {
@@ -79,7 +79,7 @@ double FingerLength(const RobotTransferSetup& setup) {
   return robot / human;
 }
 
-// The terms of one frame, and the solve.
+// Terms and solver of one frame.
 class BaselineFrame {
  public:
   BaselineFrame(const RobotTransferSetup& setup, RobotBaseline baseline)

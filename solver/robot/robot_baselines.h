@@ -7,22 +7,22 @@
 
 namespace holdfast {
 
-/// Ways to transfer that others published, written here from their papers for comparison.
+/// Published transfer methods, reimplemented from their papers for comparison.
 enum class RobotBaseline {
-  /// Fingertip vectors (DexPilot, Handa et al. 2020, eq. 1-4, its weights and distances; vectors
-  /// scaled by the ratio of finger lengths), the palm laid on the human's.
+  /// Fingertip vectors (DexPilot, Handa et al. 2020, eq. 1-4, with its weights and distances;
+  /// vectors scaled by the ratio of finger lengths). The palm is aligned with the human's.
   kFingertipVectors,
-  /// Inverse kinematics of fingertips and wrist, as users of Mink set it up.
+  /// Inverse kinematics of fingertips and wrist, as commonly set up with Mink.
   kKeypoints,
-  /// Laplacian of an interaction mesh of 21 places of the hand and 60 of the object, nothing in the
-  /// object (OmniRetarget, Yang et al. 2025). Edges: the Gabriel graph, those of the Delaunay mesh
-  /// whose own ball is empty. Its constraints are walls here.
+  /// Laplacian of an interaction mesh of 21 hand points and 60 object points, without penetration
+  /// of the object (OmniRetarget, Yang et al. 2025). Edges: the Gabriel graph, i.e. Delaunay edges
+  /// whose diametral ball is empty. Its constraints are penalties here.
   kLaplacian,
 };
 
 std::string_view BaselineName(RobotBaseline baseline);
 
-/// Frame by frame from the first, each from the frame before.
+/// Solves frame by frame, each initialized from the previous frame.
 RobotTransfer TransferByBaseline(const RobotTransferSetup& setup,
                                  const RobotTransferOptions& options, RobotBaseline baseline);
 

@@ -10,9 +10,9 @@ namespace holdfast {
 namespace {
 
 constexpr double kTouching_m = 0.003;
-constexpr double kFriction = 0.6;  // below that of rubber on most
+constexpr double kFriction = 0.6;  // lower than rubber on most materials
 constexpr double kDensity_kg_m3 = 500.0, kLightest_kg = 0.05, kHeaviest_kg = 0.5;
-constexpr double kSqueeze = 8.0, kMinSqueeze_N = 10.0;  // weights of the object
+constexpr double kSqueeze = 8.0, kMinSqueeze_N = 10.0;  // in weights of the object
 constexpr double kTurning_Nm = 3.0, kSliding_N_m = 1000.0;
 
 GrippedSolid SolidOf(const TriangleMesh& mesh) {
@@ -24,7 +24,7 @@ GrippedSolid SolidOf(const TriangleMesh& mesh) {
   return solid;
 }
 
-// Of each number: all joints that it moves pull at it.
+// Stiffness of each degree of freedom: the sum over all joints that it moves.
 Eigen::VectorXd StiffnessOf(const RobotHand& hand) {
   Eigen::VectorXd stiffness = Eigen::VectorXd::Zero(hand.NumDofs());
   for (const RobotLink& link : hand.links) {

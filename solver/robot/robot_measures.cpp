@@ -42,7 +42,7 @@ RobotContact Compared(const PartContact& contact, int link, const Eigen::Vector3
   return out;
 }
 
-// The faces of each part's skin.
+// Faces of the skin of each part.
 std::array<Eigen::Matrix3Xi, kNumHandParts> PartFaces(const RobotTransferSetup& setup) {
   const auto& faces = setup.human->Surface().Faces();
   std::array<std::vector<Eigen::Index>, kNumHandParts> of_part;
@@ -69,7 +69,7 @@ class TransferMeter {
     object_samples_ = ContactSamples(setup.object, kSpacing_m, kMaxOfObject);
   }
 
-  // What takes long: depths, and the give where it holds.
+  // The expensive measures: depths, and the give while holding.
   RobotFrameMeasure MeasurePose(const RobotPose& pose, bool holds) const {
     PosedRobot posed(setup_.robot);
     posed.Set(pose);
@@ -227,7 +227,7 @@ RobotMeasures MeasureTransfer(const RobotTransferSetup& setup, const std::vector
   const TransferMeter meter(setup);
   const std::vector<HumanFrame>& human = setup.demonstration.frames;
   const int count = static_cast<int>(poses.size());
-  // A grasp that stays is measured once.
+  // An unchanged grasp is measured once.
   std::vector<int> first(poses.size(), 0);
   for (int t = 1; t < count; ++t) {
     const RobotPose &here = poses[t], &before = poses[t - 1];

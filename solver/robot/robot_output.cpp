@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What a joint stands at, followers too.
+// Value of a joint, followers included.
 double JointValue(const RobotLink& link, const Eigen::VectorXd& q) {
   return link.offset + (link.dof < 0 ? 0.0 : link.factor * q(link.dof));
 }
@@ -46,7 +46,7 @@ std::string PoseText(const Eigen::Isometry3d& pose, const char* separator) {
   return fmt::format("{:.7g}", fmt::join(numbers, separator));
 }
 
-// Series of poses as translation and continuous axis-angle.
+// Adds a pose series as translations and continuous axis-angle vectors.
 void AddPoses(const std::vector<Eigen::Isometry3d>& poses, const std::string& name,
               NpzWriter& writer) {
   std::vector<double> trans, orient;
@@ -142,9 +142,9 @@ namespace {
 
 const Eigen::Vector3d kObjectColor(0.86, 0.62, 0.28), kSkinColor(0.80, 0.66, 0.58);
 const Eigen::Vector3d kPalmColor(0.42, 0.45, 0.50);
-constexpr double kSeen_m = 0.13;  // around the middle of what is held
+constexpr double kSeen_m = 0.13;  // visible radius around the held object's center
 
-// Thumb to little finger, told apart.
+// Distinct colors from thumb to little finger.
 Eigen::Vector3d ColorOf(const RobotAnatomy& anatomy, int link) {
   for (const RobotFinger& finger : anatomy.fingers) {
     for (const auto& links : finger.links) {
@@ -166,7 +166,7 @@ Eigen::Vector3d ColorOf(const RobotAnatomy& anatomy, int link) {
   return kPalmColor;
 }
 
-// World coordinates with the camera's choice left to the picture: frames as the clip has them.
+// Meshes of the robot in world coordinates.
 std::vector<TriangleMesh> RobotMeshes(const RobotTransferSetup& setup, const RobotPose& pose,
                                       const Eigen::Isometry3d& world_from_object,
                                       std::vector<Eigen::Vector3d>& colors) {
@@ -193,7 +193,7 @@ Image Draw(const std::vector<TriangleMesh>& meshes, const std::vector<Eigen::Vec
   return Render(items, camera, picture);
 }
 
-// Forward, across and out of the palm, in the world: columns.
+// Forward, across and out of the palm in the world, as columns.
 Eigen::Matrix3d PalmAxes(const RobotTransferSetup& setup, const HumanFrame& frame) {
   return frame.world_from_object.linear() * frame.object_from_wrist.linear() *
          (Eigen::Matrix3d() << setup.axes->Forward(), setup.axes->Across(),
@@ -201,7 +201,7 @@ Eigen::Matrix3d PalmAxes(const RobotTransferSetup& setup, const HumanFrame& fram
              .finished();
 }
 
-// From where the palm, the thumb and what is held are seen, on the mean of the hold: unit.
+// Unit viewing direction that shows palm, thumb and object, averaged over the hold.
 Eigen::Vector3d BeforeThePalm(const RobotTransferSetup& setup) {
   Eigen::Vector3d towards = Eigen::Vector3d::Zero();
   for (const HumanFrame& frame : setup.demonstration.frames) {
@@ -258,7 +258,7 @@ Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& 
     const int t = held[static_cast<std::size_t>(at)];
     const HumanFrame& frame = setup.demonstration.frames[t];
     const Eigen::Isometry3d& world = frame.world_from_object;
-    // Towards the palm's side of what is held, and from the thumb's side, by turns.
+    // Alternate between the palm's side and the thumb's side of the object.
     const Eigen::Matrix3d axes = PalmAxes(setup, frame);
     const Eigen::Vector3d towards = k % 2 == 0 ? Eigen::Vector3d(axes.col(2) + 0.5 * axes.col(1))
                                                : Eigen::Vector3d(axes.col(1) - 0.4 * axes.col(2));

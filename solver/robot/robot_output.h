@@ -11,34 +11,34 @@
 
 namespace holdfast {
 
-/// The motion as arrays (`.npz`, float64): `joint_names` (a text, names between commas),
-/// `joint_angles (T,J)` of all joints, followers too, radians or meters; `wrist_trans (T,3)`,
-/// `wrist_orient (T,3)` axis-angle of the robot's root in the world; `object_trans`,
-/// `object_orient`; `frame_rate`; and of all contacts: `contact_frame`, `contact_point (C,3)`,
-/// `contact_normal (C,3)` (world, of the robot's surface), `contact_link` (of `link_names`),
-/// `contact_part`, `contact_distance_m`. Throws Error where it cannot be written.
+/// Writes the motion as arrays (`.npz`, float64): `joint_names` (comma-separated text),
+/// `joint_angles (T,J)` of all joints including followers, radians or meters; `wrist_trans (T,3)`
+/// and `wrist_orient (T,3)`, position and axis-angle of the robot's root in the world;
+/// `object_trans`, `object_orient`; `frame_rate`; and for all contacts: `contact_frame`,
+/// `contact_point (C,3)`, `contact_normal (C,3)` (world, robot surface), `contact_link` (index of
+/// `link_names`), `contact_part`, `contact_distance_m`. Throws Error if the file cannot be written.
 void WriteRobotMotion(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                       const RobotMeasures& measures, const std::filesystem::path& path);
 
-/// The same as a table, a line a frame: frame, time_s, wrist (x, y, z, qw, qx, qy, qz), object (the
-/// same), joints by name.
+/// Writes the motion as a table, one line per frame: frame, time_s, wrist (x, y, z, qw, qx, qy,
+/// qz), object (same), joints by name.
 void WriteRobotTable(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                      const std::filesystem::path& path);
 
 struct RobotPictureOptions {
   int width = 420, height = 360;
   int columns = 4, rows = 3;
-  bool human = true;  ///< the human hand beside each picture of the robot's
+  bool human = true;  ///< render the human hand beside each robot picture
   int threads = 1;
 };
 
-/// A sheet of the robot's hand and the object in frames spread over the hold, seen towards the palm
-/// and from the thumb's side by turns, in the object's frame; the human hand beside each.
+/// Renders a sheet of robot hand and object in frames spread over the hold, alternately facing the
+/// palm and from the thumb's side, in the object's frame; the human hand beside each.
 Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                  const RobotPictureOptions& options);
 
-/// The whole clip, `columns` times `rows` frames spread over it: the robot's hand and the object,
-/// seen from one direction of the world, from the palm's side, the camera going along.
+/// Renders the whole clip as `columns` times `rows` frames: robot hand and object, from a fixed
+/// world direction on the palm's side, with a tracking camera.
 Image RobotFilm(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                 const RobotPictureOptions& options);
 

@@ -18,7 +18,7 @@ namespace holdfast {
 namespace {
 
 constexpr double kLinkSpacing_m = 0.005;
-constexpr int kMaxSamples = 400;  // of a large palm, too
+constexpr int kMaxSamples = 400;  // also for a large palm
 constexpr double kCell_m = 0.0015, kPadding_m = 0.006;
 
 bool SameShapes(const RobotLink& a, const RobotLink& b) {
@@ -46,7 +46,7 @@ std::shared_ptr<const LinkSolid> MakeSolid(const RobotLink& link) {
 
 RobotSolids::RobotSolids(const RobotHand& hand, const RobotAnatomy& anatomy, int threads)
     : solids_(hand.links.size(), std::make_shared<LinkSolid>()) {
-  std::map<int, int> finger_of, phalanx_of;  // -1: the palm
+  std::map<int, int> finger_of, phalanx_of;  // -1: palm
   for (const int link : anatomy.palm_links) finger_of[link] = -1;
   for (const RobotFinger& finger : anatomy.fingers) {
     for (int p = 0; p < 3; ++p) {
@@ -94,8 +94,8 @@ RobotSolids::RobotSolids(const RobotHand& hand, const RobotAnatomy& anatomy, int
 namespace {
 
 constexpr double kPadReach_m = 0.006;     // of a pad around its paired points
-constexpr double kPadSpacing_m = 0.0015;  // of its points
-constexpr int kMaxPadPoints = 250;        // of a patch
+constexpr double kPadSpacing_m = 0.0015;  // between pad points
+constexpr int kMaxPadPoints = 250;        // per patch
 
 bool IsOfPad(const TriangleMesh& mesh, Eigen::Index f, const std::vector<const SkinPair*>& pairs) {
   const Eigen::Vector3d normal = FaceCross(mesh, f).normalized();
@@ -182,7 +182,7 @@ std::optional<PadPoint> RobotPads::BestFacing(int part, const PosedRobot& robot,
   for (const Patch& patch : patches_[static_cast<std::size_t>(part)]) {
     const Eigen::Isometry3d link_from_object = robot.ObjectFromLink(patch.link).inverse();
     const Eigen::Vector3d target = link_from_object * point;
-    // |x - p|^2 and |m + n|^2 multiplied out: what depends on the pad's point is linear in (x, m).
+    // |x - p|^2 and |m + n|^2 expanded: what depends on the pad's point is linear in (x, m).
     Eigen::Matrix<double, 6, 1> slopes;
     slopes << -2.0 * by_place * target, 2.0 * by_turn * (link_from_object.linear() * normal);
     Eigen::Index i = 0;

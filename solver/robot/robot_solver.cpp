@@ -127,8 +127,8 @@ std::vector<RobotPose> RobotStarts(const HumanFrame& frame,
 
 int ChooseStart(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                 const std::vector<double>& costs) {
-  constexpr double kMaxCost = 3.0;  // over the least
-  constexpr double kGive_m = 0.02;  // for which twice the cost is paid
+  constexpr double kMaxCost = 3.0;  // times the minimum
+  constexpr double kGive_m = 0.02;  // doubles the cost
   std::vector<std::size_t> order(poses.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t k) { return costs[k]; });

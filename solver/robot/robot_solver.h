@@ -17,22 +17,22 @@
 
 namespace holdfast {
 
-/// Terms of one pose of a robot hand as a cost function of Ceres: their exact sum, compressed to
-/// one row more than there are unknowns.
+/// Terms of one robot hand pose as a Ceres cost function: their exact sum, compressed to one row
+/// more than the number of unknowns.
 ///
 /// Parameter blocks: orientation q (4; x y z w; root to object, with RotationManifold), translation
-/// T (3, meters, object's frame), the hand's numbers (dofs; radians or meters). Evaluate returns
-/// false when the cost is not finite. For one thread at a time; the hand must outlive it.
+/// T (3, meters, object's frame), joint values (dofs; radians or meters). Evaluate returns false if
+/// the cost is not finite. Not thread-safe; the hand must outlive it.
 class RobotBlock final : public ceres::CostFunction {
  public:
   explicit RobotBlock(const RobotHand& hand);
-  /// Terms to be summed from now on; they must outlive their use.
+  /// Sets the terms to sum; they must outlive their use.
   void SetTerms(std::vector<const RobotTerm*> terms) { terms_ = std::move(terms); }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override;
 
-  /// Cost and derivatives at a pose, by turn, translation and numbers (6 + dofs).
+  /// Cost and derivatives at a pose with respect to rotation, translation and joints (6 + dofs).
   double Linearize(const RobotPose& pose, Eigen::MatrixXd& hessian,
                    Eigen::VectorXd& gradient) const;
 
@@ -46,12 +46,12 @@ class RobotBlock final : public ceres::CostFunction {
   mutable RowMajorMatrix rows_;
 };
 
-/// Least squares over one pose of a hand by ceres::Solve. The hand must outlive it.
+/// Nonlinear least squares over one hand pose with ceres::Solve. The hand must outlive it.
 class RobotSolver {
  public:
   explicit RobotSolver(const RobotHand& hand) : hand_(hand), block_(hand) {}
 
-  /// Moves `pose` to a minimum of the terms' sum, and its numbers into their bounds.
+  /// Moves `pose` to a minimum of the sum of the terms and clamps its joint values.
   ceres::Solver::Summary Solve(const std::vector<const RobotTerm*>& terms,
                                const ceres::Solver::Options& options, RobotPose& pose);
 
@@ -60,20 +60,20 @@ class RobotSolver {
   RobotBlock block_;
 };
 
-/// human_wrist_from_root: the robot's palm laid on the human's, knuckles on knuckles, axes along
-/// axes. Where a robot's hand is that follows the human wrist.
+/// Returns human_wrist_from_root with the robot's palm aligned with the human's (knuckles and
+/// axes): the pose of a robot hand that follows the human wrist.
 Eigen::Isometry3d WristFromRoot(const HandAxes& axes, const RobotHand& robot,
                                 const RobotAnatomy& anatomy);
 
-/// Poses to begin from: the palm on the human's and tilted, drawn back from the object and not,
-/// fingers straight, half bent and nearly closed.
+/// Returns start poses: the palm on the human's and tilted, with and without retraction from the
+/// object, and fingers straight, half bent and nearly closed.
 std::vector<RobotPose> RobotStarts(const HumanFrame& frame,
                                    const Eigen::Isometry3d& wrist_from_root, const RobotHand& robot,
                                    const RobotAnatomy& anatomy);
 
-/// Which of the poses that the starts led to is taken: the least of cost (1 + give / 20 mm), of
-/// those that cost at most three times the least. The give is how far the object's own weight moves
-/// it in that grip (RobotHold). Returns its index.
+/// Selects the optimized start with minimum cost (1 + give / 20 mm), among those that cost at most
+/// three times the minimum, and returns its index. The give is the object's displacement in the
+/// grasp under its own weight (RobotHold).
 int ChooseStart(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                 const std::vector<double>& costs);
 

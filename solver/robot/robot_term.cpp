@@ -140,7 +140,7 @@ void RobotNormal::Finish(Eigen::Ref<Eigen::MatrixXd> hessian,
   gradient.tail(n) = numbers_gradient_;
   hessian.topLeftCorner<6, 6>() = base_hessian_;
   hessian.bottomRightCorner(n, n) = numbers_;
-  // Turning the root by delta and moving it by dT gives all links the twist (delta, R^T dT).
+  // Rotating the root by delta and moving it by dT gives all links the twist (delta, R^T dT).
   const Eigen::Matrix3d& R = robot_->Pose().R;
   Matrix6d twist_of_base = Matrix6d::Identity();
   twist_of_base.bottomRightCorner<3, 3>() = R.transpose();

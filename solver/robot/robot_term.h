@@ -11,7 +11,7 @@
 
 namespace holdfast {
 
-/// A hand somewhere in the object's frame: x_in_object = R x_in_root + T.
+/// A hand pose in the object's frame: x_in_object = R x_in_root + T.
 struct RobotPose {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d T = Eigen::Vector3d::Zero();
@@ -20,7 +20,7 @@ struct RobotPose {
   Eigen::Isometry3d ObjectFromRoot() const;
 };
 
-/// The pose evaluated: where links are. Scratch, reused.
+/// Forward kinematics of a RobotPose. Scratch object, reused.
 class PosedRobot {
  public:
   explicit PosedRobot(const RobotHand& hand) : state_(hand), object_from_link_(hand.links.size()) {}
@@ -39,37 +39,37 @@ class PosedRobot {
   std::vector<Eigen::Isometry3d> object_from_link_;
 };
 
-/// Normal equations of a hand's pose: turn (3; R exp(delta)), translation (3), its numbers. All
-/// that acts on points of one link sums up to six numbers' worth: a point's motion is linear in the
-/// link's twist, so a link costs 6 x 6 + 6, however many points it has, nothing approximated.
+/// Normal equations of a hand pose: rotation (3; R exp(delta)), translation (3), joints. A point's
+/// motion is linear in its link's twist, so all terms on points of a link sum exactly to 6 x 6 + 6
+/// numbers, independent of the number of points.
 class RobotNormal {
  public:
   explicit RobotNormal(const RobotHand& hand);
-  /// Empty again, for a hand that is here now (which must outlive what is added).
+  /// Resets to zero for the hand at its current pose (which must outlive the additions).
   void Begin(const PosedRobot& robot);
 
-  /// A point fixed to `link`, now at `x` in the object's frame: gradient and Hessian of the cost by
-  /// its position there.
+  /// Adds a point fixed to `link`, currently at `x` in the object's frame: gradient and Hessian of
+  /// the cost with respect to its position.
   void AddPoint(int link, const Eigen::Vector3d& x, const Eigen::Vector3d& gradient,
                 const Eigen::Matrix3d& hessian);
-  /// The same of one residual with this slope.
+  /// Adds a point with a single residual of this slope.
   void AddPointRow(int link, const Eigen::Vector3d& x, const Eigen::Vector3d& slope,
                    double residual);
-  /// A direction fixed to `link`: gradient and Hessian by the turn, an angle vector in the object's
-  /// frame.
+  /// Adds a direction fixed to `link`: gradient and Hessian with respect to rotation, an angle
+  /// vector in the object's frame.
   void AddTurn(int link, const Eigen::Vector3d& gradient, const Eigen::Matrix3d& hessian);
-  /// A residual of two links at one place: `slope` by the way of `first` against `second`.
+  /// Adds a residual of two links at `x`: `slope` by the motion of `first` relative to `second`.
   void AddBetween(int first, int second, const Eigen::Vector3d& x, const Eigen::Vector3d& slope,
                   double residual);
-  /// A residual whose slopes by turn, translation and numbers (6 + dofs) are known as they are.
+  /// Adds a residual with given slopes by rotation, translation and joints (6 + dofs).
   void AddRow(const Eigen::VectorXd& row, double residual);
-  /// Of the hand's own number k.
+  /// Adds derivatives with respect to the hand's joint value k.
   void AddNumber(int k, double gradient, double hessian);
-  /// Of turn and translation themselves.
+  /// Adds derivatives with respect to rotation and translation.
   void AddBase(const Eigen::Matrix<double, 6, 1>& gradient,
                const Eigen::Matrix<double, 6, 6>& hessian);
 
-  /// Adds all up: (6 + dofs) squared, both triangles.
+  /// Assembles the sum: (6 + dofs) squared, both triangles.
   void Finish(Eigen::Ref<Eigen::MatrixXd> hessian, Eigen::Ref<Eigen::VectorXd> gradient) const;
 
  private:
@@ -84,7 +84,7 @@ class RobotNormal {
 
   const PosedRobot* robot_ = nullptr;
   std::vector<Link> links_;  // twists in the root's frame, angular first
-  Eigen::MatrixXd numbers_;  // Hessian of the hand's numbers alone
+  Eigen::MatrixXd numbers_;  // Hessian of the joint values alone
   Eigen::VectorXd numbers_gradient_;
   Vector6d base_gradient_;
   Matrix6d base_hessian_;
@@ -93,8 +93,8 @@ class RobotNormal {
   Eigen::VectorXd row_;
 };
 
-/// Adds `scale` times the slopes of direction^T x, x the point of `link` that is at `x` (object's
-/// frame) now, to a row for AddRow.
+/// Adds `scale` times the derivatives of direction^T x to a row for AddRow, where x is the point of
+/// `link` that is currently at `x` (object's frame).
 void AddPointSlopes(const PosedRobot& robot, int link, const Eigen::Vector3d& x,
                     const Eigen::Vector3d& direction, double scale, Eigen::VectorXd& row);
 
@@ -102,7 +102,7 @@ void AddPointSlopes(const PosedRobot& robot, int link, const Eigen::Vector3d& x,
 class RobotTerm {
  public:
   virtual ~RobotTerm() = default;
-  /// Half the sum of squares; its derivatives too where `normal` is not null.
+  /// Returns half the sum of squares; adds its derivatives if `normal` is not null.
   virtual double Add(const PosedRobot& robot, RobotNormal* normal) const = 0;
 };
 

@@ -18,11 +18,11 @@
 
 namespace holdfast {
 
-/// Where a part of the human hand touches the object.
+/// Contact of a part of the human hand with the object.
 struct PartContact {
   int part = 0;                                      ///< 15 phalanges, then the palm
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();   ///< of the object's surface, its frame
-  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< out of the object, unit
+  Eigen::Vector3d point = Eigen::Vector3d::Zero();   ///< on the object's surface, object's frame
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();  ///< outward unit normal of the object
   double weight = 1.0;
 };
 
@@ -31,14 +31,13 @@ struct ContactSigmas {
   double turn_rad = 0.1;
 };
 
-/// S kept: what a part of the human hand touched, the pad of the robot's part touches, face to
-/// face,
+/// Contact term: the robot's pad touches what the corresponding human part touched, face to face,
 ///
 ///   E_c = sum_c w_c ( |x - p_c|^2 / sigma_d^2 + |m + n_c|^2 / sigma_n^2 )
 ///
-/// x and m the place of the part's pad and its outward normal that are nearest to the contact now
-/// (both measures together: the pad may roll along), p_c and n_c the object's. Object's frame,
-/// meters; 3 + 3 residuals a contact. Weights: sigma_d (meters) and sigma_n (radians).
+/// x and m are position and outward normal of the pad point that is currently best for the contact
+/// (by both measures together: the pad may roll), p_c and n_c those of the object. Object's frame,
+/// meters; 3 + 3 residuals per contact. Weights: sigma_d (meters) and sigma_n (radians).
 class RobotContactTerm final : public RobotTerm {
  public:
   RobotContactTerm(const RobotPads& pads, std::vector<PartContact> contacts,
@@ -74,15 +73,15 @@ class RobotContactTerm final : public RobotTerm {
   double by_place_, by_turn_;
 };
 
-/// E_d on the interaction mesh: the robot's skin keeps the distances to the object that the human's
-/// has in this frame (IMoS, Ghosh et al. 2023, eq. 7; between two hands as in OmniRetarget, Yang et
-/// al. 2025, whose Laplacian stands on the same edges),
+/// E_d on the interaction mesh: the robot's skin preserves the distances of the human's skin to the
+/// object in this frame (IMoS, Ghosh et al. 2023, eq. 7; between two hands as in OmniRetarget, Yang
+/// et al. 2025, whose Laplacian uses the same edges),
 ///
 ///   E_d = sum_i w_i / M sum_j ( |x_i(pose) - o_j| - |v_i - o_j| )^2 / sigma^2
 ///
-/// x_i the robot's point, v_i the human's that it stands for, o_j the M object points; all in the
-/// object's frame, meters. Summed exactly to 3 x 3 a point (HandObjectDistance), then to 6 x 6 a
-/// link. Weights: w_i, 1 at the surface.
+/// x_i is the robot's point, v_i the corresponding human point, o_j the M object points; all in the
+/// object's frame, meters. Summed exactly to 3 x 3 per point (HandObjectDistance), then to 6 x 6
+/// per link. Weights: w_i, 1 at the surface.
 class RobotDistanceTerm final : public RobotTerm {
  public:
   /// `human` (3 x n): v_i of each pair.
@@ -120,8 +119,8 @@ class RobotDistanceTerm final : public RobotTerm {
   mutable std::vector<VertexQuadratic> sums_;
 };
 
-/// Links stay out of each other: as RobotPenetrationTerm, for points of one link in the other, over
-/// the pairs that could meet (RobotSolids::Pairs). Meters; weight: sigma.
+/// Self-collision: penalizes points of one link in another, as RobotPenetrationTerm, over the pairs
+/// that may collide (RobotSolids::Pairs). Meters; weight: sigma.
 class RobotSelfTerm final : public RobotTerm {
  public:
   RobotSelfTerm(const RobotSolids& solids, double sigma_m)
@@ -164,11 +163,11 @@ class RobotSelfTerm final : public RobotTerm {
 
   const RobotSolids& solids_;
   double weight_;
-  mutable std::vector<NearSamples> near_;  // of each pair, one way and the other
+  mutable std::vector<NearSamples> near_;  // both directions of each pair
 };
 
-/// Joint limits as walls: r_k = (low - q) / sigma below, (q - high) / sigma above. Radians (or
-/// meters) of each number of the hand; weight: sigma. What is left over is clamped.
+/// Joint limits as penalties: r_k = (low - q) / sigma below, (q - high) / sigma above. Radians (or
+/// meters) of each degree of freedom; weight: sigma. The remaining violation is clamped.
 class RobotLimitTerm final : public RobotTerm {
  public:
   explicit RobotLimitTerm(double sigma) : weight_(1.0 / (sigma * sigma)) {}
@@ -190,7 +189,7 @@ class RobotLimitTerm final : public RobotTerm {
   double weight_;
 };
 
-/// The hand's numbers stay near others (the frame before's; at rest): r_k = (q_k - target_k) /
+/// Keeps joint values near a target (the previous frame, or rest): r_k = (q_k - target_k) /
 /// sigma_k. Radians or meters.
 class RobotPostureTerm final : public RobotTerm {
  public:
@@ -211,9 +210,9 @@ class RobotPostureTerm final : public RobotTerm {
   Eigen::VectorXd target_, weight_;
 };
 
-/// The root stays near a pose (the frame before's; what the human wrist says): six residuals,
-/// log(R_target^T R) / sigma_turn (radians) and the way of the point `center` of the root's frame /
-/// sigma (meters), so that a turn about it is free of way.
+/// Keeps the root near a target pose (the previous frame, or the human wrist): six residuals,
+/// log(R_target^T R) / sigma_turn (radians) and the displacement of the point `center` of the
+/// root's frame / sigma (meters), so that rotation about it causes no displacement.
 class RobotPlaceTerm final : public RobotTerm {
  public:
   RobotPlaceTerm(Eigen::Isometry3d object_from_root, Eigen::Vector3d center, double sigma_turn,
@@ -228,7 +227,7 @@ class RobotPlaceTerm final : public RobotTerm {
     const Eigen::Vector3d turn = LogSO3(target_.linear().transpose() * pose.R);
     const Eigen::Vector3d way = pose.R * center_ + pose.T - target_ * center_;
     if (normal != nullptr) {
-      // R exp(delta): log moves by the inverse right Jacobian, that is the left one of -log.
+      // R exp(delta): log changes by the inverse right Jacobian, i.e. the left Jacobian of -log.
       const Eigen::Matrix3d J_turn = InverseLeftJacobianSO3(-turn);
       Eigen::Matrix<double, 3, 6> J_way;
       J_way << -pose.R * Skew(center_), Eigen::Matrix3d::Identity();
@@ -247,19 +246,19 @@ class RobotPlaceTerm final : public RobotTerm {
   double turn_weight_, weight_;
 };
 
-/// An object as a robot's hand meets it.
+/// The object as a collision obstacle of a robot hand.
 struct RobotObstacle {
   const DistanceGrid* grid = nullptr;
-  Eigen::Matrix3Xd samples;  ///< of its surface
+  Eigen::Matrix3Xd samples;  ///< surface points
 };
 
-/// Penetration both ways: points of the links in the object, and points of the object in the links,
+/// Penetration in both directions: points of the links in the object, and points of the object in
+/// the links,
 ///
 ///   E_p = sum_i max(0, margin - d(x_i))^2 / sigma^2
 ///
-/// d the signed distance (negative inside) of the other solid. Meters; a residual for each point
-/// nearer than the margin. Weight: sigma. Not for
-/// use by several threads at a time.
+/// d is the signed distance (negative inside) of the other solid. Meters; one residual per point
+/// closer than the margin. Weight: sigma. Not thread-safe.
 class RobotPenetrationTerm final : public RobotTerm {
  public:
   RobotPenetrationTerm(const RobotSolids& solids, const RobotObstacle& object, double margin_m,
@@ -270,7 +269,7 @@ class RobotPenetrationTerm final : public RobotTerm {
         weight_(1.0 / sigma_m),
         near_(solids.Links().size()) {}
 
-  /// For solves that begin loosely.
+  /// For solves that start with a loose penalty.
   void SetSigma(double sigma_m) { weight_ = 1.0 / sigma_m; }
 
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
@@ -282,7 +281,7 @@ class RobotPenetrationTerm final : public RobotTerm {
     return cost;
   }
 
-  /// The deepest of all points, meters; 0 where none is inside. Distances interpolated linearly.
+  /// Maximum depth of all points, meters; 0 if none is inside. Linearly interpolated distances.
   double Deepest(const PosedRobot& robot) const {
     double deepest = 0.0;
     ForNearLinks(robot,
@@ -298,7 +297,7 @@ class RobotPenetrationTerm final : public RobotTerm {
   }
 
  private:
-  static constexpr double kNear_m = 0.004;  // of what is looked at more closely
+  static constexpr double kNear_m = 0.004;  // range that is examined in detail
   struct Near {
     NearSamples of_link, of_object;
   };
@@ -314,7 +313,7 @@ class RobotPenetrationTerm final : public RobotTerm {
     }
   }
 
-  // The link's points that may be in the object, in the object's frame.
+  // Visits the link's points that may be in the object, in the object's frame.
   template <typename Visit>
   void ForLinkPoints(const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
                      const Visit& visit) const {
@@ -322,7 +321,7 @@ class RobotPenetrationTerm final : public RobotTerm {
                          [&](int, const Eigen::Vector3d& x) { visit(x); });
   }
 
-  // The object's points that may be in the link, in the link's frame.
+  // Visits the object's points that may be in the link, in the link's frame.
   template <typename Visit>
   void ForObjectPoints(const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
                        const Visit& visit) const {
@@ -346,8 +345,7 @@ class RobotPenetrationTerm final : public RobotTerm {
     return cost;
   }
 
-  // The link's material at an object's point moves and the point stays: the distance changes the
-  // other way round.
+  // The link moves at a fixed object point: the derivative changes sign.
   double AddObject(int link, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
                    RobotNormal* normal) const {
     double cost = 0.0;

@@ -28,16 +28,16 @@ using Clock = std::chrono::steady_clock;
 
 constexpr double kObjectCell_m = 0.0015;
 constexpr int kMaxObjectSamples = 1500;
-constexpr double kNear_m = 0.02;     // of skin that E_d is about
-constexpr double kFarWeight = 0.02;  // of skin elsewhere
-constexpr double kDeepest_m = 8e-4;  // more is pushed out again, harder
-constexpr int kHarder = 3;           // times, by ten each
+constexpr double kNear_m = 0.02;     // range of skin with full weight in E_d
+constexpr double kFarWeight = 0.02;  // of other skin
+constexpr double kDeepest_m = 8e-4;  // deeper penetration is re-solved with a stronger penalty
+constexpr int kHarder = 3;           // attempts, each ten times stronger
 
 double Milliseconds(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-// Spread over the skin: farthest points first, pads before the rest.
+// Farthest-point sampling of the skin, preferring pads.
 std::vector<SkinPair> Spread(const std::vector<SkinPair>& pairs, const Eigen::Matrix3Xd& rest,
                              int most) {
   std::vector<double> away(pairs.size(), 1.0);
@@ -61,7 +61,7 @@ std::vector<SkinPair> Spread(const std::vector<SkinPair>& pairs, const Eigen::Ma
   return chosen;
 }
 
-// The whole clip's solve.
+// Solver of a whole clip.
 class ClipTransfer {
  public:
   ClipTransfer(const RobotTransferSetup& setup, const RobotTransferOptions& options,
@@ -83,13 +83,13 @@ class ClipTransfer {
     }
   }
 
-  // From `pose`, without a frame before. Returns the cost.
+  // Solves from `pose` without a previous frame. Returns the cost.
   double StartPose(int t, double penetration_sigma, RobotPose& pose, int* iterations) {
     return Solve(t, pose, nullptr, penetration_sigma, 40, iterations);
   }
 
-  // From the solution `found` of frame `from`, beside it: on the object while it is held, else as
-  // the human's wrist goes.
+  // Solves from the solution `found` of the adjacent frame `from`: fixed to the object while it is
+  // held, otherwise moving with the human wrist.
   RobotPose NextPose(int t, int from, const RobotPose& found, int* iterations) {
     RobotPose before = found;
     const HumanFrame &frame = setup_.demonstration.frames[t],
@@ -144,10 +144,10 @@ class ClipTransfer {
       terms.push_back(&*change);
       terms.push_back(&*movement);
     }
-    // Starts are compared by their costs; frames begin at their neighbors' solutions.
+    // Starts are compared by their costs; frames start from their neighbors' solutions.
     ceres::Solver::Options options =
         DenseOptions(max_iterations, 1e-4, before != nullptr ? 1e-4 : 1e-5);
-    // Where pads' nearest places change the first step often leads too far: trusted as before.
+    // If nearest pad points switch, a first step is often too long: reuse the last trust region.
     if (before != nullptr) options.initial_trust_region_radius = radius_;
     const ceres::Solver::Summary summary = solver_.Solve(terms, options, pose);
     *iterations += StepsOf(summary);
@@ -172,10 +172,10 @@ class ClipTransfer {
   RobotSelfTerm self_;
   PosedRobot posed_;
   Eigen::VectorXd sigma_q_;
-  double radius_ = 1e4;  // of the last solve, a little wider
+  double radius_ = 1e4;  // of the last solve, slightly enlarged
 };
 
-// Of what a frame's starts lead to.
+// Solves a frame from all starts and returns the selected pose.
 RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions& options,
                     const std::vector<SkinPair>& points, int t, int* iterations) {
   constexpr double kLoosely_m = 3e-3;
@@ -188,8 +188,8 @@ RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions&
       costs[k] = ClipTransfer(setup, options, points).StartPose(t, sigma, poses[k], &tried[k]);
     });
   };
-  // Loosely first: what is inside the object comes out while contacts draw. The third that is worst
-  // then is left there: with fewer, the end was worse on one hand of four.
+  // Loose penalty first: contacts pull while the hand leaves the object. Then the worst third is
+  // dropped: keeping fewer gave a worse result on one of four hands.
   solve(kLoosely_m);
   std::vector<std::size_t> best(poses.size());
   std::iota(best.begin(), best.end(), std::size_t{0});
@@ -204,7 +204,7 @@ RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions&
   return poses[static_cast<std::size_t>(ChooseStart(setup, poses, costs))];
 }
 
-// The frame to begin with: most parts touch; of equals the middle one.
+// Returns the frame with most contacts; the middle one of ties.
 int AnchorFrame(const HumanDemonstration& demonstration) {
   std::size_t most = 0;
   for (const HumanFrame& frame : demonstration.frames) most = std::max(most, frame.contacts.size());
@@ -255,7 +255,7 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
   setup.object_samples = InBlocks(ContactSamples(setup.object, 0.004, kMaxObjectSamples));
   setup.object_vertices = ContactSamples(setup.object, 0.012, options.object_vertices);
   setup.wrist_from_root = WristFromRoot(*setup.axes, setup.robot, setup.anatomy);
-  // What no pad stands for is no contact that could be kept.
+  // Contacts without a corresponding pad cannot be preserved.
   for (HumanFrame& frame : setup.demonstration.frames) {
     setup.contacts_left_out +=
         static_cast<int>(std::erase_if(frame.contacts, [&](const PartContact& contact) {
@@ -280,7 +280,7 @@ RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransf
   ClipTransfer transfer(setup, options, points);
   int done = 0;
   const auto report = [&] { out.stopped = progress && !progress("transfer", ++done, frames); };
-  // Each from the frame solved before it, which the grasp may still be that of.
+  // Each frame starts from the last solved frame, whose grasp may be the same.
   const auto follow_to = [&](int end, int step) {
     int from = anchor;
     for (int t = anchor + step; t != end && !out.stopped; t += step) {

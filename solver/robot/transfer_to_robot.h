@@ -19,46 +19,45 @@ namespace holdfast {
 
 struct RobotTransferOptions {
   DemonstrationOptions demonstration;
-  std::vector<PartLink> correspondence;  ///< empty: found (FindAnatomy)
+  std::vector<PartLink> correspondence;  ///< empty: found by FindAnatomy
   std::string correspondence_source;     ///< its file, for messages
-  /// The wrist stays near where the human's is (the palms laid on each other), a centimeter and
-  /// five degrees; else it is free, drawn there weakly.
+  /// Keep the wrist near the human's (palms aligned), within 1 cm and 5 degrees; otherwise it is
+  /// free, with a weak prior there.
   bool on_path = false;
   // Standard deviations of the terms.
   double distance_sigma_m = 0.02;     ///< E_d
-  double contact_sigma_m = 0.001;     ///< a contact's place
-  double contact_sigma_rad = 0.1;     ///< a contact's normal
-  double penetration_sigma_m = 1e-4;  ///< both ways
-  double margin_m = 3e-4;             ///< that surfaces keep
-  double self_sigma_m = 3e-4;         ///< links in each other
+  double contact_sigma_m = 0.001;     ///< contact position
+  double contact_sigma_rad = 0.1;     ///< contact normal
+  double penetration_sigma_m = 1e-4;  ///< both directions
+  double margin_m = 3e-4;             ///< kept between surfaces
+  double self_sigma_m = 3e-4;         ///< self-collision of links
   double change_sigma_rad = 0.15;     ///< of joints, between frames
   double change_sigma_m = 0.01;       ///< of the wrist in the object's frame, between frames
   int object_vertices = 128;          ///< of E_d
-  int points = 160;                   ///< of the hand's skin, in E_d
-  int max_iterations = 15;            ///< a frame
-  int threads = 1;                    ///< for what is made once and the first frame's starts; the
-                                      ///< result does not depend on it
+  int points = 160;                   ///< on the hand's skin, in E_d
+  int max_iterations = 15;            ///< per frame
+  int threads = 1;  ///< for setup and the first frame's starts; does not affect the result
 };
 
-/// A robot's contact in a frame, in the object's frame: where its link is nearest to a place that
-/// the human touched.
+/// A robot contact in one frame, in the object's frame: the robot's pad point nearest to a point
+/// that the human touched.
 struct RobotContact {
   int part = 0;  ///< of the human hand
   int link = 0;
   Eigen::Vector3d target = Eigen::Vector3d::Zero(), target_normal = Eigen::Vector3d::Zero();
   Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
   double distance_m = 0.0;  ///< point to target
-  double angle_rad = 0.0;   ///< normal against the target's reversed
-  double gap_m = 0.0;       ///< of its pad, wherever that is nearest, to the object
-  /// The object's normal where the pad is nearest to it, to the target's. NaN of a human hand.
+  double angle_rad = 0.0;   ///< normal to the reversed target normal
+  double gap_m = 0.0;       ///< minimum distance of its pad to the object
+  /// Object normal at the point nearest to the pad, to the target's. NaN for a human hand.
   double press_rad = std::numeric_limits<double>::quiet_NaN();
-  /// The phalanx's bone, robot's to human's: directions and far ends. NaN of the palm and of a
-  /// human hand.
+  /// Bone of the phalanx, robot versus human: angle of directions, distance of distal ends. NaN for
+  /// the palm and for a human hand.
   double bone_rad = std::numeric_limits<double>::quiet_NaN();
   double bone_m = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// Made once for a robot and a clip; what transfers and baselines share.
+/// Data computed once per robot and clip, shared by transfers and baselines.
 struct RobotTransferSetup {
   RobotHand robot;
   RobotAnatomy anatomy;
@@ -69,7 +68,7 @@ struct RobotTransferSetup {
   std::unique_ptr<HandLandmarks> landmarks;
   std::unique_ptr<HandAxes> axes;
   HumanDemonstration demonstration;
-  int contacts_left_out = 0;  ///< of all frames: of parts that the robot lacks
+  int contacts_left_out = 0;  ///< total over frames: contacts of parts that the robot lacks
   TriangleMesh object;
   std::unique_ptr<SignedDistance> object_distance;
   std::unique_ptr<DistanceGrid> object_grid;
@@ -78,8 +77,8 @@ struct RobotTransferSetup {
   Eigen::Isometry3d wrist_from_root = Eigen::Isometry3d::Identity();
 };
 
-/// Throws Error for what ReadDemonstration, FindAnatomy and AnatomyOf do, and for a robot of the
-/// other side than the hand that holds.
+/// Throws Error as ReadDemonstration, FindAnatomy and AnatomyOf do, and if the robot hand's side
+/// differs from that of the holding hand.
 RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
                                         const RobotTransferOptions& options);
 
@@ -88,12 +87,12 @@ struct RobotTransfer {
   double solve_ms = 0.0;         ///< all frames
   double start_ms = 0.0;         ///< the first frame's starts
   int iterations = 0;
-  bool stopped = false;  ///< by the progress
+  bool stopped = false;  ///< by the progress callback
 };
 
-/// The robot's hand in every frame: from several starts in the frame with most contacts, then frame
-/// by frame to both ends, each from the last solution. As long as the human's grasp stays
-/// (SameGrasp), so does the robot's.
+/// Solves the robot hand in every frame: from several starts in the frame with the most contacts,
+/// then frame by frame to both ends, each from the last solution. While the human's grasp is
+/// unchanged (SameGrasp), the robot's pose is reused.
 RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransferOptions& options,
                               const StagedProgress& progress = {});
 

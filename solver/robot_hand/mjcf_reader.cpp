@@ -33,7 +33,7 @@ namespace fs = std::filesystem;
 using Model = std::unique_ptr<mjModel, void (*)(mjModel*)>;
 
 Model Load(const fs::path& path) {
-  // MuJoCo's own handlers print, write a log beside the user's files and end the program.
+  // MuJoCo's default handlers print, write a log file and terminate the program.
   mju_user_warning = [](const char*) {};
   mju_user_error = [](const char* what) { throw std::runtime_error(what); };
   std::array<char, 1000> why{};
@@ -73,7 +73,7 @@ TriangleMesh MeshOf(const mjModel& model, int mesh) {
   return out;
 }
 
-// How many of a geometry's sizes its kind has.
+// Number of size parameters of a geometry type.
 int NumSizes(int kind) {
   switch (kind) {
     case mjGEOM_SPHERE:
@@ -107,11 +107,11 @@ TriangleMesh ShapeOf(const std::string& source, const mjModel& model, int geom) 
     case mjGEOM_MESH:
       return MeshOf(model, model.geom_dataid[geom]);
     default:
-      return {};  // planes and height fields are no part of a hand
+      return {};  // planes and height fields are not part of a hand
   }
 }
 
-// A body's geometries that only show, else all of them.
+// Returns a body's visual-only geometries, or all geometries if it has none.
 std::vector<TriangleMesh> ShapesOf(const std::string& source, const mjModel& model, int body) {
   std::vector<TriangleMesh> seen, all;
   for (int k = 0; k < model.body_geomnum[body]; ++k) {
@@ -127,7 +127,7 @@ std::vector<TriangleMesh> ShapesOf(const std::string& source, const mjModel& mod
   return seen.empty() ? all : seen;
 }
 
-// A body with several joints becomes as many links; a free joint is the wrist, which moves anyway.
+// A body with several joints becomes one link per joint. A free joint is the wrist and is ignored.
 class MjcfBuilder {
  public:
   MjcfBuilder(const fs::path& path, const mjModel& model) : model_(model) {
@@ -146,7 +146,7 @@ class MjcfBuilder {
   int AddBody(int body, int parent) {
     Eigen::Isometry3d parent_from_body =
         PoseOf(model_.body_pos + 3 * body, model_.body_quat + 4 * body);
-    // Joints turn about points of their own; links have theirs at the origin.
+    // MuJoCo joints rotate about arbitrary points; RobotLink joints rotate about the link origin.
     Eigen::Vector3d origin = Eigen::Vector3d::Zero();
     for (int k = 0; k < model_.body_jntnum[body]; ++k) {
       const int joint = model_.body_jntadr[body] + k;

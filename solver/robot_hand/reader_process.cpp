@@ -22,7 +22,7 @@
 #include "geometry/error.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-#define HOLDFAST_SHADOW_MEMORY  // of which the address space is full from the start
+#define HOLDFAST_SHADOW_MEMORY  // shadow memory fills the address space
 #elif defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
 #define HOLDFAST_SHADOW_MEMORY
@@ -39,7 +39,7 @@ constexpr rlim_t kProcessor_s = 20, kMemory_bytes = rlim_t{1} << 30;
 constexpr std::chrono::seconds kWall{60};
 constexpr std::size_t kMaxAnswer_bytes = std::size_t{1} << 30;
 
-// Numbers, texts and hands one behind another. Both ends are this program on this machine.
+// Serializes numbers, strings and hands. Both ends are this program on this machine.
 class Packer {
  public:
   template <typename T>
@@ -161,7 +161,7 @@ RobotHand UnpackHand(Unpacker& in) {
 
 enum class Answer : char { kHand, kError, kMemory, kFault };
 
-// What is known at the end of it, so that an answer cut short is none.
+// End marker: an answer without it was truncated.
 constexpr std::string_view kWhole = "whole";
 
 std::string AnswerOf(const std::function<RobotHand()>& read) {
@@ -191,7 +191,7 @@ void SetLimit(int resource, rlim_t most) {
   setrlimit(static_cast<__rlimit_resource>(resource), &limit);
 }
 
-// In the child, which has this one thread.
+// Runs in the child, which has only this thread.
 [[noreturn]] void Read(int answer, const std::function<RobotHand()>& read) {
   for (const int number : {SIGSEGV, SIGFPE, SIGABRT, SIGBUS, SIGILL, SIGTRAP, SIGXCPU}) {
     signal(number, SIG_DFL);
@@ -215,7 +215,7 @@ void SetLimit(int resource, rlim_t most) {
   _exit(0);
 }
 
-// All that comes within the time; false where it was not all.
+// Reads until end of file. Returns false on timeout, error or an oversized answer.
 bool Receive(int from, std::string& bytes) {
   const Clock::time_point end = Clock::now() + kWall;
   std::array<char, 1 << 16> block;
@@ -261,7 +261,7 @@ Child Begin(const fs::path& path, const std::function<RobotHand()>& read) {
       "Raise the limit of processes and files (ulimit -u, ulimit -n)");
 }
 
-// Why there is no answer.
+// Throws the Error that explains why there is no answer.
 [[noreturn]] void Report(const fs::path& path, std::string_view library, bool in_time, int status) {
   const int number = WIFSIGNALED(status) ? WTERMSIG(status) : 0;
   if (!in_time || number == SIGXCPU || number == SIGKILL) {

@@ -10,16 +10,16 @@
 
 namespace holdfast {
 
-/// Runs `read` in a process of its own, which has 20 s of processor time (a minute in all) and 1 GB
-/// of memory besides what this one has, and returns what it made, bit for bit: `library` may crash,
-/// hang or grow on `path`, and here that is an Error. Errors of `read` come through. Neither the
-/// process's threads nor its files are touched; the child runs nothing but `read` and prints
-/// nothing. May be called from any thread.
+/// Runs `read` in a child process and returns its result bit for bit. The child is limited to 20 s
+/// of processor time (60 s of wall time) and to 1 GB of memory beyond this process's. If `library`
+/// crashes, hangs or exhausts memory on `path`, Error is thrown; errors thrown by `read` are
+/// rethrown here. The child runs only `read`, does not touch this process's threads or files, and
+/// prints nothing. Thread-safe.
 RobotHand ReadInProcess(const std::filesystem::path& path, std::string_view library,
                         const std::function<RobotHand()>& read);
 
-/// Held where a library is used that has locks of its own (MuJoCo's compiler), and while the
-/// process of a reader begins, which would inherit them locked.
+/// Mutex held while using a library that has internal locks (MuJoCo's compiler) and while forking a
+/// reader process, which would otherwise inherit those locks in the locked state.
 std::mutex& LibraryLock();
 
 }  // namespace holdfast

@@ -19,13 +19,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kMaxBytes = 64'000'000;           // of all text
-constexpr std::uintmax_t kMaxNamedBytes = 512'000'000;  // of a mesh or picture
-constexpr std::size_t kMaxDepth = 200;                  // the libraries' parsers recurse
+constexpr std::size_t kMaxBytes = 64'000'000;           // total text
+constexpr std::uintmax_t kMaxNamedBytes = 512'000'000;  // per mesh or image
+constexpr std::size_t kMaxDepth = 200;                  // the libraries' parsers are recursive
 constexpr double kMaxElements = 20'000, kMaxLinks = 1000;
 constexpr std::size_t kMaxFiles = 2000, kMaxFolders = 32, kMaxAttributes = 200;
-constexpr double kMaxCopies = 1000;                       // that one element stands for
-constexpr double kMaxCells = 5e7;                         // of a picture or height field
+constexpr double kMaxCopies = 1000;                       // instances created by one element
+constexpr double kMaxCells = 5e7;                         // of an image or height field
 constexpr double kMaxSize = 1e7, kMaxUserNumbers = 1000;  // MJCF's <size>
 
 constexpr std::string_view kBlanks = " \t\r\n";
@@ -50,7 +50,7 @@ void AppendUtf8(unsigned long code, std::string& text) {
   }
 }
 
-// With XML's own references resolved; others stay.
+// Resolves the predefined XML entities and character references; others are kept.
 std::string Resolved(std::string_view value) {
   constexpr std::array<std::pair<std::string_view, char>, 5> kNamed = {
       {{"lt", '<'}, {"gt", '>'}, {"amp", '&'}, {"quot", '"'}, {"apos", '\''}}};
@@ -77,7 +77,7 @@ std::string Resolved(std::string_view value) {
   return text;
 }
 
-// Of a text of numbers, those before the first that is none.
+// Returns the numbers at the start of a text, up to the first token that is not a number.
 std::vector<double> LeadingNumbers(const std::string& text) {
   std::vector<double> numbers;
   const char* at = text.c_str();
@@ -91,7 +91,7 @@ std::vector<double> LeadingNumbers(const std::string& text) {
   }
 }
 
-// Attributes that are words, whatever they look like.
+// True for attributes that are words even if they look like numbers.
 bool IsWord(std::string_view attribute) {
   constexpr std::array<std::string_view, 17> kWords = {
       "name",   "class", "childclass", "mesh",  "material", "texture", "hfield", "joint", "joint1",
@@ -99,7 +99,7 @@ bool IsWord(std::string_view attribute) {
   return std::ranges::find(kWords, attribute) != kWords.end() || attribute.starts_with("file");
 }
 
-// Of the PNG at `path`, width times height; 0 for other files.
+// Width times height of the PNG at `path`; 0 for other files.
 double PngCells(const fs::path& path) {
   std::array<unsigned char, 24> head{};
   std::ifstream file(path, std::ios::binary);
@@ -128,7 +128,7 @@ std::string_view KindName(fs::file_type kind) {
   }
 }
 
-// The file and what it includes, in one pass each.
+// Checks the file and its includes, each in one pass.
 class RobotFileCheck {
  public:
   explicit RobotFileCheck(const fs::path& path) : path_(path) {
@@ -140,7 +140,7 @@ class RobotFileCheck {
     file.text = ReadText(path_);
     if (file.text.empty()) throw Error(path_.string(), "is empty", "Check the path");
     Scan(path_, file.text, file.root);
-    // Includes stand in folders of which the last may be told at the end.
+    // Later includes may add folders in which earlier names are found.
     for (std::size_t k = 0; k < named_.size(); ++k) {
       const Named named = named_[k];
       const std::optional<fs::path> found = Find(named);
@@ -221,7 +221,7 @@ class RobotFileCheck {
     }
   }
 
-  // "joint 'a'": the element, or the one around it that has a name.
+  // "joint 'a'": the element, or the enclosing element that has a name.
   static std::string Label(const XmlTag& tag, const std::vector<Open>& open) {
     const std::string name = fmt::format("{:.60}", tag.Attribute("name"));
     if (!name.empty()) return fmt::format("{:.40} '{}'", tag.name, name);
@@ -231,7 +231,7 @@ class RobotFileCheck {
     return fmt::format("<{:.40}>", tag.name);
   }
 
-  // How often the element comes: composites and the like stand for many.
+  // Number of instances of the element: composites and similar elements are replicated.
   double CopiesOf(const fs::path& path, const XmlTag& tag, const std::string& label,
                   double around) const {
     if (tag.name != "composite" && tag.name != "replicate" && tag.name != "flexcomp") return around;
@@ -264,7 +264,7 @@ class RobotFileCheck {
   }
 
   void CheckNumbers(const fs::path& path, const XmlTag& tag, const std::string& label) const {
-    // What has such an origin is left out by urdfdom, which tells it.
+    // urdfdom skips elements with such an origin and reports them.
     if (path_.extension() == ".urdf" && tag.name == "origin") return;
     for (const auto& [name, value] : tag.attributes) {
       if (IsWord(name)) continue;
@@ -294,7 +294,7 @@ class RobotFileCheck {
     }
     if (tag.name != "size") return;
     for (const auto& [name, value] : tag.attributes) {
-      // What MuJoCo sizes its scratch by is never allocated in advance by so much.
+      // MuJoCo does not allocate scratch memory of this size in advance.
       const bool scratch = name == "nstack" || name == "memory";
       const double most = name.starts_with("nuser_") ? kMaxUserNumbers : kMaxSize;
       for (const double number : LeadingNumbers(value)) {
@@ -332,9 +332,9 @@ class RobotFileCheck {
            "Put them into one");
   }
 
-  // The file of a name, where it is. What is there and no regular file is no file to read.
+  // Resolves a name to a regular file. Throws Error if only something else is there.
   std::optional<fs::path> Find(const Named& named) const {
-    if (named.name.starts_with("package://")) return std::nullopt;  // FindRobotMesh looks for it
+    if (named.name.starts_with("package://")) return std::nullopt;  // resolved by FindRobotMesh
     std::optional<std::pair<fs::path, fs::file_type>> irregular;
     for (const fs::path& folder : folders_) {
       for (const fs::path& tried :
@@ -362,10 +362,10 @@ class RobotFileCheck {
   }
 
   const fs::path path_;
-  std::vector<fs::path> folders_;  // that names may be relative to, the file's own first
+  std::vector<fs::path> folders_;  // search folders for names, the file's own folder first
   std::vector<Named> named_;
   std::set<fs::path> included_;
-  std::set<std::string> seen_;  // names
+  std::set<std::string> seen_;  // names already seen
   std::size_t bytes_ = 0;
   double elements_ = 0.0, links_ = 0.0;
 };
@@ -379,7 +379,7 @@ std::string_view XmlTag::Attribute(std::string_view wanted) const {
   return {};
 }
 
-// Past the next `after`; false where there is none.
+// Skips past the next `after`; returns false if there is none.
 bool XmlTags::Skip(std::string_view after) {
   const std::size_t found = text_.find(after, at_);
   if (found == std::string_view::npos) return false;

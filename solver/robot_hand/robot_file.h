@@ -9,25 +9,25 @@
 
 namespace holdfast {
 
-/// A tag of an XML text. Nothing is built of it, so that no text is too deep.
+/// An XML tag. No tree is built, so nesting depth is unlimited.
 struct XmlTag {
   enum class Kind { kOpens, kCloses, kEmpty };  ///< `<a>`, `</a>`, `<a/>`
   Kind kind = Kind::kOpens;
   std::string name;
-  std::vector<std::pair<std::string, std::string>> attributes;  ///< character references resolved
-  std::size_t begin = 0, end = 0;                               ///< of its text
+  std::vector<std::pair<std::string, std::string>> attributes;  ///< references resolved
+  std::size_t begin = 0, end = 0;                               ///< range of the tag in the text
 
-  /// Empty where there is none of that name.
+  /// Returns the value of an attribute; empty if there is none of that name.
   std::string_view Attribute(std::string_view name) const;
 };
 
-/// Goes through the tags of a text; comments, CDATA, declarations and instructions are passed over.
+/// Iterates over tags. Skips comments, CDATA, declarations and processing instructions.
 class XmlTags {
  public:
   explicit XmlTags(std::string_view text) : text_(text) {}
-  /// False at the end, and where a tag does not end.
+  /// Advances to the next tag. Returns false at the end of the text and at an unterminated tag.
   bool Next(XmlTag& tag);
-  bool DefinesEntities() const { return defines_entities_; }  ///< so far
+  bool DefinesEntities() const { return defines_entities_; }  ///< in the text read so far
 
  private:
   bool Skip(std::string_view after);
@@ -38,21 +38,21 @@ class XmlTags {
   bool defines_entities_ = false;
 };
 
-/// What is known of a robot's file before a library reads it.
+/// Contents of a robot file that are checked before a library reads it.
 struct RobotFile {
-  std::string text;  ///< of the file itself
-  std::string root;  ///< its first element: "robot", "mujoco"
-  /// Files that it names: as it does, and where that is; empty where there is none, and for
-  /// package://.
+  std::string text;  ///< contents of the file
+  std::string root;  ///< name of the root element: "robot", "mujoco"
+  /// Referenced files: the name as written, and the resolved path. The path is empty if the file is
+  /// missing or the name starts with package://.
   std::vector<std::pair<std::string, std::filesystem::path>> files;
 };
 
-/// Reads a robot's file and the files that it includes as far as it takes to know that a library
-/// may be given them. Throws Error, which names the file, for one that is no regular file (nor is
-/// what it names: a pipe, a device, a folder), that is empty or larger than 64 MB, nested deeper
-/// than 200 elements, with more elements or links than any robot, with a number that is not finite,
-/// with counts and sizes (composites, height fields, textures, user data) of which the library
-/// would make gigabytes, or with entities of its own.
+/// Reads a robot file and its includes far enough to decide whether a library may parse them.
+/// Throws Error, naming the file, if it or a file it references is not a regular file (a pipe,
+/// device or folder); if it is empty or larger than 64 MB, nested deeper than 200 elements, or has
+/// more elements or links than any robot; if a number is not finite; if counts and sizes
+/// (composites, height fields, textures, user data) would make the library allocate gigabytes; or
+/// if it defines its own entities.
 RobotFile CheckRobotFile(const std::filesystem::path& path);
 
 }  // namespace holdfast

@@ -20,7 +20,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kMinRange = 1e-4;  // radians or meters: less is none
+constexpr double kMinRange = 1e-4;  // radians or meters; a smaller range counts as none
 constexpr double kTurn_rad = 2.0 * std::numbers::pi, kSlide_m = 1.0;  // no joint needs more
 
 struct Followed {
@@ -28,7 +28,7 @@ struct Followed {
   double factor = 1.0, offset = 0.0;
 };
 
-// A follower of a follower follows the first.
+// Resolves chains of followers to the leading joint.
 Followed Resolve(const std::map<std::string, const RobotJointSource*>& by_name,
                  const std::string& source, const RobotJointSource& joint) {
   Followed followed{joint.name, 1.0, 0.0};
@@ -68,7 +68,7 @@ void RequireSense(const std::string& source, const RobotJointSource& joint) {
   }
 }
 
-// Limits that stand for none: their middle would be nowhere.
+// Narrows limits that mean "unlimited": their midpoint would be meaningless.
 void Narrow(RobotJointKind kind, RobotJointSource& joint, std::vector<std::string>& notes) {
   const bool turns = kind == RobotJointKind::kTurning;
   const double most = turns ? kTurn_rad : kSlide_m;
@@ -124,7 +124,7 @@ void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand) {
     const double one = (joint.low - followed.offset) / followed.factor;
     const double other = (joint.high - followed.offset) / followed.factor;
     const double low = std::min(one, other), high = std::max(one, other);
-    // A follower's rounded limits may leave a hair less than its leader's: no reason to complain.
+    // A follower's rounded limits may leave slightly less than its leader's: not an error.
     if (low < dof.high && high > dof.low) {
       dof.low = std::max(dof.low, low);
       dof.high = std::min(dof.high, high);
@@ -195,7 +195,7 @@ void RequireHandSized(const RobotHand& hand) {
                   : "URDF and MJCF are in meters: check the unit of its meshes and origins");
 }
 
-// Its tree is gone through in every frame.
+// Bounds the size of the tree, which is traversed in every frame.
 RobotHand Bounded(RobotHand hand) {
   const bool many = hand.NumLinks() > kMaxHandLinks;
   if (!many && hand.NumDofs() <= kMaxDofs) return hand;
@@ -214,8 +214,8 @@ std::string LowerExtension(const fs::path& path) {
   return extension;
 }
 
-// What a library says of a mesh, if it lives to, names no file: ours does. MuJoCo reads outside its
-// memory where an OBJ has wrong indices, and may live: `only_obj` files are read before it.
+// Library errors about a mesh, if the library survives it, name no file; ours do. MuJoCo reads out
+// of bounds on an OBJ with invalid indices and may survive: `only_obj` files are read beforehand.
 void RequireMeshes(const std::string& source, const RobotFile& file, bool only_obj) {
   for (const auto& [name, path] : file.files) {
     if (path.empty() || !HasMeshFormat(path)) continue;

@@ -10,82 +10,82 @@
 
 #include "geometry/mesh/mesh.h"
 
-/// A robot's hand: a URDF or MJCF goes in; a tree of links, the numbers that move them, and where
-/// links are for given numbers come out.
+/// Robot hands: reads a URDF or MJCF file into a tree of links with their degrees of freedom and
+/// forward kinematics.
 
 namespace holdfast {
 
 enum class RobotJointKind { kFixed, kTurning, kSliding };
 
-/// A link and the joint that moves it. Values of joints are radians or meters.
+/// A link and the joint that moves it. Joint values are in radians or meters.
 struct RobotLink {
   std::string name;
-  int parent = -1;  ///< an earlier link; -1: the root
+  int parent = -1;  ///< index of an earlier link; -1 for the root
   std::string joint;
   RobotJointKind kind = RobotJointKind::kFixed;
   Eigen::Isometry3d parent_from_joint = Eigen::Isometry3d::Identity();
   Eigen::Vector3d axis = Eigen::Vector3d::UnitX();  ///< unit, in the joint's (and link's) frame
-  /// The joint's value is `factor` times the hand's number `dof`, plus `offset`; -1: it is `offset`
-  /// (fixed, or without range).
+  /// The joint value is `factor * q[dof] + offset`. If `dof` is -1, the joint value is `offset` (a
+  /// fixed joint, or one without range).
   int dof = -1;
   double factor = 1.0, offset = 0.0;
-  std::vector<TriangleMesh> shapes;  ///< what is seen (else what collides), in the link's frame
+  std::vector<TriangleMesh> shapes;  ///< visual (else collision) meshes, in the link's frame
 };
 
-/// A number that moves a hand, with the bounds that all joints it moves allow.
+/// A degree of freedom of a hand, with bounds that satisfy all joints it moves.
 struct RobotDof {
-  std::string name;  ///< of the joint that it belongs to
+  std::string name;  ///< name of its joint
   double low = 0.0, high = 0.0;
 };
 
-/// A robot's hand as a tree of rigid links: parents before children, lengths in meters. Joints that
-/// follow others (URDF's mimic, MJCF's joint equalities) have no number of their own.
+/// A robot hand as a tree of rigid links: parents precede children, lengths are in meters. Joints
+/// that follow others (URDF mimic, MJCF joint equalities) have no degree of freedom of their own.
 struct RobotHand {
   std::string name;
-  std::string source;  ///< the file
+  std::string source;  ///< path of the file
   std::vector<RobotLink> links;
   std::vector<RobotDof> dofs;
-  std::vector<std::string> notes;  ///< what was left out or mended, plain sentences
+  std::vector<std::string> notes;  ///< what was omitted or repaired, as plain sentences
 
   int NumLinks() const { return static_cast<int>(links.size()); }
   int NumDofs() const { return static_cast<int>(dofs.size()); }
-  /// Each number at 0, or at the bound that is nearest to it: fingers of most hands are straight.
+  /// Each value at 0, or at its nearest bound: most hands then have straight fingers.
   Eigen::VectorXd Straight() const;
-  /// Each number within its bounds.
+  /// Returns `q` clamped to the bounds.
   Eigen::VectorXd Clamped(const Eigen::VectorXd& q) const;
-  /// -1 where there is none of that name.
+  /// Returns the index of a link, or -1 if there is none of that name.
   int FindLink(const std::string& link) const;
 };
 
-/// A joint as a robot's file has it, before followers are resolved.
+/// A joint as given in a robot file, before mimic joints are resolved.
 struct RobotJointSource {
   std::string name;
-  std::string follows;  ///< another joint's name; empty: it moves on its own
+  std::string follows;  ///< name of the joint it follows; empty if it is independent
   double factor = 1.0, offset = 0.0;
   double low = 0.0, high = 0.0;
 };
 
-/// Gives the links (with `joint` and `kind` set) their numbers: one for each joint that moves on
-/// its own, with bounds narrowed to what its followers allow. Joints without range stand still;
-/// bounds wider than a turn or a meter are narrowed, with a note. Throws Error (`hand.source`) for
-/// a joint that follows itself or one that is not there, for numbers that are not finite, a lower
-/// bound above the upper, and bounds that leave nothing.
+/// Assigns degrees of freedom to the links (whose `joint` and `kind` are set): one per independent
+/// joint, with bounds narrowed to satisfy its followers. Joints without range become fixed. Bounds
+/// wider than a full turn or a meter are narrowed, with a note. Throws Error (`hand.source`) for a
+/// joint that follows itself or a missing joint, for values that are not finite, for a lower bound
+/// above the upper one, and for an empty range.
 void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand);
 
-/// Reads a robot hand: URDF (`.urdf`, by urdfdom) or MJCF (`.xml`, by MuJoCo). Mesh files (.obj,
-/// .stl, .ply, .off) are looked for beside the file, as it names them, and `package://name/...` in
-/// the folders above it. What a link shows is its shape; what collides, where it shows nothing.
-/// Limits are the file's; joints without any turn freely within a turn. The file is checked first
-/// (CheckRobotFile), and its library runs in a process of its own (ReadInProcess).
+/// Reads a robot hand from URDF (`.urdf`, with urdfdom) or MJCF (`.xml`, with MuJoCo). Mesh files
+/// (.obj, .stl, .ply, .off) are resolved relative to the file, and `package://name/...` in its
+/// parent folders. A link's shape is its visual geometry, or its collision geometry if it has no
+/// visual one. Joint limits are those of the file; joints without limits may turn by half a turn in
+/// each direction. The file is checked first (CheckRobotFile), and the library runs in a separate
+/// process (ReadInProcess).
 ///
-/// Throws Error for a file that is neither, is not well-formed, has no joint that moves or more
-/// than 200 that move on their own; for what CheckRobotFile and ReadInProcess refuse; for meshes
-/// that are missing or cannot be read; for mimics of joints that are not there; for a hand larger
-/// than 2 m or smaller than 2 cm (a file in millimeters); and where this build has no library for
-/// the format.
+/// Throws Error for a file that has neither format, is not well-formed, has no movable joint or
+/// more than 200 independent joints; if CheckRobotFile or ReadInProcess fails; for meshes that are
+/// missing or unreadable; for mimics of missing joints; for a hand larger than 2 m or smaller than
+/// 2 cm (a file in millimeters); and if this build lacks the library for the format.
 RobotHand ReadRobotHand(const std::filesystem::path& path);
 
-/// The readers of each format, in this process and without any of these checks. `text`: the file's.
+/// Format-specific readers, in this process, without these checks. `text`: the file's contents.
 RobotHand ReadUrdf(const std::filesystem::path& path, const std::string& text);
 RobotHand ReadMjcf(const std::filesystem::path& path);
 

@@ -35,10 +35,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A capsule is none of urdfdom's shapes: it goes through as a mesh of this name, "capsule:r,l".
+// urdfdom has no capsules: they are passed through as meshes named "capsule:r,l".
 constexpr std::string_view kCapsule = "capsule:";
 
-// What urdfdom complains about, kept instead of printed.
+// Collects urdfdom's error messages instead of printing them.
 class Complaints final : public console_bridge::OutputHandler {
  public:
   Complaints() { console_bridge::useOutputHandler(this); }
@@ -47,7 +47,7 @@ class Complaints final : public console_bridge::OutputHandler {
   Complaints& operator=(const Complaints&) = delete;
 
   void log(const std::string& text, console_bridge::LogLevel level, const char*, int) override {
-    // The first says what, those that follow where: in which joint or link.
+    // The first message names the problem, the next ones the joint or link.
     if (level < console_bridge::CONSOLE_BRIDGE_LOG_ERROR || ++count_ > kMost) return;
     text_ += (text_.empty() ? "" : "; ") + text;
   }
@@ -78,7 +78,7 @@ std::string WithCapsulesAsMeshes(const std::string& text) {
   return out + text.substr(done);
 }
 
-// `left_out`: what it complained about in a model that it could read.
+// `left_out`: errors reported for a model that could be read.
 urdf::ModelInterfaceSharedPtr Parse(const fs::path& path, const std::string& text,
                                     std::string& left_out) {
   const Complaints complaints;
@@ -161,7 +161,7 @@ class UrdfBuilder {
     joints_.push_back(source);
   }
 
-  // What is seen, if all of it is in a format that we read; else what collides.
+  // Adds the visual shapes if all have readable formats; otherwise the collision shapes.
   void AddShapes(const urdf::Link& from, RobotLink& link) {
     const auto readable = [](const auto& part) {
       if (!part || !part->geometry || part->geometry->type != urdf::Geometry::MESH) return true;
@@ -236,7 +236,7 @@ class UrdfBuilder {
                 "Give it a radius above 0 and a length, both in meters");
   }
 
-  // Links of one kind share their files.
+  // Links of the same kind share mesh files.
   const TriangleMesh& Load(const std::string& name) {
     const auto found = meshes_.find(name);
     if (found != meshes_.end()) return found->second;

@@ -19,7 +19,7 @@ std::string Percent(Eigen::Index part, Eigen::Index whole) {
   return fmt::format("{} of {} frames", part, whole);
 }
 
-// Says in how many frames the volume is not exact, and why.
+// Notes in how many frames the volume is not exact, and why.
 void NoteVolumes(const HandObjectScore& hand, const ScoreOptions& options,
                  std::vector<std::string>& notes) {
   for (const VolumeStatus status :
@@ -38,7 +38,7 @@ void NoteVolumes(const HandObjectScore& hand, const ScoreOptions& options,
   }
 }
 
-// The hands that are measured, and in which frames each holds (empty: in all).
+// Measured hands, and in which frames each holds (empty: all).
 struct Holders {
   std::vector<HandModel> hands;
   std::vector<std::vector<std::uint8_t>> holds;
@@ -73,7 +73,7 @@ Holders HoldersIn(const ClipScene& input, const SignedDistance& object, ClipScor
   return holders;
 }
 
-// False when stopped.
+// Returns false if stopped.
 bool MeasureHolding(const ClipScene& input, const ScoreOptions& options,
                     const StagedProgress& progress, ClipScore& score) {
   const Solid object(*input.object);
@@ -124,7 +124,7 @@ void MeasureBody(const ClipScene& input, const BodySurface& surface, const Score
   score.notes.push_back("the body model is a hand alone: depths in the own body are not measured");
 }
 
-// The reference's frames that stand against the clip's.
+// Returns the frames of the reference to compare with the clip's.
 Clip AlignReference(const ClipScene& input, const ClipScene& reference, const ScoreOptions& options,
                     ClipScore& score) {
   Clip clip = reference.clip;
@@ -159,7 +159,7 @@ Clip AlignReference(const ClipScene& input, const ClipScene& reference, const Sc
   return clip;
 }
 
-// Poses of two different things cannot be compared.
+// Poses of two different objects cannot be compared.
 void RequireSameObject(const ClipScene& input, const ClipScene& reference, double diameter_m) {
   if (!reference.object) return;
   const auto low = [](const TriangleMesh& mesh) { return mesh.vertices.rowwise().minCoeff(); };
@@ -235,7 +235,7 @@ ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const Sc
   const BodySurface surface = input.Surface();
   score.motion =
       MeasureMotion(JointTrajectory(input.clip, surface.RestJoints()), input.clip.frame_rate);
-  // Before the long part, so that clips that cannot be compared are refused at once.
+  // Before the long part, so that incomparable clips are rejected at once.
   if (reference != nullptr) score.reference = CompareWith(input, *reference, options, score);
   if (input.clip.object && input.object) {
     if (!MeasureHolding(input, options, progress, score)) return score;

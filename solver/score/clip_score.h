@@ -15,56 +15,56 @@
 
 namespace holdfast {
 
-/// Whether the shared volume is measured exactly.
+/// Whether the intersection volume is measured exactly.
 enum class ExactMode {
-  kOff,   ///< by voxels alone
-  kAuto,  ///< exactly where it is defined, by voxels in the other frames
-  kOn,    ///< exactly or not at all: an object that bounds no volume is an error
+  kOff,   ///< by voxels only
+  kAuto,  ///< exactly where defined, by voxels in other frames
+  kOn,    ///< exactly or not at all: throws for an object without a volume
 };
 
-/// Whether an object is taken as symmetric when poses are compared.
+/// Whether an object is treated as symmetric when poses are compared.
 enum class SymmetryMode { kAuto, kOn, kOff };
 
 struct ScoreOptions {
   HandObjectProtocol hand_object;
-  double deep_mm = kDeep_mm;  ///< frames with penetration deeper than this are counted
+  double deep_mm = kDeep_mm;  ///< penetration above which frames are counted
   ExactMode exact = ExactMode::kAuto;
   SymmetryMode symmetry = SymmetryMode::kAuto;
-  bool overlap = false;   ///< clip and reference of different lengths: compare what both have
-  bool resample = false;  ///< of different frame rates: resample the reference
-  int threads = 1;        ///< the result does not depend on them
+  bool overlap = false;   ///< for different lengths: compare the common frames
+  bool resample = false;  ///< for different frame rates: resample the reference
+  int threads = 1;        ///< the result does not depend on it
 };
 
-/// A clip against its reference, over the frames compared.
+/// A clip compared to its reference.
 struct ReferenceScore {
   std::string source;
   int frames = 0;  ///< compared, from the first on
   std::vector<JointError> joints;
-  std::vector<ObjectPoseError> object;  ///< empty when one of both has no object
+  std::vector<ObjectPoseError> object;  ///< empty if either has no object
   double diameter_mm = 0.0;
   ObjectSymmetry symmetry;
 };
 
-/// All that is measured of one clip.
+/// All measurements of one clip.
 struct ClipScore {
   std::string source;
   int frames = 0;
   double frame_rate = 0.0;
-  std::vector<HandObjectScore> hands;    ///< those that hold; empty without an object
-  std::optional<OwnBodyScore> own_body;  ///< nothing for a hand alone
+  std::vector<HandObjectScore> hands;    ///< holding hands; empty without an object
+  std::optional<OwnBodyScore> own_body;  ///< none for a lone hand
   MotionMetrics motion;
   std::optional<ReferenceScore> reference;
   bool foreign_body = false;
   std::vector<std::string> notes;
-  // What the numbers depend on besides the options.
+  // What the values depend on besides the options.
   std::string body, object_source, hands_by, inside_by;
   Eigen::Index hand_vertices = 0, hand_faces = 0, object_vertices = 0, object_faces = 0;
 };
 
-/// Measures a clip, against `reference` if there is one; hands that hold as the clip says, else the
-/// nearer one. `progress` sees "right hand", "left hand", "own body"; what it stops is incomplete.
-/// Throws Error for a clip and a reference that cannot be compared, and for a surface that is open
-/// where `options.exact` is kOn.
+/// Measures a clip, against `reference` if given. Measures the hands that hold according to the
+/// clip, else the nearer hand. `progress` receives "right hand", "left hand", "own body"; the
+/// result is incomplete if it stops. Throws Error for a clip and a reference that cannot be
+/// compared, and for an open surface if `options.exact` is kOn.
 ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference = nullptr,
                     const ScoreOptions& options = {}, const StagedProgress& progress = {});
 

@@ -11,7 +11,7 @@ namespace {
 
 using Hands = std::span<const HandObjectScore>;
 
-// Mean and maximum of what was seen; nothing of nothing.
+// Mean and maximum of the added values; nothing if there are none.
 class Spread {
  public:
   void Add(double value, double weight = 1.0) {
@@ -31,7 +31,7 @@ class Spread {
   double sum_ = 0.0, max_ = 0.0, weight_ = 0.0;
 };
 
-// The volume shared by one hand in one frame: exact where known, else what stands in for it.
+// Intersection volume of one hand in one frame: exact where known, else its substitute.
 std::optional<double> Volume_cm3(const HandObjectFrame& frame, const ScoreOptions& options) {
   const HandObjectProtocol& protocol = options.hand_object;
   if (protocol.measure_exact && frame.exact_volume.Known()) {
@@ -41,7 +41,7 @@ std::optional<double> Volume_cm3(const HandObjectFrame& frame, const ScoreOption
   return frame.hand.intersection_volume_cm3;
 }
 
-// Sums over hands; unknown in a frame when it is of one of them.
+// Sums over hands; unknown in a frame if unknown for one of them.
 void AddVolumes(Hands hands, const ScoreOptions& options, MetricValues& values) {
   Spread volume, exact;
   for (std::size_t t = 0; t < hands.front().frames.size(); ++t) {

@@ -187,7 +187,7 @@ void AddScores(std::span<const ClipScore> scores, const ScoreOptions& options, b
 
 namespace {
 
-constexpr std::size_t kMaxColumns = 4;  // clips beside each other in a terminal
+constexpr std::size_t kMaxColumns = 4;  // clips side by side in a terminal
 constexpr std::size_t kWidestName = 22;
 
 std::string Number(const std::optional<double>& value, const MetricDefinition& metric) {
@@ -196,7 +196,7 @@ std::string Number(const std::optional<double>& value, const MetricDefinition& m
   return fmt::format("{:.{}f}", shown, metric.digits);
 }
 
-// What tells a clip from others at a glance: its folder's or its file's name.
+// Short name of a clip: that of its folder or file.
 std::string ShortName(const ClipScore& score) {
   std::filesystem::path path = score.source;
   if (!path.has_filename()) path = path.parent_path();
@@ -264,7 +264,7 @@ void AppendTexts(std::span<const ClipScore> scores, const ScoreOptions& options,
       options.hand_object.contact.contact_threshold_mm);
 }
 
-// One column per clip; the hands of a clip that uses both in columns behind it.
+// One column per clip; if it has both hands, their columns follow.
 std::string TableOfColumns(std::span<const ClipScore> scores, const ScoreOptions& options,
                            bool summarize) {
   std::vector<MetricValues> values;
@@ -324,7 +324,7 @@ std::string TableOfColumns(std::span<const ClipScore> scores, const ScoreOptions
   return Layout(rows);
 }
 
-// A line per clip with what is asked first, and the whole summary.
+// One line per clip with the key metrics, and the full summary.
 std::string TableOfRows(std::span<const ClipScore> scores, const ScoreOptions& options) {
   std::vector<MetricValues> values;
   for (const ClipScore& score : scores) values.push_back(ClipValues(score, options));

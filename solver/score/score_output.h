@@ -10,11 +10,11 @@
 
 namespace holdfast {
 
-/// For people: one column per clip, and a column each for mean, median and worst of several. More
-/// clips than fit: the summary alone, with the worst clip's name, above one line per clip.
+/// Table for the terminal: one column per clip, plus mean, median and worst for several clips. For
+/// more clips than fit: the summary only, with the worst clip's name, above one line per clip.
 std::string ScoreTable(std::span<const ClipScore> scores, const ScoreOptions& options);
 
-/// One line per clip, then mean, median and worst; empty cells where a metric is undefined.
+/// CSV: one line per clip, then mean, median and worst; empty cells for undefined metrics.
 std::string ScoreCsv(std::span<const ClipScore> scores, const ScoreOptions& options);
 
 /// Adds `protocol`, `clips` and `summary` to `json`. Undefined values are null.

@@ -37,7 +37,7 @@ wandr::BodyKinematics<double> KinematicsOf(const imos::ActionSequence& sequence,
   return kinematics;
 }
 
-// Of a clip's frame, in the clip's world.
+// Kinematics of a frame of a clip, in the clip's world.
 wandr::BodyKinematics<double> KinematicsOf(const imos::ActionSequence& sequence, const Clip& clip,
                                            int frame) {
   wandr::Pose<double> pose;
@@ -46,7 +46,7 @@ wandr::BodyKinematics<double> KinematicsOf(const imos::ActionSequence& sequence,
   return KinematicsOf(sequence, pose);
 }
 
-// The object of one case on its way through the key frames, canonical.
+// Object of one case over its key frames, canonical frame.
 class ObjectOnItsWay {
  public:
   ObjectOnItsWay(const imos::ActionSequence& sequence, ObjectMode mode)
@@ -75,7 +75,7 @@ class ObjectOnItsWay {
   wandr::BodyKinematics<double> body_;
 };
 
-// Key frames in the world: fingers, jaw and eyes as in the last that was given, as published.
+// Key frames in the world: fingers, jaw and eyes copied from the last given one, as published.
 Clip KeysOf(const ActionCase& one, const imos::SynthesisTrack& track,
             const std::vector<imos::ObjectPose>& objects) {
   const imos::CanonicalFrame& canonical = one.sequence.canonical;
@@ -98,7 +98,7 @@ Clip KeysOf(const ActionCase& one, const imos::SynthesisTrack& track,
   return keys;
 }
 
-// Networks alone.
+// Runs the networks without the fit.
 MadeCase Follow(const CaseNetwork& network, const ActionCase& one, const CaseOptions& options) {
   const imos::ObjectRotation rotation = network.network.Options().object_rotation;
   const std::vector<imos::SynthesisStart> starts = {
@@ -112,7 +112,7 @@ MadeCase Follow(const CaseNetwork& network, const ActionCase& one, const CaseOpt
   request.seed = options.seed;
   request.first_stream = options.stream;
   request.sigma = options.sigma;
-  request.roots = roots;  // not looked at by networks that make their own
+  request.roots = roots;  // ignored by networks that generate the root
   MadeCase made;
   const auto begin = Clock::now();
   const std::vector<imos::SynthesisTrack> tracks = imos::RunSynthesis(
@@ -128,8 +128,8 @@ MadeCase Follow(const CaseNetwork& network, const ActionCase& one, const CaseOpt
   return made;
 }
 
-// Key frames as the motion that 'synthesize' makes of them: all frames, with the strokes that key
-// frames stand too far apart for. The object is where the hand carries it.
+// Converts key frames to motion as 'synthesize' does: all frames, plus strokes too fast for key
+// frames. The object moves with the hand.
 Clip InMotion(const ActionCase& one, const Clip& keys, const LoadedObject& object,
               std::uint64_t seed) {
   Clip motion = MotionOfKeyFrames(keys, MeasureBody(*one.scene.body, one.scene.betas),
@@ -146,7 +146,7 @@ Clip InMotion(const ActionCase& one, const Clip& keys, const LoadedObject& objec
   return left ? MirrorClip(motion, root) : motion;
 }
 
-// The frames of a motion at the times of key frames; those that were given stay.
+// Samples a motion at the times of the key frames; the given key frames are kept.
 Clip KeyFramesIn(const Clip& motion, const Clip& keys) {
   const Clip in_motion = Resample(motion, keys.frame_rate);
   Clip result = keys;
@@ -160,7 +160,7 @@ Clip KeyFramesIn(const Clip& motion, const Clip& keys) {
   return result;
 }
 
-// The loop with the fit, as 'synthesize' runs it.
+// Runs the loop with the fit, as 'synthesize' does.
 MadeCase Fit(const CaseNetwork& network, const ActionCase& one, const CaseOptions& order,
              FitLibrary& library) {
   const std::shared_ptr<const PreparedObject> object =

@@ -13,25 +13,25 @@
 
 namespace holdfast {
 
-/// Where the object is in a key frame that was just generated.
+/// Source of the object's pose in a newly generated key frame.
 enum class ObjectMode {
-  kGiven,    ///< ground truth, as the authors' evaluation has it: the motion cannot err in it
-  kCarried,  ///< fixed to the wrist that truly carries it
-  kFitted,   ///< where the fit puts it: the loop that 'synthesize' runs, and its fit of all frames
+  kGiven,    ///< ground truth, as in the authors' evaluation: the object cannot be wrong
+  kCarried,  ///< rigidly attached to the wrist that carries it in the ground truth
+  kFitted,   ///< fitted: the loop of 'synthesize', with its fit of all frames
 };
 
 /// A captured action that networks continue from its first key frames.
 struct ActionCase {
   imos::ActionSequence sequence;
-  ClipScene scene;  ///< the clip it is of
-  Clip keys;        ///< its key frames, in the clip's world
+  ClipScene scene;  ///< the sequence's clip
+  Clip keys;        ///< key frames of the clip, in its world
 };
 
-/// `sequence` is of the clip of `scene`, whose object LoadObject finds by its `object_source`, and
-/// made by `rule`.
+/// Builds a case. `sequence` must belong to the clip of `scene` (whose `object_source` is loaded by
+/// LoadObject) and be created with `rule`.
 ActionCase ActionCaseOf(imos::ActionSequence sequence, ClipScene scene, imos::KeyFrameRule rule);
 
-/// A network, ready to run.
+/// A network, ready for inference.
 struct CaseNetwork {
   explicit CaseNetwork(SynthesisNetwork from) : loaded(std::move(from)), network(loaded.weights) {}
 
@@ -39,20 +39,20 @@ struct CaseNetwork {
   imos::Network<float> network;
 };
 
-/// What was generated for a case.
+/// Motion generated for a case.
 struct MadeCase {
   Clip keys;                       ///< 15 key frames in the case's world, with object
-  std::optional<Clip> finished;    ///< of kFitted: all frames, fitted
-  double seconds = 0.0;            ///< one core, of the key frames with their object
-  double finishing_seconds = 0.0;  ///< of `finished`
+  std::optional<Clip> finished;    ///< kFitted only: all frames, fitted
+  double seconds = 0.0;            ///< single-threaded, key frames with their object
+  double finishing_seconds = 0.0;  ///< for `finished`
 };
 
 struct CaseOptions {
   ObjectMode mode = ObjectMode::kGiven;
-  std::uint64_t seed = 1, stream = 0;  ///< latents are drawn from this stream of `seed`
-  std::uint64_t stroke_seed = 1;       ///< of the strokes laid into fitted motion
+  std::uint64_t seed = 1, stream = 0;  ///< latents use this random stream of `seed`
+  std::uint64_t stroke_seed = 1;       ///< of strokes added to fitted motion
   double sigma = 1.0;                  ///< of the latents
-  bool finish = false;                 ///< kFitted: fit all frames too
+  bool finish = false;                 ///< kFitted: also fit all frames
 };
 MadeCase MakeCase(const CaseNetwork& network, const ActionCase& one, const CaseOptions& options,
                   FitLibrary& library);
@@ -60,7 +60,7 @@ MadeCase MakeCase(const CaseNetwork& network, const ActionCase& one, const CaseO
 /// Joints of key frames in the case's canonical frame, (66 x T), meters.
 Eigen::MatrixXd JointsOf(const Clip& keys, const ActionCase& one);
 
-/// The object's translation in the frame of the head joint, (3 x T) meters.
+/// The object's translation in the frame of the head joint, (3 x T), meters.
 Eigen::Matrix3Xd ObjectFromHead(const Clip& keys, const ActionCase& one);
 
 }  // namespace holdfast

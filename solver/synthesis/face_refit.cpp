@@ -21,14 +21,14 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr double kReaches_m = 0.15;  // farther off, the motion is another one
+constexpr double kReaches_m = 0.15;  // beyond this, the action does not reach the face
 constexpr double kThere_m = 0.05,
-                 kAway_m = 0.13;  // beyond the nearest: all of it, nothing is given
+                 kAway_m = 0.13;  // beyond the minimum distance: full and zero correction
 constexpr double kPlace_m = 0.002, kPath_m = 0.03;
 constexpr double kKnot_s = 1.0 / 6.0;
 constexpr int kPasses = 3, kIterations = 12;
 
-// What the object's place lacks to its place at the face in every frame, in the head's frame.
+// Offset of the object from its place at the face in every frame, in the head's frame.
 struct FaceCourse {
   std::vector<Vector3d> lack;
   int nearest = 0;
@@ -54,7 +54,7 @@ class FaceRefit {
     }
   }
 
-  // Nothing where the action has no place at the face.
+  // Returns nothing if the action has no place at the face.
   std::optional<FaceCourse> Course() const {
     FaceCourse course;
     for (std::size_t t = 0; t < frames_.size(); ++t) {
@@ -72,7 +72,7 @@ class FaceRefit {
     return course;
   }
 
-  // How much of what it lacks each frame is given: all near the face, nothing on the way.
+  // Weight of the correction per frame: full near the face, zero on the way there.
   std::vector<double> Shares(const FaceCourse& course) const {
     const double least = course.Distance(static_cast<std::size_t>(course.nearest));
     std::vector<double> raw(frames_.size());

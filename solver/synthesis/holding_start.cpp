@@ -17,15 +17,15 @@
 namespace holdfast {
 namespace {
 
-constexpr int kTries = 6;  // of a start, in other styles
-constexpr int kGrips = 2;  // of a tool that strikes: the best alone are firm
+constexpr int kTries = 6;  // per start, in different styles
+constexpr int kGrips = 2;  // for a striking tool: only the best grasps are firm
 
 std::unique_ptr<const ActionProp> PropOf(const LoadedObject& object, bool mirrored, int threads) {
   return std::make_unique<const ActionProp>(MakeActionProp(
       object.name, object.mesh, ForFitting(object, kPairVertices, nullptr), mirrored, threads));
 }
 
-// What is bitten is not in the hand, where there are other grasps. `grasps` of a right hand.
+// Removes grasps that cover the part that is bitten, if there are others. Right-hand grasps.
 void LeaveFreeWhatIsBitten(const ObjectMarks& marks, std::vector<Grasp>& grasps) {
   constexpr double kCovers_m = 0.07;
   const Eigen::Vector3d middle(-0.09, -0.03, 0.0);  // of the closed hand, in the wrist's frame
@@ -103,7 +103,7 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   };
   ActionClip made;
   made.fault = "no grip";
-  // Who strikes has the handle in the palm, as nobody takes it from a table.
+  // Striking requires the handle in the palm, which is not how it is taken from a table.
   if (action == "use" && options.in_hand.value_or(true)) {
     std::vector<Grasp> grips = FindToolGrips(right, shape, options.seed, kGrips, options.threads);
     AddTurnedOver(prop.marks, grips);

@@ -17,8 +17,8 @@
 
 namespace holdfast {
 
-/// A start that holds the object: a person with it in the right hand. Where it is the left hand,
-/// person and object are in a mirror at x = 0 (MirrorClip, ReflectX): so will be what is made.
+/// A start of a person with the object in the right hand. For a left hand, person and object are
+/// mirrored at x = 0 (MirrorClip, ReflectX), and so is the synthesized motion.
 struct HoldingStart {
   Clip clip;
   std::unique_ptr<const ActionActor> actor;
@@ -26,24 +26,24 @@ struct HoldingStart {
   bool mirrored = false;
 };
 
-/// Goes on from this frame of a clip that shows the object in a hand, the last one if none is
-/// given. Throws Error, named `source`, for a frame that is not there or in which nobody holds the
-/// object, a hand alone, and positions that are no meters.
+/// Creates a start from a frame of a clip in which a hand holds the object; default: the last
+/// frame. Throws Error, named `source`, for a missing frame, a frame in which nobody holds the
+/// object, a clip of a hand alone, and positions that are not in meters.
 HoldingStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObject& object,
                          std::optional<int> frame = {}, int threads = 1,
                          const std::string& source = "the clip");
 
 struct StandingHoldOptions {
   bool left = false;            ///< in the left hand
-  std::optional<bool> in_hand;  ///< not on a table; none: drawn
+  std::optional<bool> in_hand;  ///< not on a table; default: random
   std::uint64_t seed = 1;
   int threads = 1;
 };
 
 enum class StandingHoldStatus {
   kMade,
-  kNoGrasp,   ///< `grasp` says why
-  kNobodyCan  ///< not so that the action could be done: `fault`, `detail`
+  kNoGrasp,   ///< see `grasp`
+  kNobodyCan  ///< the action is infeasible: see `fault`, `detail`
 };
 
 struct StandingHold {
@@ -53,8 +53,8 @@ struct StandingHold {
   std::string fault, detail;
 };
 
-/// A person of this body who stands and has the object in the hand, on a table or before the waist,
-/// so that the action (its label) can be done with it. Throws Error for a hand alone.
+/// Creates a standing person of this body with the object in the hand, on a table or in front of
+/// the waist, such that the action (its label) can be performed. Throws Error for a hand alone.
 StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
                               std::string_view action, const StandingHoldOptions& options = {});
 

@@ -24,9 +24,9 @@ using Eigen::Matrix3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kOffSide_rad = 20.0 * kDegree;  // that a brush may point off its direction
+constexpr double kOffSide_rad = 20.0 * kDegree;  // deviation of a brush from its direction
 
-// 0 where the hand was in the first frame, 1 where it is farthest from there, as the chest has it.
+// 0 at the hand's first position, 1 where it is farthest from it, in the chest's frame.
 std::vector<double> SharesOfWay(const std::vector<BodyPlacement>& placed) {
   std::vector<double> shares;
   double farthest = 0.05;  // meters
@@ -41,7 +41,7 @@ std::vector<double> SharesOfWay(const std::vector<BodyPlacement>& placed) {
   return shares;
 }
 
-// The turn about its bristles, in the world, that has a brush come from the hand's side.
+// Rotation about the bristles, in the world, that makes a brush approach from the hand's side.
 Matrix3d FromTheSide(const Isometry3d& head, const Vector3d& forward_in_world, double share) {
   const Vector3d wanted = head.linear() * Vector3d(1.0, 0.1, -0.35).normalized();
   const Eigen::AngleAxisd turn(Quaterniond::FromTwoVectors(forward_in_world, wanted));
@@ -95,13 +95,13 @@ void EaseArm(const ActionActor& actor, const ActionProp& prop, std::string_view 
 
 namespace {
 
-constexpr double kAtRest = 0.04;        // of the greatest speed
-constexpr double kComesToRest_s = 0.6;  // after arrival, at most
-// The share of time that passes as it did: what is still for the hand is not left out.
+constexpr double kAtRest = 0.04;        // of the maximum speed
+constexpr double kComesToRest_s = 0.6;  // maximum time after arrival
+// Fraction of time that keeps its pace, so that phases with a still hand are not removed.
 constexpr double kAsItWas = 0.3;
-constexpr double kEarly = 0.7;  // minimum jerk at time^kEarly is fastest at 0.37 of the time
+constexpr double kEarly = 0.7;  // minimum jerk at time^kEarly peaks at 0.37 of the time
 
-// Frames from where the hand is at rest to where it is at rest again.
+// Frames between two rests of the hand.
 struct Stretch {
   Eigen::Index begin = 0, end = 0;
 };
@@ -136,8 +136,7 @@ void RetimeHand(const Eigen::Matrix3Xd& rest_joints, Clip& clip) {
   const auto count = static_cast<double>(end - begin);
   const double length = steps.segment(begin, end - begin).sum();
 
-  // Shares of way and time together grow in every frame: what is shown when they are as they
-  // should be.
+  // The sum of path and time fractions increases in every frame: invert it at the target values.
   std::vector<double> at;
   for (Eigen::Index t = 0; t < frames; ++t) at.push_back(static_cast<double>(t));
   Eigen::Index k = begin;
@@ -157,7 +156,7 @@ namespace {
 
 constexpr double kStill_m = 0.02, kStill_rad = 8.0 * kDegree, kStays_s = 0.3;
 
-// The last frame up to which the right hand stays; the last one of all where it never leaves.
+// Last frame in which the right hand is still; the clip's last one if it never leaves.
 int LastStill(const Eigen::Matrix3Xd& rest_joints, const Clip& clip) {
   const auto wrist = [&](int t) {
     BodyState state;
@@ -204,8 +203,8 @@ void Stylise(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, doub
   }
   ShiftWeight(style.weight, share, frame);
   const Limb other = Arm(Side::kLeft), arm = Arm(Side::kRight);
-  // A bent elbow has the forearm before the belly: straight ahead nobody holds it for long.
-  constexpr double kTurnsIn = 30.0 * kDegree;  // farther is beyond what captured shoulders do
+  // The forearm of a bent elbow is in front of the belly: holding it straight ahead is unusual.
+  constexpr double kTurnsIn = 30.0 * kDegree;  // beyond this exceeds captured shoulders
   const Vector3d upper = (rest_joints.col(other.middle) - rest_joints.col(other.root)).normalized();
   frame.local[other.root] =
       Turned(share * style.other_arm) * frame.local[other.root] *
@@ -213,7 +212,7 @@ void Stylise(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, doub
   frame.local[other.middle] =
       frame.local[other.middle] *
       Quaterniond(Eigen::AngleAxisd(share * style.other_elbow, other.hinge));
-  // The elbow swings about the line from shoulder to wrist; the hand stays as it is.
+  // The elbow swivels about the line from shoulder to wrist; the hand is unchanged.
   const BodyPlacement placed = Place(rest_joints, frame);
   const Vector3d along = placed.joints.col(arm.end) - placed.joints.col(arm.root);
   if (along.norm() < 1e-6) return;
@@ -250,7 +249,7 @@ SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount) {
   style.pace = std::exp(0.27 * drawn[0]);
   style.trunk = kDegree * Vector3d(std::max(-4.0, 7.0 * drawn[1]), 11.0 * drawn[2], 5.0 * drawn[3]);
   style.elbow = 20.0 * kDegree * drawn[4];
-  // Hanging: little forward, less outward.
+  // A hanging arm: little forward, less outward.
   style.other_arm = kDegree * Vector3d(std::clamp(16.0 * drawn[5], -20.0, 14.0), 0.0,
                                        std::clamp(14.0 * drawn[6], -12.0, 10.0));
   style.other_elbow = std::min(70.0, 25.0 * std::abs(drawn[7]) * 1.4) * kDegree;
@@ -261,7 +260,7 @@ SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount) {
 void ApplySampleStyle(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, Clip& keys) {
   keys.frame_rate /= style.pace;
   std::vector<BodyFrame> frames = BodyFrames(keys, rest_joints);
-  // How far the hand has gone from where it was, as the trunk has it.
+  // Distance of the hand from its first position, in the trunk's frame.
   std::vector<Vector3d> hands;
   std::vector<Eigen::Isometry3d> wrists;
   for (const BodyFrame& frame : frames) {

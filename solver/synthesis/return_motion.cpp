@@ -20,11 +20,11 @@ using Eigen::Isometry3d;
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
-constexpr double kSetsOut_m = 0.02;  // the wrist from its first place
+constexpr double kSetsOut_m = 0.02;  // distance of the wrist from its first position
 constexpr double kJoins_s = 0.7, kSettles_s = 0.4, kToRest_s = 1.2, kStandsAfter_s = 0.6;
 constexpr int kRightArm[] = {kRightCollar, kRightShoulder, kRightElbow, kRightWrist};
 
-// `frame` with `share` of what leads from `from` to `to` made on top.
+// Applies `share` of the change from `from` to `to` to `frame`.
 BodyFrame WithDifference(const BodyFrame& frame, const BodyFrame& from, const BodyFrame& to,
                          double share) {
   BodyFrame out = frame;
@@ -43,7 +43,7 @@ class Return {
     for (const BodyFrame& frame : frames_) wrists_.push_back(Wrist(frame));
   }
 
-  // Bodies on the way back, the first frame's at its end; empty where the wrist stayed.
+  // Returns frames of the way back, ending at the first frame; empty if the wrist stayed.
   std::vector<BodyFrame> WayBack() const {
     const auto away = [&](std::size_t t) {
       return (wrists_[t].translation() - wrists_[0].translation()).norm();
@@ -52,7 +52,7 @@ class Return {
     while (leaves < wrists_.size() && away(leaves) < kSetsOut_m) ++leaves;
     if (leaves == wrists_.size()) return {};
     for (std::size_t t = 0; t < wrists_.size(); ++t) far = away(t) > away(far) ? t : far;
-    // Of the way there, the frame that is most like the last one.
+    // The frame on the way there that is most similar to the last one.
     std::size_t join = leaves;
     for (std::size_t t = leaves; t <= far; ++t) {
       if (FromEnd(t) < FromEnd(join)) join = t;
@@ -72,10 +72,10 @@ class Return {
     return back;
   }
 
-  // The right arm from the first frame's pose to hanging, and standing so.
+  // Moves the right arm from the first frame's pose to hanging, then stands.
   std::vector<BodyFrame> ToRest() const {
     const BodyFrame& first = frames_.front();
-    const BodyFrame hanging = Mirror(first);  // its right arm is the left one's
+    const BodyFrame hanging = Mirror(first);  // its right arm is the mirrored left one
     std::vector<BodyFrame> rest(Count(kToRest_s) + Count(kStandsAfter_s), first);
     for (std::size_t k = 0; k < rest.size(); ++k) {
       const double share = MinimumJerk(Ratio(k + 1, Count(kToRest_s)));
@@ -136,8 +136,8 @@ void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, Clip& clip) {
   const JointPose at_ease = MirrorPose(clip.pose.front());  // right fingers as the left ones
   for (Eigen::Index t = before; t < count; ++t) {
     const std::size_t frame = static_cast<std::size_t>(t);
-    clip.pose[frame] = clip.pose[frame - 1];  // unwrapped from there
-    // Where the object ends is where it was: the grasp may have slipped by a hair.
+    clip.pose[frame] = clip.pose[frame - 1];  // unwrapped from the previous frame
+    // The object ends exactly where it was: the grasp may have slipped slightly.
     clip.object->SetPose(t, t < held - 1 ? way.Wrist(all[frame]) * wrist_from_object : first);
     if (t < held) continue;
     clip.holding_hand[frame] = 0;

@@ -23,7 +23,7 @@ using Eigen::Vector3d;
 
 constexpr double kTwoPi = 2.0 * std::numbers::pi;
 
-// A sum of sines of no common period: 1 root mean square, 0 at time 0.
+// Sum of incommensurate sines: root mean square 1, value 0 at time 0.
 class Wave {
  public:
   Wave(double fall, RandomDraws& draws) {
@@ -50,8 +50,8 @@ class Wave {
   std::array<double, 4> hertz_{}, phase_{}, amount_{};
 };
 
-// How a joint turns while one stands: root mean square about its axes, degrees, as captured, and
-// how its sines fall with frequency (0.4: 0.9 Hz on average, 0.9: 0.6 Hz).
+// Captured sway of a joint: RMS angle per axis, degrees, and the falloff of its sines with
+// frequency (0.4: 0.9 Hz on average, 0.9: 0.6 Hz).
 struct Idle {
   int joint;
   std::array<double, 3> degrees;
@@ -74,16 +74,16 @@ constexpr Idle kIdle[] = {
 };
 constexpr double kPelvis_m = 0.002, kBreath_degrees = 0.5, kBreath_hertz = 0.26;
 
-// Turns that somebody takes and gives up again, by times and amounts that are drawn.
+// Rotations that are taken and given up again, with random times and amounts.
 class Turns {
  public:
   Turns(double begin_s, double end_s, double gap_s, const Vector3d& most, RandomDraws& draws) {
     double at = begin_s + draws.Uniform(-0.2, 0.3);
     for (int k = 0; at < end_s; ++k) {
-      const double share = k % 2 == 0 ? 1.0 : 0.25;  // there, and nearly back
+      const double share = k % 2 == 0 ? 1.0 : 0.25;  // away, then nearly back
       Vector3d to;
       for (int i = 0; i < 3; ++i) to[i] = share * most[i] * draws.Uniform(-1.0, 1.0);
-      // Something is to be seen of it.
+      // Enforce a visible amplitude.
       if (k % 2 == 0 && std::abs(to.y()) < 0.5 * most.y()) {
         to.y() = std::copysign(0.5 * most.y(), to.y());
       }
@@ -113,7 +113,7 @@ class Turns {
   Vector3d last_ = Vector3d::Zero();
 };
 
-// At most, degrees: nod, turn and tilt of the head; lean, turn and bend of the trunk.
+// Maxima in degrees: nod, turn and tilt of the head; lean, turn and bend of the trunk.
 struct Part {
   std::string_view action;
   Vector3d head, trunk;
@@ -132,7 +132,7 @@ Part PartOf(std::string_view action) {
   return found != std::end(parts) ? *found : Part{action, {2, 4, 2}, {1, 2, 1}};
 }
 
-// When the right hand has made most of its way, as the chest has it, seconds.
+// Time in seconds at which the right hand has covered most of its path, in the chest's frame.
 double Arrives(const Eigen::Matrix3Xd& rest_joints, const std::vector<BodyFrame>& frames,
                double rate) {
   std::vector<Vector3d> hands;
@@ -147,17 +147,17 @@ double Arrives(const Eigen::Matrix3Xd& rest_joints, const std::vector<BodyFrame>
   return static_cast<double>(t) / rate;
 }
 
-// What is drawn of it: turns by time.
+// Random rotations over time.
 struct TakingPart {
   TakingPart(std::string_view action, double arrives_s, double end_s, RandomDraws& draws)
       : head(arrives_s, end_s, 1.1, PartOf(action).head, draws),
         trunk(arrives_s, end_s, 1.4, PartOf(action).trunk, draws),
-        // To the left, and that hip up; and how the other arm swings with it.
+        // Leftwards, raising that hip; and the other arm's swing with it.
         weight(0.4 * arrives_s, end_s, 1.6, {0, 0.006, 0}, draws),
         arm(0.6 * arrives_s, end_s, 1.5, {5, 2, 2}, draws) {
     if (action != "call") return;
     for (double at = arrives_s + draws.Uniform(0.5, 0.9); at + 0.7 < end_s;
-         at += draws.Uniform(1.1, 1.8)) {  // says yes, twice
+         at += draws.Uniform(1.1, 1.8)) {  // nods twice
       const Vector3d up = head.Last(), down = up + Vector3d(draws.Uniform(4.0, 7.0), 0, 0);
       head.Add(at, 0.2, down);
       head.Add(at + 0.18, 0.2, up);

@@ -22,8 +22,8 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr double kMeet_m = 0.25;    // palms that pass an object come this near to each other
-constexpr double kLeaves_m = 0.01;  // and leave when this much farther apart than before
+constexpr double kMeet_m = 0.25;    // maximum distance of palms that pass an object
+constexpr double kLeaves_m = 0.01;  // increase in distance at which they separate
 
 wandr::Pose<double> BodyPoseOf(const Clip& clip, int frame, const imos::CanonicalFrame& canonical) {
   wandr::Pose<double> pose;
@@ -33,7 +33,7 @@ wandr::Pose<double> BodyPoseOf(const Clip& clip, int frame, const imos::Canonica
   return pose;
 }
 
-// How far the middles of both palms are apart: half way from wrist to the middle finger's knuckle.
+// Distance of the palm centers: halfway from wrist to the middle finger's knuckle.
 double PalmsApart(const JointPose& pose, const Eigen::Matrix3Xd& rest_joints) {
   wandr::Pose<double> body;
   for (int j = 0; j < kNumBodyJoints; ++j) body.rotation[j] = ExpSO3(pose.col(j));
@@ -47,7 +47,7 @@ double PalmsApart(const JointPose& pose, const Eigen::Matrix3Xd& rest_joints) {
   return (palm(Side::kRight) - palm(Side::kLeft)).norm();
 }
 
-// The object of one sample, key frame after key frame.
+// The object of one sample over the key frames.
 class ObjectInHands {
  public:
   ObjectInHands(const SynthesisScene& scene, const Clip& history,
@@ -67,7 +67,7 @@ class ObjectInHands {
     }
   }
 
-  // The world pose of the object for the next body.
+  // Returns the world pose of the object for the next body.
   ObjectPose Next(int frame, const wandr::Pose<double>& body, Synthesized& result) {
     JointPose pose = last_pose_;
     for (int j = 0; j < kNumBodyJoints; ++j) {
@@ -88,7 +88,7 @@ class ObjectInHands {
   }
 
  private:
-  // Lets the other hand take hold in the last frame, if it leaves the object now.
+  // Lets the other hand take over in the last frame if the palms separate now.
   void PassOn(int frame, const JointPose& pose, Synthesized& result) {
     const bool right = (holding_ & kHoldsRight) != 0;
     if (right == ((holding_ & kHoldsLeft) != 0)) return;
@@ -97,7 +97,7 @@ class ObjectInHands {
                  now = PalmsApart(pose, scene_.rest_joints);
     if (before > kMeet_m || now < before + kLeaves_m) return;
     FingerPose fingers = FingersOf(last_pose_, from);
-    // A mirror image at x = 0 turns (x, y, z) into (x, -y, -z).
+    // Mirroring at x = 0 maps (x, y, z) to (x, -y, -z).
     for (int i = 0; i < fingers.size(); ++i) {
       if (i % 3 != 0) fingers[i] = -fingers[i];
     }
@@ -142,7 +142,7 @@ Clip HistoryOf(const Clip& start, double seconds_per_key_frame) {
   history.table.reset();
   for (int k = 0; k < imos::kHistory; ++k) {
     const double at = std::max(0.0, start.NumFrames() - 1.0 - step * (imos::kHistory - 1 - k));
-    // What is off a frame by rounding alone is on it: nothing lies between.
+    // Times within rounding of a frame are snapped to it, to avoid interpolation.
     constexpr double kRounding = 1e-6;
     const int before = static_cast<int>(at + kRounding);
     const int after = std::min(before + 1, start.NumFrames() - 1);
@@ -216,7 +216,7 @@ std::vector<Synthesized> Synthesize(const imos::Network<float>& network,
 
 namespace {
 
-constexpr double kStep_m = 0.15;  // feet that stay this near to where they began take no step
+constexpr double kStep_m = 0.15;  // feet that stay this close to their start take no step
 
 bool Stands(const Eigen::Matrix3Xd& rest_joints, const std::vector<BodyFrame>& frames) {
   const std::vector<FeetTarget> feet = FeetOf(Place(rest_joints, frames));
@@ -226,7 +226,7 @@ bool Stands(const Eigen::Matrix3Xd& rest_joints, const std::vector<BodyFrame>& f
   });
 }
 
-// Both feet stay; the pelvis sinks where legs would not reach.
+// Both feet stay fixed; the pelvis is lowered where legs do not reach.
 void PinFeet(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& target,
              std::vector<BodyFrame>& frames) {
   const std::vector<FeetTarget> feet(frames.size(), target);

@@ -29,8 +29,8 @@
 namespace holdfast {
 namespace {
 
-// How far the right elbow is above 5 cm below its shoulder, decimeters, at most: nobody lifts it so
-// to hold something light.
+// Maximum height of the right elbow above 5 cm below its shoulder, in decimeters: nobody lifts it
+// like that to hold a light object.
 double ElbowLifted(const Eigen::Matrix3Xd& rest_joints, const Clip& clip) {
   double most = 0.0;
   for (const BodyFrame& frame : BodyFrames(clip, rest_joints)) {
@@ -50,7 +50,7 @@ double FaultsOf(const HoldingStart& start, const Clip& motion) {
          share(quality.skate, 0.1) + ElbowLifted(start.actor->Measures().rest_joints, motion);
 }
 
-// Sample `number`: key frames as motion, with all that is drawn for it.
+// Converts the key frames of sample `number` to motion, with its random style.
 SynthesizedSample MotionOf(const HoldingStart& start, std::string_view action,
                            const SynthesizeOptions& options, Synthesized keys, int number) {
   const Eigen::Matrix3Xd& rest_joints = start.actor->Measures().rest_joints;
@@ -58,7 +58,7 @@ SynthesizedSample MotionOf(const HoldingStart& start, std::string_view action,
   SynthesizedSample sample;
   sample.keys = std::move(keys);
   sample.number = number;
-  // The hand that takes over has its own way to go: left as it is.
+  // In a handover the receiving hand has its own path: unchanged.
   const bool passes_on = sample.keys.switch_frame >= 0;
   if (!passes_on) {
     sample.style = DrawSampleStyle(options.seed, number, options.style);
@@ -69,7 +69,7 @@ SynthesizedSample MotionOf(const HoldingStart& start, std::string_view action,
                                     options.seed + stream);
   AddSecondaryMotion(rest_joints, action, MixSeed(options.seed, 500 + stream), sample.motion);
   if (!passes_on) {
-    // Elbows go down by more than up.
+    // Elbows are lowered more than raised.
     EaseArm(*start.actor, *start.prop, action, std::min(sample.style.elbow, 6.0 * kDegree),
             sample.motion);
   }
@@ -77,8 +77,8 @@ SynthesizedSample MotionOf(const HoldingStart& start, std::string_view action,
   return sample;
 }
 
-// So many of the best samples are brought to the face before one is taken: with some of them, head
-// and arms are in each other's way then.
+// Number of best samples that are moved to the face before selection: in some of them, head and
+// arms then collide.
 constexpr int kBroughtToFace = 3;
 
 void BringToFace(const HoldingStart& start, std::string_view action, SynthesizedSample& sample) {
@@ -89,7 +89,7 @@ void BringToFace(const HoldingStart& start, std::string_view action, Synthesized
   sample.faults = FaultsOf(start, sample.motion) + nearest->distance_m / kOff_m;
 }
 
-// Whether the object stands on the table where the motion begins.
+// Whether the object stands on the table at the start of the motion.
 bool StandsOnTable(const HoldingStart& start) {
   constexpr double kOn_m = 0.01;
   if (!start.clip.table) return false;
@@ -98,7 +98,7 @@ bool StandsOnTable(const HoldingStart& start) {
   return std::abs(placed.row(2).minCoeff() - start.clip.table->trans(2, last)) < kOn_m;
 }
 
-// What is left to do once a sample is taken.
+// Remaining steps for a selected sample.
 void Finish(const HoldingStart& start, std::string_view action, const SynthesizeOptions& options,
             SynthesizedSample& sample) {
   const Eigen::Matrix3Xd& rest_joints = start.actor->Measures().rest_joints;

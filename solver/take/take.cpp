@@ -15,18 +15,19 @@ namespace holdfast {
 namespace {
 
 constexpr int kAttempts = 3;
-constexpr int kLookedAt = 4;             // motions of an attempt that a table is put to
-constexpr double kLaterMotion = 0.03;    // of score: the maker has its best first
-constexpr double kBodyInTable_m = 0.02;  // that another attempt may mend
-constexpr double kLedByHand = 2000.0;    // FitOptions::lambda_object: from where the hand leads it
-constexpr double kMissed_m = 0.02;       // a hand farther from the grasp holds nothing
+constexpr int kLookedAt = 4;             // motions per attempt for which a table is placed
+constexpr double kLaterMotion = 0.03;    // of score: the motion maker puts its best first
+constexpr double kBodyInTable_m = 0.02;  // more than this may be fixed by another attempt
+constexpr double kLedByHand =
+    2000.0;  // FitOptions::lambda_object: relative to the object's motion with the hand
+constexpr double kMissed_m = 0.02;  // a hand farther from the grasp holds nothing
 
-// A motion that takes, and the table that keeps clear of it.
+// A motion that takes the object, and a table that avoids the body.
 struct Candidate {
   TakeMotion motion;
   TablePlacement table;
   int attempt = 0;
-  int index = 0;  // among the motions of its attempt
+  int index = 0;  // within its attempt
   double score = -1e9;
 
   bool Serves() const { return motion.fault.empty() && table.deepest_m <= kBodyInTable_m; }
@@ -36,7 +37,7 @@ double MarginOf(const TriangleMesh& mesh) {
   return std::min(0.2, 0.5 * Extent(mesh).head<2>().norm() + 0.01);
 }
 
-// The best motion of an attempt.
+// Returns the best motion of an attempt.
 Candidate BestOf(const std::vector<TakeBodyMotion>& motions, const TakePlan& plan,
                  const HandModel& hand, const BodySurface& body, const TakeObject& object,
                  const Clip& like, int threads) {
@@ -74,8 +75,7 @@ void StandTable(const SideTable& table, Clip& clip) {
   clip.table = std::move(track);
 }
 
-// How far the object wanders in the hand while it is held: of its pose in the wrist's frame, from
-// where the grasp has it.
+// Measures the drift of the held object: of its pose in the wrist's frame from that of the grasp.
 void MeasureWandering(const BodySurface& body, Side side, TakeReport& report) {
   const Clip& clip = report.clip;
   const Eigen::Isometry3d& grasp = report.motion.take.grasp.wrist_from_object;
@@ -94,7 +94,7 @@ void MeasureWandering(const BodySurface& body, Side side, TakeReport& report) {
   }
 }
 
-// One take through all its stages.
+// All stages of one take.
 class TakePipeline {
  public:
   TakePipeline(const TakeRequest& request, const TakeStart& start, const PreparedObject& prepared,

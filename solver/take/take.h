@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// A person walks up to an object on a table, grasps it and carries it. The object, its places, a
-/// start and a generator of body motion go in; a clip with arm, fingers and object solved, and its
-/// measures, come out.
+/// A person walks up to an object on a table, grasps it and carries it: from the object, its target
+/// positions, a start and a generator of body motion to a clip with solved arm, fingers and object,
+/// and its measures.
 
 #include <functional>
 #include <memory>
@@ -24,52 +24,51 @@
 
 namespace holdfast {
 
-/// Who takes an object, and where from.
+/// The person who takes the object, and the start.
 struct TakeStart {
   std::shared_ptr<const BodyModel> body;
   Eigen::VectorXd betas;
-  Clip like;                                         ///< body, betas and subject of the clip made
+  Clip like;  ///< body, betas and subject of the generated clip
   Eigen::Vector3d pelvis = Eigen::Vector3d::Zero();  ///< world, in the first frame
 };
 
-/// Makes the body's motion for a plan: one or several to choose from, best first. In the world, not
-/// mirrored, whatever the side. The wrist's goals are `plan.goals`; `plan.table` is worth keeping
-/// out of. Called up to three times: once, and again when no motion serves. `attempt` is 0, 1, 2.
-/// Nothing (empty) when the work is to stop.
+/// Generates body motions for a plan, one or several to choose from, best first; in the world, not
+/// mirrored, for either side. The wrist's goals are `plan.goals`; `plan.table` should be avoided.
+/// Called up to three times (`attempt` 0, 1, 2): again if no motion is suitable. Returns none to
+/// stop.
 using BodyMotionMaker =
     std::function<std::vector<TakeBodyMotion>(const TakePlan& plan, int attempt)>;
 
 enum class TakeStatus {
   kTaken,
-  kStopped,   ///< by `progress` or the motion's maker
-  kNoGrasp,   ///< plan.status says why
-  kNoMotion,  ///< motion.fault says why
+  kStopped,   ///< by `progress` or the motion maker
+  kNoGrasp,   ///< see plan.status
+  kNoMotion,  ///< see motion.fault
   kMissed,    ///< the hand stays centimeters from the grasp
 };
 
 struct TakeReport {
   TakeStatus status = TakeStatus::kStopped;
   TakePlan plan;
-  TakeMotion motion;  ///< the one that was chosen, before the fit
-  int attempt = 0;    ///< of the maker
-  int index = 0;      ///< of the motion among those of its attempt
+  TakeMotion motion;  ///< the selected motion, before the fit
+  int attempt = 0;    ///< of the motion maker
+  int index = 0;      ///< of the motion within its attempt
   SideTable table;
   Clip clip;             ///< with object, table, fitted fingers
-  ContactScore contact;  ///< the hand holds from the take on; before, it comes and closes
+  ContactScore contact;  ///< holding from the take on; approaching and closing before
   TakeMeasures measured;
-  double wanders_mm = 0.0, wanders_deg = 0.0;  ///< object in the held hand, from its grasp, at most
-  std::vector<std::string> notes;              ///< what is not quite right
+  double wanders_mm = 0.0, wanders_deg = 0.0;  ///< maximum drift in the holding hand from the grasp
+  std::vector<std::string> notes;              ///< imperfections
 };
 
-/// A person takes an object from a table and carries it: plans the take (PlanTake), has the motion
-/// made, chooses the one that serves best, makes arm and fingers anew where they take, hold and
-/// carry, fits the object, and measures. `request.pelvis` is the start's, threads and seed are the
-/// request's.
+/// Takes an object from a table and carries it: plans the take (PlanTake), generates motions,
+/// selects the best, solves arm and fingers while taking, holding and carrying, fits the object,
+/// and measures. `request.pelvis` is overridden by the start's; threads and seed are the request's.
 TakeReport TakeFromTable(const TakeRequest& request, const TakeStart& start,
                          const PreparedObject& object, const BodyMotionMaker& motion,
                          const StagedProgress& progress = {});
 
-/// Deepest of hand and object in each other over frames [begin, end), mm.
+/// Maximum penetration between hand and object over frames [begin, end), mm.
 double DeepestOver(const ContactScore& contact, int begin, int end);
 
 }  // namespace holdfast

@@ -23,7 +23,7 @@ double Deepest(const Eigen::Matrix3Xd& points, const SideTable& table) {
   return 1000.0 * deepest;
 }
 
-// The greatest of all frames and where it is; -1 where all are 0.
+// Maximum over all frames and its frame; -1 if all are 0.
 void Greatest(const std::vector<double>& values, double& greatest, int& frame) {
   const auto at = std::ranges::max_element(values);
   if (at == values.end() || *at <= 0.0) return;
@@ -126,8 +126,8 @@ Clip FitTaken(const TakeMotion& motion, const HandModel& hand, const FitObject& 
   const std::vector<std::uint8_t> holding(held.pose.size(), HoldingBit(hand.HandSide()));
   FitResult fitted = FitClip(held, hands, object, holding, options, {}, progress);
   Clip clip = motion.clip;
-  // The fit may place the object a little otherwise where the wrist's limits kept the hand off the
-  // grasp: it settles into that from where it stands.
+  // Where the wrist's limits kept the hand off the grasp, the fit may place the object slightly
+  // differently: it settles there from its standing pose.
   const Matrix3d stands = ExpSO3(held.object->orient.col(0));
   const Vector3d settle = held.object->trans.col(0) - fitted.clip.object->trans.col(0);
   const Vector3d turn = LogSO3(stands * ExpSO3(fitted.clip.object->orient.col(0)).transpose());

@@ -15,38 +15,38 @@
 
 namespace holdfast {
 
-/// A take in numbers.
+/// Measures of a take.
 struct TakeMeasures {
-  double object_in_table_mm = 0.0;  ///< deepest vertex of the object in the table, any frame
+  double object_in_table_mm = 0.0;  ///< maximum depth of object vertices in the table, all frames
   int object_in_table_frame = -1;
   double hand_in_table_mm = 0.0;  ///< of the taking hand's skin
   int hand_in_table_frame = -1;
   double body_in_table_mm = 0.0;  ///< of all skin
   int body_in_table_frame = -1;
-  double moved_before_take_mm = 0.0;  ///< greatest way of the object's origin before the take
+  double moved_before_take_mm = 0.0;  ///< maximum displacement of its origin before the take
 
-  std::vector<double> tilt_deg;   ///< of the object's z from the vertical, per frame
+  std::vector<double> tilt_deg;   ///< of the object's z from vertical, per frame
   double max_tilt_deg = 0.0;      ///< while held
-  std::vector<double> goal_m;     ///< of the bottom's middle from places[1 + k] at its frame
-  double take_jump_mm = 0.0;      ///< way of the object's origin from the frame before the take
-  double max_acceleration = 0.0;  ///< of the object's bottom middle, m/s^2
+  std::vector<double> goal_m;     ///< distance of the bottom center from places[1 + k] at its frame
+  double take_jump_mm = 0.0;      ///< displacement of the object's origin in the frame of the take
+  double max_acceleration = 0.0;  ///< of the object's bottom center, m/s^2
   int max_acceleration_frame = -1;
 };
 
-/// The skin of all frames (3 x n, world) that comes near a table at `bottom_middle`, lower than
-/// 2 cm above it.
+/// Returns the skin of all frames (3 x n, world) near a table at `bottom_middle` and less than 2 cm
+/// above it.
 Eigen::Matrix3Xd SkinNearTable(const Clip& clip, const BodySurface& surface,
                                const Eigen::Vector3d& bottom_middle, int threads);
 
 /// Measures a clip in which the object is taken at frame `take` and is at places[1 + k] at
-/// `goals[k]`. Penetration of hand and object is ScoreContact's.
+/// `goals[k]`. Penetration between hand and object is left to ScoreContact.
 TakeMeasures MeasureTake(const Clip& clip, const BodySurface& surface, Side side,
                          const TakeObject& object, const SideTable& table, int take,
                          const std::vector<int>& goals, const std::vector<Eigen::Vector3d>& places,
                          int threads);
 
-/// Fits the object to the hand (FitClip) from the take on; the frames before stay. Throws what
-/// FitClip throws. `frames` may be null.
+/// Fits the object to the hand (FitClip) from the take on; earlier frames are unchanged. Throws as
+/// FitClip does. `frames` may be null.
 Clip FitTaken(const TakeMotion& motion, const HandModel& hand, const FitObject& object,
               const FitOptions& options, std::vector<FrameReport>* frames = nullptr,
               const std::function<bool(int, int)>& progress = {});

@@ -30,10 +30,10 @@ using Eigen::Vector3d;
 
 constexpr int kWarpMargin = 16, kWarpReach = 26;  // frames around a place
 constexpr double kRate = 30.0;                    // of states
-constexpr double kEasyReach = 0.95;     // share of the arm's length from which the trunk helps
-constexpr double kMeetOwnArm_s = 0.45;  // in which the made arm takes over
+constexpr double kEasyReach = 0.95;     // fraction of the arm's length from which the trunk helps
+constexpr double kMeetOwnArm_s = 0.45;  // blend time to the solved arm
 
-// Angles that healthy trunks and arms do not pass, for WarpReach.
+// Limits of healthy trunks and arms, for WarpReach.
 std::array<double, kNumBodyJoints> TrunkLimits() {
   std::array<double, kNumBodyJoints> limits;
   limits.fill(120.0 * kDegree);
@@ -102,8 +102,8 @@ class TakeMotionBuilder {
   }
 
  private:
-  // Trunk and legs help the wrist to `goal` at `frame` where the arm is short; frames near the
-  // places before and after are left alone.
+  // Moves trunk and legs to help the wrist to `goal` at `frame` if the arm is short; frames near
+  // the previous and next places are unchanged.
   void Lean(int frame, const Vector3d& goal, std::size_t which) {
     const int count = static_cast<int>(frames_.size());
     const Vector3d shoulder = body_[frame].joints.col(arm_.Bones().root);
@@ -123,7 +123,7 @@ class TakeMotionBuilder {
     body_ = Place(rest_joints_, frames_);
   }
 
-  // Turns of the object at the places it is brought to, the trunk helping where the arm is short.
+  // Object poses at the target places; the trunk helps if the arm is short.
   std::vector<UprightPose> Bring(const TakeCandidate& take, const TakeTimes& times) {
     std::vector<UprightPose> at_goals;
     for (std::size_t g = 0; g < times.goals.size(); ++g) {
@@ -146,7 +146,7 @@ class TakeMotionBuilder {
     return ComfortableCarry(arm_, take, object_, body_, carry_frames, times.take, sampled);
   }
 
-  // The object's way at the pace at which shortfall and hand error are least.
+  // The object's path at the pace of least shortfall and hand error.
   std::vector<Isometry3d> EasiestWay(const TakeMotion& made, const UprightPose& carry,
                                      const std::vector<UprightPose>& at_goals,
                                      const std::vector<Isometry3d>& carry_frames) const {
@@ -187,8 +187,8 @@ class TakeMotionBuilder {
            take.approach.standoff_m;
   }
 
-  // Where the wrist is wanted in a frame before the take: from the motion's own arm onto the line,
-  // and along it.
+  // Target wrist pose before the take: from the motion's own arm onto the approach line, and along
+  // it.
   Isometry3d OnTheWay(int t, const TakeMotion& made, const Isometry3d& grasp) const {
     const TakeTimes& times = made.times;
     const auto share = [&](int from, int to) {
@@ -196,7 +196,7 @@ class TakeMotionBuilder {
     };
     const Vector3d retreat = Retreat(made.take);
     const double onto = share(times.begin, times.pregrasp);
-    // The line is entered while the hand still comes onto it, so that it does not stop there.
+    // Start along the line while still moving onto it, so that the hand does not stop there.
     const double along = share(times.pregrasp - 5, times.arrive);
     const Isometry3d own = body_[t].WorldFromJoint(arm_.Bones().end);
     return RigidTransform(
@@ -206,7 +206,7 @@ class TakeMotionBuilder {
             4.0 * onto * (1.0 - onto) * around_);
   }
 
-  // The straight way onto the line may lead through the object: the least way round that does not.
+  // The straight path to the line may cross the object: find the smallest detour that does not.
   void ComeAround(const TakeMotion& made, const Isometry3d& grasp) {
     HandEvaluation hand = AtWrist(hand_);
     const Isometry3d object_from_world = made.standing.Transform().inverse();
@@ -297,7 +297,7 @@ class TakeMotionBuilder {
     }
   }
 
-  // Neck and head turn to the object while it is reached for, and a little to where it goes.
+  // Turns neck and head to the object while reaching, and briefly afterwards.
   void Look(const TakeMotion& made) {
     const Vector3d at = plan_.places.front();
     const int count = static_cast<int>(frames_.size());
@@ -310,7 +310,7 @@ class TakeMotionBuilder {
           placed.joints.col(kHead) + 0.07 * placed.rotation[kHead].col(1) + 0.08 * face;
       const Quaterniond turn = RotationBetween(face, at - eyes);
       Vector3d angle = LogSO3(turn.matrix());
-      // Heads turn most of the way, eyes the rest; and no farther than necks go.
+      // Heads rotate most of the way, eyes the rest, within the neck's range.
       const double wanted = 0.7 * angle.norm(), limit = 40.0 * kDegree;
       if (wanted < 1e-6) continue;
       angle *= share * limit * std::tanh(wanted / limit) / angle.norm();
@@ -339,7 +339,7 @@ class TakeMotionBuilder {
     made.clip.object->trans.resize(3, count);
     made.clip.object->orient.resize(3, count);
     made.clip.holding_hand.assign(static_cast<std::size_t>(count), 0);
-    // As the hand has hold of it: the grasp, but for what the wrist refused.
+    // The actual hold: the grasp, except where the wrist's limits prevented it.
     const Isometry3d hand_from_object =
         Place(rest_joints_, frames_[times.take]).WorldFromJoint(arm_.Bones().end).inverse() *
         made.standing.Transform();
@@ -372,7 +372,7 @@ class TakeMotionBuilder {
   ArmIk arm_;
   Clip clip_;
   std::vector<BodyFrame> frames_;
-  Vector3d around_ = Vector3d::Zero();  // how far the way onto the line goes round the object
+  Vector3d around_ = Vector3d::Zero();  // detour around the object on the way to the line
   std::vector<int> reached_;            // frames at which the body is at the places
   std::vector<BodyPlacement> body_;
 };

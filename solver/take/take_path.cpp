@@ -21,9 +21,9 @@ using Eigen::Vector3d;
 
 constexpr double kClosing_s = 0.3, kLine_s = 0.35, kBefore_s = 0.55;
 constexpr double kLift_m = 0.06, kLift_s = 0.5;
-constexpr double kOver_m = 0.12, kOff_m = 0.50;  // along the floor: over the table, off it
+constexpr double kOver_m = 0.12, kOff_m = 0.50;  // horizontal: above the table, clear of it
 constexpr double kStay_s = 0.4, kStayWithBody_s = 0.6;
-constexpr double kEase = 0.35;                    // of the way back to carrying, at the last place
+constexpr double kEase = 0.35;  // fraction of the way back to carrying, at the last place
 constexpr double kSlowest = 0.25, kSlow_s = 0.5;  // of GiveTime
 constexpr double kStays_m = 0.05, kStays_s = 0.6;
 
@@ -31,7 +31,7 @@ int Frames(double seconds, double frame_rate) {
   return static_cast<int>(std::lround(seconds * frame_rate));
 }
 
-// Means under a bell, the ends held.
+// Gaussian means, with constant extrapolation.
 std::vector<Eigen::Vector4d> Steadied(const std::vector<Eigen::Vector4d>& values, double sigma) {
   const int count = static_cast<int>(values.size());
   const int radius = static_cast<int>(std::ceil(3.0 * sigma));
@@ -62,7 +62,7 @@ UprightPose Between(const UprightPose& a, const UprightPose& b, double share) {
           a.yaw_rad + share * (b.yaw_rad - a.yaw_rad)};
 }
 
-// Bodies that wait, or turn, before they walk away would draw what they carry low into the table.
+// Bodies that wait or turn before walking away would move a low carried object into the table.
 void StayAbove(const UprightPose& lifted, UprightPose& pose) {
   const double away = (pose.position - lifted.position).head<2>().norm();
   const double over = 1.0 - MinimumJerk((away - kOver_m) / (kOff_m - kOver_m));
@@ -89,7 +89,7 @@ TakeTimes TimesOfTake(std::span<const BodyPlacement> body, std::span<const int> 
                             count),
                 "Make another motion");
   }
-  // The arm's length against what it needs, from arrival until the object is off the table.
+  // Excess over the arm's length, from arrival until the object is off the table.
   const auto over = [&](int t, const Vector3d& place) {
     const Vector3d shoulder = body[std::min(t, count - 1)].joints.col(arm.Bones().root);
     return std::max(0.0, (place - shoulder).norm() - 0.95 * arm.Length());
@@ -144,7 +144,7 @@ void GiveTime(const Eigen::Matrix3Xd& rest_joints, int shoulder, int at, double 
       moved[next++] = static_cast<int>(slowed.size());
     }
     slowed.push_back(Interpolate(frames[before], frames[after], place - before));
-    // The middle of the step decides its speed.
+    // The speed is taken at the middle of the step.
     place += speed(place + 0.5 * speed(place));
   }
   while (next < reached.size()) moved[next++] = static_cast<int>(slowed.size()) - 1;
@@ -178,7 +178,7 @@ UprightPose ComfortableCarry(const ArmIk& arm, const TakeCandidate& take, const 
   const Vector3d bottom = object.BottomMiddle();
   UprightPose best;
   double least = std::numeric_limits<double>::infinity();
-  // The wrist's place in the carry frame, then the object's turn.
+  // Search the wrist's position in the carry frame, then the object's yaw.
   for (const double ahead : {0.22, 0.28, 0.34}) {
     for (const double aside : {0.08, 0.15, 0.22}) {
       for (const double above : {-0.18, -0.10, -0.02}) {
@@ -196,7 +196,7 @@ UprightPose ComfortableCarry(const ArmIk& arm, const TakeCandidate& take, const 
           for (const int t : frames) {
             const ArmTarget target{body[t].joints.col(arm.Bones().root), body[t].rotation[kSpine3],
                                    take.WristFor(carry_frames[t] * pose.Transform())};
-            // One sensible swivel is enough to compare by.
+            // A few typical swivels suffice for comparison.
             double comfort = std::numeric_limits<double>::infinity();
             for (const double swivel : {-10.0, 10.0, 30.0}) {
               const ArmChoice choice = arm.At(target, swivel * kDegree);
@@ -225,7 +225,7 @@ std::vector<Isometry3d> ObjectWay(const TakeTimes& times, const UprightPose& sta
   const auto share = [&](int t, int from, double seconds) {
     return MinimumJerk((t - from) / (seconds * frame_rate));
   };
-  // Turns of the carry frames without jumps, from the one nearest to the standing object's.
+  // Continuous yaws of the carry frames, starting near the standing object's.
   std::vector<double> turn(carry_frames.size());
   const int take = times.take;
   turn[take] = Nearest(YawOf(carry_frames[take]) + carry.yaw_rad, standing.yaw_rad);

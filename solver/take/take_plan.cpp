@@ -19,19 +19,19 @@ using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr int kYaws = 36;
-constexpr int kKept = 24;  // for bodies that stand otherwise than expected
+constexpr int kKept = 24;  // for bodies that stand differently than expected
 constexpr double kTooDeep_mm = 6.0;
 
 Matrix3d TurnZ(double angle) { return Eigen::AngleAxisd(angle, Vector3d::UnitZ()).matrix(); }
 
-// The world rotation of an upright trunk that faces along `yaw`: rest is y up, facing +z.
+// World rotation of an upright trunk facing `yaw`: at rest y is up and it faces +z.
 Matrix3d Facing(double yaw) {
   const Matrix3d world_from_rest = (Matrix3d() << 1, 0, 0, 0, 0, -1, 0, 1, 0).finished();
   return TurnZ(yaw + 0.5 * std::numbers::pi) * world_from_rest;
 }
 
-// Where the shoulder is when a person who came along `yaw` takes something: a comfortable reach
-// away, lower for low things (people bend), the object a little towards the body's middle.
+// Expected shoulder of a person arriving along `yaw`: a comfortable reach away, lower for low
+// objects (people bend), with the object slightly towards the body's midline.
 Vector3d ExpectedShoulder(const ArmIk& arm, const Vector3d& object, double yaw) {
   const Eigen::Matrix3Xd& joints = arm.RestJoints();
   const double standing = joints(1, arm.Bones().root) - joints.row(1).minCoeff() + 0.02;
@@ -46,8 +46,8 @@ Vector3d ExpectedShoulder(const ArmIk& arm, const Vector3d& object, double yaw) 
   return Vector3d(object.x() + from_object.x(), object.y() + from_object.y(), height);
 }
 
-// World's up in the wrist's frame for hands at a table: thumb up, back of the hand up, between
-// them, and each with the fingers level, up a little or down.
+// World up direction in the wrist's frame for hands at a table: thumb up, back of the hand up, in
+// between, and each with the fingers level, slightly up or down.
 std::vector<Vector3d> UpsAtTable(const HandAxes& axes) {
   const Vector3d back = -axes.PalmNormal();
   std::vector<Vector3d> ups;
@@ -86,7 +86,7 @@ GraspOptions SearchAtTable(const TakeRequest& request, const HandAxes& axes) {
   return options;
 }
 
-// Clean grasps, or the least bad where none is.
+// Accepted grasps, or all if there are none.
 std::vector<TakeCandidate> GraspsToScore(const GraspReport& report) {
   std::vector<TakeCandidate> grasps;
   for (const GraspReport::Candidate& candidate : report.candidates) {
@@ -99,7 +99,7 @@ std::vector<TakeCandidate> GraspsToScore(const GraspReport& report) {
   return grasps;
 }
 
-// Scores grasps by the body that is expected before the object's first place.
+// Scores grasps for the body expected in front of the object's first place.
 class ExpectedTake {
  public:
   // All arguments must outlive this.
@@ -111,7 +111,7 @@ class ExpectedTake {
         chest_(Facing(approach_yaw)),
         shoulder_(ExpectedShoulder(arm_, request.places.front(), approach_yaw)) {}
 
-  // Each at its best yaw, best first.
+  // Scores each grasp at its best yaw and sorts them, best first.
   void ScoreAll(std::vector<TakeCandidate>& grasps) const {
     ParallelFor(static_cast<int>(grasps.size()), request_.threads,
                 [&](int i) { grasps[i] = AtBestYaw(grasps[i]); });
@@ -144,7 +144,7 @@ class ExpectedTake {
   Vector3d shoulder_;
 };
 
-// Where the wrist shall be for the plan's take, at each of its places.
+// Wrist targets of the plan's take at each of its places.
 std::vector<TakeGoal> GoalsOf(const TakePlan& plan, const TakeObject& object) {
   std::vector<TakeGoal> goals;
   double heading = plan.approach_yaw_rad;
@@ -184,14 +184,14 @@ void ScoreTake(const ArmIk& arm, const Vector3d& shoulder, const Matrix3d& chest
   take.arm = arm.Best(target);
   take.fault.clear();
   const Vector3d wrist = target.wrist.translation();
-  // Stretched arms are no pleasure either: from nine tenths of their length on.
+  // Penalize stretched arms: beyond 0.9 of their length.
   const double distance = (wrist - shoulder).norm();
   const double stretched = std::max(0.0, distance / arm.Length() - 0.9);
   const double below_mm = std::max(take.grasp.below_bottom_mm, take.approach.below_mm);
   take.score = take.grasp.score - 0.5 * take.arm.discomfort - 10.0 * stretched -
                0.15 * take.approach.through_mm - 0.1 * below_mm;
 
-  // The forearm behind the hand, where it is over the table.
+  // The forearm behind the hand, where it is above the table.
   const Vector3d elbow =
       shoulder + take.arm.limb.upper * (arm.RestJoints().col(arm.Bones().middle) -
                                         arm.RestJoints().col(arm.Bones().root));

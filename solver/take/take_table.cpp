@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kColumnRadius = 0.025, kFootRadius = 0.15, kFootHeight = 0.02;
 constexpr int kSides = 32;
-constexpr double kClearance = 0.01;  // kept from a body where there is a choice
+constexpr double kClearance = 0.01;  // to the body, if possible
 
 double BoxDistance(const Vector3d& p, const Vector3d& half) {
   const Vector3d q = p.cwiseAbs() - half;
@@ -31,7 +31,7 @@ double CylinderDistance(const Vector3d& p, double radius, double low, double hig
   return q.cwiseMax(0.0).norm() + std::min(0.0, q.maxCoeff());
 }
 
-// A prism over a convex outline (2 x n, counter-clockwise).
+// A prism over a convex outline (2 x n, counterclockwise).
 void AddPrism(const Eigen::Matrix2Xd& outline, double low, double high, TriangleMesh& mesh) {
   const auto n = static_cast<int>(outline.cols());
   const auto first = static_cast<int>(mesh.vertices.cols());
@@ -60,7 +60,7 @@ Eigen::Matrix2Xd Circle(double radius) {
   return outline;
 }
 
-// Heights of column and foot below the upper face; none where the top lies on the ground.
+// Heights of column and foot below the upper face; none if the top is on the ground.
 struct Below {
   double column_top, foot_top, ground;
   bool has_column, has_foot;
@@ -72,7 +72,7 @@ Below PartsBelow(const SideTable& table) {
           column_top - ground > kFootHeight};
 }
 
-// Of a point in the table's frame.
+// Distance of a point in the table's frame.
 double DistanceFrom(const SideTable& table, const Below& below, const Vector3d& p) {
   const double thick = -below.column_top, half = 0.5 * table.width_m;
   const Vector3d from_middle = p + Vector3d(0.0, 0.0, 0.5 * thick);
@@ -108,7 +108,7 @@ double SideTable::Distance(const Vector3d& point_world) const {
 SideTable TableAt(const Vector3d& bottom_middle, double yaw_rad, double ahead_m, double aside_m) {
   SideTable table;
   table.height_m = bottom_middle.z();
-  // In the table's frame the person looks along +x and the object is at (ahead - width/2, aside).
+  // In the table's frame the person looks along +x; the object is at (ahead - width/2, aside).
   table.world_from_table =
       PoseAt(Eigen::AngleAxisd(yaw_rad, Vector3d::UnitZ()).toRotationMatrix(),
              Vector3d(ahead_m - 0.5 * table.width_m, aside_m, 0.0), bottom_middle);
@@ -118,7 +118,7 @@ SideTable TableAt(const Vector3d& bottom_middle, double yaw_rad, double ahead_m,
 TablePlacement PlaceTable(const Vector3d& bottom_middle, double yaw_rad, double margin_m,
                           const Eigen::Matrix3Xd& body_points) {
   const double width = SideTable().width_m;
-  // What can be met at all, once for each centimeter.
+  // Points within range, one per centimeter cell.
   constexpr double kCell = 0.01;
   std::unordered_set<std::int64_t> seen;
   std::vector<Vector3d> points;
@@ -142,7 +142,7 @@ TablePlacement PlaceTable(const Vector3d& bottom_middle, double yaw_rad, double 
       for (int b = 0; b <= steps; ++b) {
         const double aside = (b % 2 == 0 ? 1 : -1) * ((b + 1) / 2) * kStep;
         const SideTable table = TableAt(bottom_middle, yaw_rad + turned, margin + a * kStep, aside);
-        // Meters: nearness to the plain place counts little.
+        // Meters: low weight on deviation from the default placement.
         const double plain = 1e-3 * (a + std::abs(aside) / kStep) +
                              4e-3 * std::abs(turned) / (std::numbers::pi / 18.0);
         if (0.1 * plain >= least) continue;
@@ -152,7 +152,7 @@ TablePlacement PlaceTable(const Vector3d& bottom_middle, double yaw_rad, double 
         for (Vector3d& p : points) {
           nearest = std::min(nearest, DistanceFrom(table, below, table_from_world * p));
           if (10.0 * (kClearance - nearest) + 0.1 * plain < least) continue;
-          std::swap(p, points.front());  // what is in one place's way is in the next one's
+          std::swap(p, points.front());  // likely collides with the next table too
           break;
         }
         const double cost = 10.0 * std::max(0.0, kClearance - nearest) + 0.1 * plain;

@@ -10,36 +10,36 @@
 
 namespace holdfast {
 
-/// A small side table: a square top on one column with a round foot. Its frame: origin in the
-/// middle of the top's upper face, z up, edges along x and y.
+/// A small side table: a square top on a column with a round foot. Frame: origin at the center of
+/// the top's upper face, z up, edges along x and y.
 struct SideTable {
   double height_m = 0.7;      ///< of the upper face above the ground
   double width_m = 0.45;      ///< of the top
   double thickness_m = 0.03;  ///< of the top
   Eigen::Isometry3d world_from_table = Eigen::Isometry3d::Identity();
 
-  /// Closed solids that touch: top, column, foot. In the table's frame. A table too low for a
-  /// column (its top on the ground) is the top alone.
+  /// Touching closed solids: top, column, foot, in the table's frame. A table too low for a column
+  /// (its top on the ground) has only the top.
   TriangleMesh Mesh() const;
   /// Signed distance from those solids, world, meters: exact outside, negative inside.
   double Distance(const Eigen::Vector3d& point_world) const;
 };
 
-/// The table on which an object stands at `bottom_middle` (its height is the table's), its edges
-/// along `yaw_rad`, the object `ahead_m` beyond the middle of the edge that faces a person who
-/// looks along `yaw_rad`, and `aside_m` to the left of it.
+/// Returns the table for an object at `bottom_middle` (whose height is the table's) with edges
+/// along `yaw_rad`. The object is `ahead_m` behind the middle of the edge that faces a person
+/// looking along `yaw_rad`, and `aside_m` to the left of it.
 SideTable TableAt(const Eigen::Vector3d& bottom_middle, double yaw_rad, double ahead_m,
                   double aside_m = 0.0);
 
-/// The pose of the table is free; the place of the object on it is given.
+/// A table pose for a given object position.
 struct TablePlacement {
   SideTable table;
-  double deepest_m = 0.0;  ///< of the body's points, 0 when clear
+  double deepest_m = 0.0;  ///< depth of the body's points, 0 if clear
 };
 
-/// The table that keeps clearest of points that a body passes through (3 x n, world), such as its
-/// vertices in all frames: yaws within 60 degrees of `yaw_rad` and places of the object on it, no
-/// nearer to an edge than `margin_m`, nearest to the person first.
+/// Finds the table that best avoids the points of a moving body (3 x n, world), e.g. its vertices
+/// in all frames. Searches yaws within 60 degrees of `yaw_rad` and object positions at least
+/// `margin_m` from the edges, those nearest to the person first.
 TablePlacement PlaceTable(const Eigen::Vector3d& bottom_middle, double yaw_rad, double margin_m,
                           const Eigen::Matrix3Xd& body_points);
 

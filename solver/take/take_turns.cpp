@@ -17,7 +17,7 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-constexpr int kSteps = 10;  // either way
+constexpr int kSteps = 10;  // in each direction
 constexpr double kStep = 6.0 * kDegree;
 constexpr double kFar = 60.0 * kDegree, kFast = 60.0 * kDegree;
 constexpr double kBell_s = 0.15, kBegin_s = 0.3;

@@ -28,7 +28,7 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kFar_m = 0.025;  // skin beyond it has no goal
+constexpr double kFar_m = 0.025;  // skin farther away has no target
 
 GraspOptions SearchOptions(const CarryGraspOptions& options) {
   GraspOptions search;
@@ -38,7 +38,7 @@ GraspOptions SearchOptions(const CarryGraspOptions& options) {
   return search;
 }
 
-// The rigid motion that brings weighted points nearest to their goals (Kabsch).
+// Returns the rigid motion that best aligns weighted points with their goals (Kabsch).
 Isometry3d NearestMotion(const Matrix3Xd& points, const Matrix3Xd& goals,
                          const Eigen::VectorXd& weights) {
   const double sum = weights.sum();
@@ -49,13 +49,13 @@ Isometry3d NearestMotion(const Matrix3Xd& points, const Matrix3Xd& goals,
   return RigidTransform(turn, b - turn * a);
 }
 
-// Where a hand's skin is wanted on the second object.
+// Targets of a hand's skin on the second object.
 struct HandGoals {
   Matrix3Xd at;             // 3 x N, second object's frame
   Eigen::VectorXd weights;  // N
   std::vector<int> touching;
-  std::array<bool, kNumFingers> fingers{};  // that touched
-  Vector3d middle = Vector3d::Zero();       // of the contacts' images
+  std::array<bool, kNumFingers> fingers{};  // in contact on the first object
+  Vector3d middle = Vector3d::Zero();       // of the mapped contacts
 };
 
 }  // namespace
@@ -125,7 +125,7 @@ HandGoals GraspCarrier::Scene::GoalsOf(const HandOnObject& held) const {
   return goals;
 }
 
-// Object and fingers by the goals, within the joints' limits; with `skin`, penetration counts.
+// Solves object pose and fingers for the goals, within joint limits; `skin` adds penetration terms.
 void GraspCarrier::Scene::Minimize(const HandGoals& goals, double goal_weight, bool skin,
                                    int rounds, const HandAngles& preferred,
                                    HandOnObject& hold) const {
@@ -248,7 +248,7 @@ CarriedGrasp GraspCarrier::Scene::Measured(const HandGoals& goals, const HandOnO
   return carried;
 }
 
-// The grasp of most score less what the way from the carried one costs.
+// Selects the grasp with the best score minus the cost of its distance from the transferred one.
 bool GraspCarrier::Scene::Search(const HandGoals& goals, const Vector3d& up_in_wrist,
                                  CarriedGrasp& carried) const {
   constexpr double kScoreOfMeter = 8.0, kLever_m = 0.10;
@@ -320,7 +320,7 @@ CarriedGrasp GraspCarrier::Carry(const HandOnObject& held,
                                  const Eigen::Vector3d& up_in_wrist) const {
   const Scene& scene = *scene_;
   const HandGoals goals = scene.GoalsOf(held);
-  // The hand as it is, as near to its goals as it gets by moving alone.
+  // Start: the unchanged hand, rigidly aligned with its goals.
   HandOnObject start = held;
   start.fingers =
       scene.anatomy.axes.PoseOf(scene.anatomy.axes.Clamp(scene.axes_from.AnglesOf(held.fingers)));

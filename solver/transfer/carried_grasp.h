@@ -16,40 +16,40 @@
 
 namespace holdfast {
 
-/// A hand at an object: fingers, and the object's frame in the wrist's.
+/// A hand at an object: finger angles, and the object's pose in the wrist's frame.
 struct HandOnObject {
   FingerPose fingers = FingerPose::Zero();
   Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
 };
 
-/// A grasp carried from one object to another, or from one hand to another.
+/// A grasp transferred from one object to another, or from one hand to another.
 struct CarriedGrasp {
   HandOnObject hold;
-  bool clean = false;           ///< within what CarryGraspOptions allow
-  bool searched = false;        ///< the carried one was not, and this one was found anew near it
-  std::string refused;          ///< what was wrong with the carried one; empty when it was clean
-  int contacts = 0;             ///< vertices of the hand that touched the first object
-  double contact_off_mm = 0.0;  ///< mean distance of these from where the map has them go
+  bool clean = false;           ///< within the limits of CarryGraspOptions
+  bool searched = false;        ///< the transferred grasp was not clean; found by a search near it
+  std::string refused;          ///< fault of the transferred grasp; empty if it was clean
+  int contacts = 0;             ///< hand vertices in contact with the first object
+  double contact_off_mm = 0.0;  ///< their mean distance from their mapped targets
   double hand_in_object_mm = 0.0, object_in_hand_mm = 0.0;
-  int fingers_touching = 0, fingers_touched = 0;  ///< now; on the first object
-  /// From the wrist that the map's turn and place alone would have.
+  int fingers_touching = 0, fingers_touched = 0;  ///< on the new object; on the first object
+  /// Relative to the wrist pose given by the map's rotation and position alone.
   double wrist_shift_m = 0.0, wrist_turn_rad = 0.0;
 };
 
 struct CarryGraspOptions {
-  double touch_m = 0.005;       ///< skin nearer than this touches: S
-  double fade_m = 0.008;        ///< farther skin counts by exp(-(d / fade)^2)
+  double touch_m = 0.005;       ///< skin closer than this is in contact: S
+  double fade_m = 0.008;        ///< weight of farther skin: exp(-(d / fade)^2)
   double max_depth_m = 0.0018;  ///< of hand and object in each other
-  bool search = true;           ///< a new grasp near the carried one where that is not clean
+  bool search = true;           ///< search a new grasp nearby if the transferred one is not clean
   std::uint64_t seed = 1;
-  int threads = 1;  ///< of a search; the result does not depend on them
+  int threads = 1;  ///< of a search; does not affect the result
 };
 
-/// One hand of the clip's person and the same one of the person who is to hold, with what carrying
-/// grasps takes of them; const, shared by objects and threads. What it is given must outlive it.
+/// A hand of the clip's person and the same hand of the target person, with derived data; const,
+/// shared by objects and threads. The arguments must outlive it.
 class CarryingHand {
  public:
-  /// Throws Error for hands of two sides or with unlike vertices.
+  /// Throws Error for hands of different sides or with different vertices.
   CarryingHand(const HandModel& from_hand, const HandModel& to_hand);
 
   const HandModel &from, &to;
@@ -58,28 +58,28 @@ class CarryingHand {
   ClosedHands closed;  ///< of `to`
 };
 
-/// Carries grasps of one hand from an object to another one. What depends on neither grasp nor
-/// moment is worked out once; const and shared by threads. All that it is given must outlive it.
+/// Transfers grasps of one hand from an object to another one. Precomputes all that is independent
+/// of grasp and time; const and thread-safe. The arguments must outlive it.
 class GraspCarrier {
  public:
-  /// The first hand held `from_object`, the second one is to hold `to_object`.
+  /// The first hand held `from_object`; the second one is to hold `to_object`.
   GraspCarrier(const CarryingHand& hand, const PreparedObject& from_object,
                const PreparedObject& to_object, const SurfaceMap& map,
                const CarryGraspOptions& options = {});
   ~GraspCarrier();
 
-  /// Skin near the first object keeps its distance to it: a vertex v with nearest point c and
-  /// normal n there is wanted at c' + d n', with (c', n') = SurfaceMap::At(c, n) and d its distance
-  /// (VertexGoals). Wrist and fingers are solved for that, then with penetration both ways and
-  /// joint limits, and pads that are nearly there are brought onto the surface (RefineGrasp). Where
-  /// that is not clean, grasps are searched for (CloseHand) and the best one near it is taken.
+  /// Transfers a grasp such that skin near the object keeps its distance: a vertex with nearest
+  /// point c, normal n and distance d has the target c' + d n', with (c', n') = SurfaceMap::At(c,
+  /// n) (VertexGoals). Wrist and fingers are solved for these, then with penetration in both
+  /// directions and joint limits; pads close to the surface are moved onto it (RefineGrasp). If the
+  /// result is not clean, grasps are searched (CloseHand) and the best nearby one is used.
   ///
   /// `up_in_wrist`: the world's up in the wrist's frame, for a search. Throws Error for a hand that
   /// is nowhere near the object.
   CarriedGrasp Carry(const HandOnObject& held, const Eigen::Vector3d& up_in_wrist) const;
 
-  /// How deep the second object's surface is in the second hand (3 x N, any frame that
-  /// `frame_from_object` leads to), meters.
+  /// Returns the maximum depth of the second object's surface in the second hand (`vertices`: 3 x
+  /// N, in any frame; `frame_from_object` maps the object into it), meters.
   double ObjectInHand(const Eigen::Matrix3Xd& vertices,
                       const Eigen::Isometry3d& frame_from_object) const;
 

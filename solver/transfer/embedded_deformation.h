@@ -12,8 +12,8 @@
 
 namespace holdfast {
 
-/// A node of an embedded deformation (Sumner, Schmid, Pauly 2007): what is near it goes
-/// x -> R (x - g) + g + t.
+/// A node of an embedded deformation (Sumner, Schmid, Pauly 2007): maps nearby points x to R (x -
+/// g) + g + t.
 struct DeformationNode {
   Eigen::Vector3d at;                                  ///< g
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();  ///< R
@@ -28,10 +28,10 @@ struct NodeWeights {
   std::array<double, kNodesOfPoint> weight{};
 };
 
-/// The nearest, by (1 - d / d_5)^2 of the distances d.
+/// Returns the nearest nodes with weights (1 - d / d_5)^2 for distances d.
 inline NodeWeights WeightsAt(const std::vector<DeformationNode>& nodes,
                              const Eigen::Vector3d& point) {
-  constexpr int kNearest = kNodesOfPoint + 1;  // the last one gives the distance of no weight
+  constexpr int kNearest = kNodesOfPoint + 1;  // the last one sets the distance of zero weight
   std::array<std::pair<double, int>, kNearest> nearest;
   nearest.fill({std::numeric_limits<double>::infinity(), 0});
   for (std::size_t k = 0; k < nodes.size(); ++k) {
@@ -52,8 +52,8 @@ inline NodeWeights WeightsAt(const std::vector<DeformationNode>& nodes,
   return found;
 }
 
-/// Residual of a bent point and where it is to be: along the normal of the surface there, and a
-/// little across.
+/// Residual between a deformed point and its goal: along the surface normal at the goal, and weakly
+/// in all directions.
 struct GoalOfPoint {
   GoalOfPoint(const Eigen::Vector3d& point, std::array<Eigen::Vector3d, kNodesOfPoint> nodes,
               const std::array<double, kNodesOfPoint>& weights, const Eigen::Vector3d& goal,
@@ -96,7 +96,7 @@ struct GoalOfPoint {
   double along_, across_;
 };
 
-/// Residual of rigidity: a node moves its neighbor as the neighbor moves itself.
+/// Rigidity residual: a node moves its neighbor as the neighbor moves itself.
 struct RigidNeighbors {
   Eigen::Vector3d edge;  // to the neighbor
   double weight;

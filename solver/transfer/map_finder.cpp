@@ -26,7 +26,7 @@ using Eigen::Vector3d;
 
 namespace {
 
-// Rotations that the one object may have to make: about z, then of axes of inertia onto each other.
+// Start rotations: about z, and between axes of inertia.
 std::vector<Matrix3d> StartRotations(const Matrix3Xd& from, const Matrix3Xd& to) {
   std::vector<Matrix3d> starts;
   constexpr int kTurns = 24;

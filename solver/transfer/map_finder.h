@@ -14,7 +14,7 @@
 
 namespace holdfast {
 
-/// Finds a map in its steps: turned and scaled, then bent. Used once, by one of its two methods.
+/// Computes a map in steps: rotation and scale, then deformation. Call one method, once.
 class MapFinder {
  public:
   MapFinder(const TriangleMesh& from, const TriangleMesh& to, const SurfaceMapOptions& options);
@@ -23,27 +23,27 @@ class MapFinder {
 
  private:
   struct Match {
-    Eigen::Vector3d placed, goal, normal;  // no normal: the goal itself
+    Eigen::Vector3d placed, goal, normal;  // zero normal: point-to-point
   };
-  // Points with their normals as places: the two sides of a wall are apart.
+  // Points offset along their normals, which separates the two sides of a wall.
   Eigen::Matrix3Xd Lifted(const OrientedPoints& points) const;
   double Lift() const { return std::clamp(0.06 * size_, 0.002, 0.010); }
 
-  // Q, s and b for a turn: boxes onto each other.
+  // Sets Q, s and b for a rotation, aligning the bounding boxes.
   void SetPlaced(const Eigen::Matrix3d& turn, SurfaceMap& map) const;
   OrientedPoints Moved(const SurfaceMap& map) const;
-  // Mean squared distance of lifted points, both ways; every `stride`-th counts.
+  // Mean squared distance of lifted points, in both directions; uses every `stride`-th.
   double Mismatch(const SurfaceMap& map, int stride) const;
-  // Among turns that are as good within a fifth, the least, and no tilt if that may be.
+  // Among rotations of cost within a fifth, prefers the smallest, without tilt if possible.
   void Align();
-  // The mismatch with what turning costs: up to a tenth for a tilt, a tenth for the angle. A floor
-  // of what sampling alone makes.
+  // The mismatch times a rotation penalty: up to a tenth for tilt, a tenth for the angle. Includes
+  // a floor for the sampling error.
   double Cost(double mismatch, const Eigen::Matrix3d& turn) const;
-  // ICP of the turn alone; boxes give scale and place.
+  // ICP over the rotation; the boxes determine scale and position.
   Eigen::Matrix3d Iterated(Eigen::Matrix3d turn);
-  // The similarity that takes the pairs onto each other best.
+  // The best similarity transform between the pairs.
   void PlaceByPairs(const Eigen::Matrix3Xd& on_from, const Eigen::Matrix3Xd& on_to);
-  // Nodes evenly over the placed surface: each the farthest from those before.
+  // Farthest-point sampling of nodes on the placed surface.
   void MakeNodes();
   void BendToShape(double stiffness);
   void Bend(const std::vector<Match>& matches, double stiffness);
@@ -51,7 +51,7 @@ class MapFinder {
   SurfaceMapOptions options_;
   SignedDistance from_surface_;
   OrientedPoints from_, to_;
-  double size_ = 0.0;  // of the second object, its diagonal
+  double size_ = 0.0;  // diagonal of the second object
   std::optional<NearestPoints> to_tree_;
   std::vector<std::pair<std::size_t, std::size_t>> edges_;
   SurfaceMap map_;

@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 
 constexpr std::array<Side, 2> kSides = {Side::kLeft, Side::kRight};
 
-// Rest joints, and how high an ankle is above the sole.
+// Rest joints, and the height of an ankle above the sole.
 struct Stature {
   explicit Stature(const ClipBody& body) {
     const Matrix3Xd shaped = body.model->ShapedVertices(body.betas);
@@ -44,15 +44,15 @@ double SmootherStep(double s) {
   return s * s * s * (10.0 + s * (6.0 * s - 15.0));
 }
 
-// The joint's world place in a frame.
+// World pose of a joint in a frame.
 Isometry3d WorldOf(const Matrix3Xd& rest, const Clip& clip, int t, int joint) {
   BodyState state;
   ForwardJoints(rest, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
   return state.WorldFromJoint(joint);
 }
 
-// By what horizontal shift of the body the farthest wrist comes into reach: the mean way that arms
-// lack, again and again.
+// Horizontal shift of the body that brings all wrists within reach: repeatedly steps towards the
+// wrist that is farthest out of reach.
 Eigen::Vector2d StepTowards(const Matrix3Xd& rest, const std::vector<WristPath>& paths,
                             const Clip& clip) {
   constexpr double kMost_m = 0.4, kNearlyStraight = 0.985;
@@ -157,7 +157,7 @@ ArmReport BringWrists(const ClipBody& body, const std::vector<WristPath>& paths,
   const int blend = std::max(1, static_cast<int>(std::lround(blend_s * clip.frame_rate)));
   int frames = 0;
   for (const Side side : kSides) {
-    // The offset from the clip's wrist along the clip, with its share.
+    // Offset from the clip's wrist in every frame, with its blend weight.
     const auto count = static_cast<std::size_t>(clip.NumFrames());
     std::vector<std::pair<double, Isometry3d>> wanted(count, {0.0, Isometry3d::Identity()});
     const auto offset_at = [&](const WristPath& path, int t) {

@@ -11,45 +11,45 @@
 
 namespace holdfast {
 
-/// How a clip came onto another body.
+/// Report of a retargeting to another body.
 struct OtherBodyReport {
-  double leg_ratio = 1.0;       ///< of the new body's legs to the old one's
-  double ankle_missed_m = 0.0;  ///< farthest that a foot stays from its place
-  double sink_m = 0.0;          ///< most that the pelvis sinks so that both legs reach
-  double fingers_ratio = 1.0;   ///< of the hands' lengths
+  double leg_ratio = 1.0;       ///< leg length of the new body relative to the old one's
+  double ankle_missed_m = 0.0;  ///< maximum distance of a foot from its target
+  double sink_m = 0.0;          ///< maximum lowering of the pelvis for both legs to reach
+  double fingers_ratio = 1.0;   ///< ratio of hand lengths
 };
 
-/// The same motion of another body: feet are where they were (the soles at their heights), the
-/// pelvis above the same place, higher or lower as the legs are longer or shorter, legs by inverse
-/// kinematics; trunk, arms and fingers keep their rotations. The object's track stays as it is. A
-/// hand alone has its wrist where it was. Models may differ: rotations of joints mean the same in
-/// all. Throws Error for a hand alone and a whole body.
+/// Retargets a motion to another body: feet keep their positions (the soles at their heights), the
+/// pelvis stays above the same point with its height scaled by the leg length, legs are solved by
+/// inverse kinematics; trunk, arms and fingers keep their rotations. The object track is unchanged.
+/// A single hand keeps its wrist position. Models may differ: joint rotations are compatible.
+/// Throws Error for a hand alone with a whole body.
 Clip OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to,
                    OtherBodyReport* report = nullptr);
 
-/// A clip on another body, and how it came there.
+/// A retargeted clip and its report.
 struct OntoBody {
   Clip clip;
   OtherBodyReport report;
 };
 
-/// Where a wrist is to be, of frames [begin, end): world poses.
+/// Target wrist poses (world) in frames [begin, end).
 struct WristPath {
   Side side = Side::kRight;
   int begin = 0, end = 0;
   std::vector<Eigen::Isometry3d> wrist;  ///< end - begin
 };
 
-/// How arms came to their paths.
+/// Report of BringWrists.
 struct ArmReport {
-  double shortfall_m = 0.0;  ///< most that a wrist stays from its path: the arm is too short
-  double step_m = 0.0;       ///< by which the person stands elsewhere so that arms reach
+  double shortfall_m = 0.0;  ///< maximum distance of a wrist from its path: the arm is too short
+  double step_m = 0.0;       ///< displacement of the person for the arms to reach
   double wrist_moved_mean_m = 0.0, wrist_moved_max_m = 0.0;  ///< from the clip's, on the paths
 };
 
-/// Brings the wrists of a clip onto their paths (MoveWrist) and, in the frames before and after,
-/// smoothly back to the clip's own within `blend_s`. Where an arm is too short in some frame, the
-/// person stands nearer, by one horizontal shift of the whole clip (at most 0.4 m).
+/// Moves the wrists of a clip onto their paths (MoveWrist) and blends back to the clip within
+/// `blend_s` before and after. If an arm is too short in some frame, the whole clip is shifted
+/// horizontally towards the path (at most 0.4 m).
 ArmReport BringWrists(const ClipBody& body, const std::vector<WristPath>& paths, double blend_s,
                       Clip& clip);
 

@@ -56,11 +56,11 @@ Matrix3d SurfaceMap::Turn(const Vector3d& point) const {
 }
 
 SurfaceMap::Image SurfaceMap::At(const Vector3d& point, const Vector3d& normal) const {
-  if (!to_) {  // scaled: exactly there
+  if (!to_) {  // scaled: exact
     return {Placed(point),
             (rotation_ * report_.scale.cwiseInverse().asDiagonal() * normal).normalized()};
   }
-  // From a little outside, so that of a thin wall its near side is the nearest.
+  // Query from slightly outside, so that the near side of a thin wall is the nearest.
   constexpr double kOutside_m = 0.003;
   const Vector3d outwards =
       (Turn(point) * report_.scale.cwiseInverse().asDiagonal() * normal).normalized();
@@ -132,7 +132,7 @@ void SurfaceMap::Measure(const TriangleMesh& from, const TriangleMesh& to) {
   SetInPlace(from, to.vertices);
 }
 
-// Turned alike, the middles above each other, the lowest points level.
+// Same orientation, box centers vertically aligned, lowest points level.
 void SurfaceMap::SetInPlace(const TriangleMesh& from, const Matrix3Xd& to) {
   const Eigen::AlignedBox3d a = BoxOf(from.vertices), b = BoxOf(rotation_.transpose() * to);
   Vector3d shift = b.center() - a.center();

@@ -16,74 +16,74 @@
 
 namespace holdfast {
 
-/// Where a map comes from.
+/// Origin of a map.
 enum class MapMethod {
-  kScaled,      ///< the second object is the first one, scaled
-  kRegistered,  ///< found by shape
-  kGiven,       ///< by pairs of points
+  kScaled,      ///< the second object is a scaled copy of the first
+  kRegistered,  ///< registered by shape
+  kGiven,       ///< from point pairs
 };
 std::string_view MethodName(MapMethod method);
 
-/// How well a map carries the first surface onto the second.
+/// Quality of a map from the first surface to the second.
 struct SurfaceMapReport {
   MapMethod method = MapMethod::kScaled;
-  double turned_deg = 0.0;  ///< by which the first object turns to lie like the second
+  double turned_deg = 0.0;  ///< rotation of the first object to align with the second
   Eigen::Vector3d scale =
-      Eigen::Vector3d::Ones();  ///< along the first object's axes, before it bends
-  double residual_mm = 0.0;  ///< root mean square distance of the first, carried, from the second
-  double missed_mm = 0.0;    ///< 95th percentile of the second's from the first, carried
+      Eigen::Vector3d::Ones();  ///< along the first object's axes, before deformation
+  double residual_mm = 0.0;     ///< RMS distance of the warped first surface from the second
+  double missed_mm = 0.0;       ///< 95th percentile, second surface to the warped first
   double stretch_median = 1.0, stretch_most = 1.0;  ///< max(s, 1/s); median, 95th percentile
-  /// Whether the two are of one kind: residual below 4 %, missed below 8 % of the second's
-  /// diagonal, and stretch (over the uniform scale) below 2.5.
+  /// Whether the objects are similar: residual below 4 %, missed below 8 % of the second's
+  /// diagonal, and stretch (relative to the uniform scale) below 2.5.
   bool alike = true;
 };
 
 struct SurfaceMapOptions {
-  int samples = 1500;  ///< points on each surface that are matched
-  int nodes = 70;      ///< of the graph that bends
+  int samples = 1500;  ///< matched points on each surface
+  int nodes = 70;      ///< of the deformation graph
 };
 
-/// A dense map of one object's surface onto another's, and of the space around it: contacts of a
-/// hand go along. Const and shared by threads.
+/// A dense map from one object's surface to another's, and of the surrounding space: it transfers
+/// hand contacts. Const and thread-safe.
 ///
 /// Warp(x) = sum_k w_k(y) (R_k (y - g_k) + g_k + t_k),  y = Q diag(s) x + b: rotation and scale per
-/// axis, then embedded deformation (Sumner, Schmid, Pauly 2007) by nodes g_k, kept as rigid as
-/// possible: the sum over neighbors |R_k (g_l - g_k) + g_k + t_k - g_l - t_l|^2 is small.
+/// axis, then embedded deformation (Sumner, Schmid, Pauly 2007) by nodes g_k, as rigid as possible:
+/// the sum over neighbors |R_k (g_l - g_k) + g_k + t_k - g_l - t_l|^2 is small.
 class SurfaceMap {
  public:
-  /// Onto the same object scaled about its origin, by a factor for each axis. Throws Error unless
-  /// they are in [0.05, 20].
+  /// Returns the map to the same object scaled about its origin, with a factor per axis. Throws
+  /// Error for factors outside [0.05, 20].
   static SurfaceMap Scaled(const TriangleMesh& from, const Eigen::Vector3d& factors);
-  /// Found by shape: many starts (turns about z, axes of inertia), the nearest by points and
-  /// normals, iterated (ICP) and then bent. Objects that turning leaves alike stay as they are.
+  /// Registers by shape: many starts (rotations about z, axes of inertia) are ranked by points and
+  /// normals, refined (ICP), and the best is deformed. Symmetric objects are not rotated.
   static SurfaceMap Registered(const TriangleMesh& from, const TriangleMesh& to,
                                const SurfaceMapOptions& options = {});
-  /// By pairs of points (3 x n, meters, n >= 4), the k-th of the first surface on the k-th of the
-  /// second. Throws Error for other sizes and points farther than 2 cm from their surfaces.
+  /// Fits the map to pairs of points (3 x n, meters, n >= 4), column k of the first surface to k of
+  /// the second. Throws Error for other sizes and points over 2 cm from their surfaces.
   static SurfaceMap Given(const TriangleMesh& from, const TriangleMesh& to,
                           const Eigen::Matrix3Xd& on_from, const Eigen::Matrix3Xd& on_to,
                           const SurfaceMapOptions& options = {});
-  /// The same of a text file: a row of six numbers for each pair (x y z on the first, x y z on the
-  /// second, meters), or one number for each vertex of the first, a vertex of the second, from 0;
-  /// blanks or commas between, '#' begins a comment. Throws Error for anything else.
+  /// Reads pairs from a text file: a row of six numbers per pair (x y z on the first, x y z on the
+  /// second, meters), or one number per vertex of the first, a vertex index of the second, from 0;
+  /// separated by blanks or commas, '#' begins a comment. Throws Error for anything else.
   static SurfaceMap FromFile(const TriangleMesh& from, const TriangleMesh& to,
                              const std::filesystem::path& path,
                              const SurfaceMapOptions& options = {});
 
-  /// Where a point on or near the first surface goes.
+  /// Maps a point on or near the first surface.
   Eigen::Vector3d Warp(const Eigen::Vector3d& point) const;
-  /// How directions turn there.
+  /// Rotation of directions at the point.
   Eigen::Matrix3d Turn(const Eigen::Vector3d& point) const;
 
   struct Image {
     Eigen::Vector3d point;   ///< on the second surface
-    Eigen::Vector3d normal;  ///< unit, outwards
+    Eigen::Vector3d normal;  ///< outward unit normal
   };
-  /// Of a point of the first surface with its outward normal: on the side of walls that it is on.
+  /// Maps a surface point with its outward normal, preserving the side of walls.
   Image At(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
 
-  /// The first object's frame in the second's where the second takes the first one's place:
-  /// turned alike, centers of the boxes above each other, standing at the same height.
+  /// Pose of the first object in the second's frame when the second replaces it: same orientation,
+  /// box centers vertically aligned, standing at the same height.
   const Eigen::Isometry3d& InPlace() const { return to_from_from_; }
   const SurfaceMapReport& Report() const { return report_; }
 
@@ -99,17 +99,17 @@ class SurfaceMap {
   Eigen::Matrix3d linear_ = Eigen::Matrix3d::Identity();    // Q diag(s)
   Eigen::Vector3d offset_ = Eigen::Vector3d::Zero();        // b
   std::vector<DeformationNode> nodes_;
-  std::shared_ptr<const SignedDistance> to_;  // null: the first one, scaled
+  std::shared_ptr<const SignedDistance> to_;  // null: the first object, scaled
   Eigen::Isometry3d to_from_from_ = Eigen::Isometry3d::Identity();
   SurfaceMapReport report_;
 };
 
-/// Points of a surface with their outward normals.
+/// Surface points with their outward normals.
 struct OrientedPoints {
   Eigen::Matrix3Xd at, normal;
   Eigen::Index Count() const { return at.cols(); }
 };
-/// `count` points, evenly over the mesh; `surface` is its distance.
+/// Samples `count` points evenly on the mesh; `surface` is its signed distance.
 inline OrientedPoints SampleOriented(const TriangleMesh& mesh, const SignedDistance& surface,
                                      int count) {
   OrientedPoints points{SampleSurface(mesh, count), {}};

@@ -43,7 +43,7 @@ std::vector<TransferredHold> HoldsIn(const std::vector<std::uint8_t>& holding) {
   return holds;
 }
 
-// One transfer: hands of both bodies and what they hold.
+// One transfer: hands of both bodies and their objects.
 class Transferer {
  public:
   Transferer(const Clip& clip, const ClipBody& from, const PreparedObject& from_object,
@@ -123,7 +123,7 @@ class Transferer {
     return state.WorldFromWrist().inverse() * clip_.object->Pose(t);
   }
 
-  // The grasp of the frame in which the hand has most contacts, of a few.
+  // Transfers the grasp of the frame with most contacts, among a few.
   void CarryHold(TransferredHold& hold) {
     constexpr int kLooks = 9;
     const HandModel& hand = hands_.from_hands[IndexOf(hold.side)];
@@ -155,8 +155,8 @@ class Transferer {
     hold.grasp = carrier->Carry(held, up);
   }
 
-  // The object goes where the wrist of its hold takes it; between holds as it did, seen from the
-  // hold before.
+  // During a hold the object moves with its wrist; otherwise it keeps its trajectory, relative to
+  // the previous hold.
   void FollowWrists(Clip& moved) const {
     for (int t = 0; t < moved.NumFrames(); ++t) {
       moved.object->SetPose(t, clip_.object->Pose(t) * map_.InPlace().inverse());
@@ -170,7 +170,7 @@ class Transferer {
     }
   }
 
-  // The second object goes the first one's way, and wrists come to it.
+  // The second object keeps the first one's trajectory, and wrists move to it.
   void FollowObject(Clip& moved) {
     std::vector<WristPath> paths;
     for (int t = 0; t < moved.NumFrames(); ++t) {
@@ -229,7 +229,7 @@ class Transferer {
   std::vector<std::unique_ptr<const GraspCarrier>> carriers_;  // right, left
 };
 
-// Hands come and go without sweeping through the object, and all is measured again.
+// Makes hands approach and leave without passing through the object, and measures again.
 void ClearWays(const Clip& prepared, const TransferHands& hands, const PreparedObject& object,
                const TransferOptions& options, TransferReport& report) {
   std::vector<const HandModel*> holding;

@@ -18,34 +18,34 @@
 #include "solver/transfer/other_body.h"
 #include "solver/transfer/surface_map.h"
 
-/// One demonstration, others: a clip in which hands hold an object comes in; the same with another
-/// object of the kind, or by another body, comes out, contacts kept, fitted and measured.
+/// Transfers a demonstration: from a clip in which hands hold an object to the same motion with a
+/// similar object or by another body, with contacts preserved, fitted and measured.
 
 namespace holdfast {
 
-/// What keeps its way through the world.
+/// What keeps its world trajectory.
 enum class TransferKeeps {
-  kAuto,    ///< wrists where one hand of the same body holds in all frames, else the object
+  kAuto,    ///< wrists if one hand of the same body holds in all frames, else the object
   kWrists,  ///< the object follows the first hand's wrist
   kObject,  ///< arms follow the object
 };
 
 struct TransferOptions {
   TransferKeeps keeps = TransferKeeps::kAuto;
-  CarryGraspOptions grasp;    ///< seed and threads are those of `carry`
-  CarryOptions carry;         ///< of the fit: grasp source and hands are set here
-  double blend_s = 0.5;       ///< wrists come to their new paths and leave them in this time
-  int object_vertices = 300;  ///< that objects are to be prepared with
+  CarryGraspOptions grasp;    ///< seed and threads are overridden by those of `carry`
+  CarryOptions carry;         ///< of the fit; grasp source and hands are overridden
+  double blend_s = 0.5;       ///< blend time before and after the new wrist paths
+  int object_vertices = 300;  ///< for preparing objects
 };
 
 /// The options of `transfer` to another object or body.
 OptionTable OptionsOf(TransferOptions& options);
 
-/// A hold of one hand, [begin, end), as it was carried over.
+/// A transferred hold of one hand, [begin, end).
 struct TransferredHold {
   Side side = Side::kRight;
   int begin = 0, end = 0;
-  int frame = 0;  ///< whose contacts were carried: that with most of them
+  int frame = 0;  ///< frame of the transferred contacts: the one with most
   CarriedGrasp grasp;
 };
 
@@ -58,45 +58,44 @@ struct TransferReport {
   std::vector<std::string> warnings;  ///< of the transfer; the fit's are in `carried`
 };
 
-/// Carries every hold of a clip to another object, another body or both, and fits the result as
+/// Transfers every hold of a clip to another object, another body or both, and fits the result as
 /// CarryObject does. `map` leads from `from_object` to `to_object` (SurfaceMap::Scaled by 1 for the
-/// same one). Where the object keeps its way, it is turned and placed as the first one was
-/// (SurfaceMap::InPlace). Hands are carried vertex by vertex, so that both bodies are of one model:
-/// a clip of another is converted first (ConvertClip), with `onto` the clip as it was on the second
-/// body (OntoOtherBody), since a converted body may stand on other soles; null to have it made from
-/// `clip`. Throws Error for a clip without an object's trajectory, in which no hand holds or
-/// touches it, bodies of two models, and what CarryObject throws.
+/// same object). If the object keeps its trajectory, it is rotated and placed like the first one
+/// (SurfaceMap::InPlace). Hands are transferred by vertex, so both bodies must have the same model:
+/// a clip of another model is converted first (ConvertClip), with `onto` the original clip on the
+/// second body (OntoOtherBody), because a converted body may have other soles; if null, it is
+/// computed from `clip`. Throws Error for a clip without an object trajectory or in which no hand
+/// holds or touches the object, for bodies of two models, and as CarryObject does.
 TransferReport TransferClip(const Clip& clip, const ClipBody& from,
                             const PreparedObject& from_object, const ClipBody& to,
                             const PreparedObject& to_object, const SurfaceMap& map,
                             const TransferOptions& options = {},
                             const StagedProgress& progress = {}, const OntoBody* onto = nullptr);
 
-/// The hands of two persons, with what transfers take of them; const, shared by threads.
+/// The hands of two persons, with derived data; const and thread-safe.
 struct TransferHands {
   TransferHands(const ClipBody& from, const ClipBody& to);
 
   std::vector<HandModel> from_hands, to_hands;                ///< right, left
-  std::vector<std::unique_ptr<const CarryingHand>> carrying;  ///< null where there is no hand
+  std::vector<std::unique_ptr<const CarryingHand>> carrying;  ///< null if there is no hand
 };
 
-/// Everything before the fit: the clip with arms, fingers of the holds and object where they
-/// belong, and holding_hand.
-/// `onto` is the clip on the second body
-/// (OntoOtherBody), null to have it made here; `carriers` get those that were used.
+/// Performs everything before the fit: returns the clip with arms, fingers of the holds, object and
+/// holding_hand. `onto` is the clip on the second body (OntoOtherBody), computed here if null;
+/// `carriers` receives those that were used.
 Clip PrepareTransfer(const Clip& clip, const ClipBody& from, const PreparedObject& from_object,
                      const ClipBody& to, const PreparedObject& to_object, const SurfaceMap& map,
                      const TransferHands& hands, const TransferOptions& options,
                      TransferReport& report, const Clip* onto = nullptr,
                      std::vector<std::unique_ptr<const GraspCarrier>>* carriers = nullptr);
 
-/// A map in numbers, units in the names.
+/// The report of a map; units in the names.
 nlohmann::json MapJson(const SurfaceMapReport& map);
 
-/// What became of each hold, a list.
+/// The outcome of each hold, as a list.
 nlohmann::json TransferredHoldsJson(const std::vector<TransferredHold>& holds);
 
-/// What kept its way, and how body and arms followed.
+/// What kept its trajectory, and how body and arms followed.
 nlohmann::json FollowingJson(const TransferReport& report);
 
 }  // namespace holdfast

@@ -27,7 +27,7 @@ VariantManifest ReadManifest(const fs::path& path, const json& asked) {
   bool first = true;
   for (std::string line; std::getline(text, line);) {
     const json entry = json::parse(line, nullptr, false);
-    if (entry.is_discarded() || !entry.is_object()) break;  // it was stopped while it wrote
+    if (entry.is_discarded() || !entry.is_object()) break;  // interrupted while writing
     if (first && entry != asked) {
       throw Error(folder.string(), "holds variants of another clip, options or seed",
                   "Choose another folder");
@@ -54,7 +54,7 @@ HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspC
   HandState state(hand.to);
   Matrix3Xd measured, skin;
   std::vector<int> near;
-  double least = 0.0, deepest = 0.0;  // meters, of the frame that was measured
+  double least = 0.0, deepest = 0.0;  // meters, of the last measured frame
   for (int t = hold.begin; t < hold.end; ++t) {
     const auto frame = static_cast<std::size_t>(t);
     state.SetBody(clip.pose[frame], clip.trans.col(t));

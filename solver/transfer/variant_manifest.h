@@ -16,29 +16,29 @@
 
 namespace holdfast {
 
-/// Tries that a manifest has, and the lines of it that are whole.
+/// Number of tries in a manifest, and its complete lines.
 struct VariantManifest {
   int tried = 0, kept = 0;
   std::string text;
   std::map<std::string, int> refused;
 };
 
-/// Of a folder of variants with what was asked, the first line. Empty where nothing is there yet.
-/// Throws Error for a folder that holds something else, or variants of other `asked`.
+/// Reads the manifest of a folder of variants, whose first line is the request. Empty if there is
+/// none yet. Throws Error for a folder that holds something else, or variants of another `asked`.
 VariantManifest ReadManifest(const std::filesystem::path& path, const nlohmann::json& asked);
 
-/// Depth both ways and contact of a hold, frame after frame. Where skin near the object has moved
-/// by little since a frame that was measured, nothing is deeper or farther off than it was by more.
+/// Depth in both directions and contact of a hold over its frames. If skin near the object has
+/// moved little since a measured frame, depth and distance are bounded by that motion.
 struct HoldMeasure {
   double deepest_mm = 0.0;
   int frames = 0, touching = 0;
 };
 
-/// Of the frames of `hold`, with skin nearer than `touch_m` in contact.
+/// Measures the frames of `hold`; skin closer than `touch_m` is in contact.
 HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspCarrier& carrier,
                         const PreparedObject& object, const TransferredHold& hold, double touch_m);
 
-/// How deep the object is in the person's body, meters: the most of ten frames in which it is held.
+/// Depth of the object in the person's body, meters: maximum over ten frames in which it is held.
 double DepthInBody(const Clip& clip, const BodySurface& skin, const OwnBody& obstacle,
                    const PreparedObject& object);
 

@@ -40,17 +40,17 @@ using Eigen::Vector3d;
 using nlohmann::json;
 
 constexpr const char* kManifest = "manifest.jsonl";
-constexpr int kBlock = 64;         // tries between two looks at the manifest, at most
-constexpr int kFewestTries = 256;  // eight objects' shapes
+constexpr int kBlock = 64;         // maximum tries between manifest updates
+constexpr int kFewestTries = 256;  // eight object shapes
 
-// An object's shape, shared by several tries.
+// An object shape, shared by several tries.
 struct Shape {
   Vector3d scale = Vector3d::Ones();
   std::shared_ptr<const PreparedObject> object;
   std::shared_ptr<const SurfaceMap> map;
 };
 
-// What a try came to.
+// Result of a try.
 struct Attempt {
   json line;
   bool kept = false;
@@ -93,7 +93,7 @@ void Check(const VariantOptions& options) {
   }
 }
 
-// All that variants of one demonstration share.
+// Data shared by all variants of a demonstration.
 class VariantMaker {
  public:
   VariantMaker(const Clip& clip, const ClipBody& body, const PreparedObject& object,
@@ -103,7 +103,7 @@ class VariantMaker {
     PrepareBodies();
   }
 
-  // The shapes and persons of tries [begin, end), prepared by several threads.
+  // Prepares the shapes of tries [begin, end) in parallel.
   void Prepare(int begin, int end) {
     const int first = begin / options_.per_shape, last = (end - 1) / options_.per_shape;
     if (static_cast<int>(shapes_.size()) <= last)
@@ -113,7 +113,7 @@ class VariantMaker {
       if (!shape.object) shape = MakeShape(first + k);
     });
   }
-  // What tries before `begin` used is let go.
+  // Releases what only tries before `begin` used.
   void Forget(int begin) {
     for (int k = 0; k < begin / options_.per_shape; ++k) shapes_[static_cast<std::size_t>(k)] = {};
   }
@@ -127,7 +127,7 @@ class VariantMaker {
     ClipBody body;
     std::unique_ptr<const TransferHands> hands;
     std::unique_ptr<const BodySurface> skin;
-    std::unique_ptr<const OwnBody> obstacle;  // without the arms that hold
+    std::unique_ptr<const OwnBody> obstacle;  // without the holding arms
     Clip onto;
   };
 
@@ -166,7 +166,7 @@ class VariantMaker {
       shape.scale(axis) =
           uniform * (1.0 + draws.Uniform(-options_.axis_spread, options_.axis_spread));
     }
-    // As PrepareObject does, but simplified and sampled once for all shapes.
+    // As PrepareObject, but simplified and sampled once for all shapes.
     LoadedObject scaled = object_.object;
     scaled.mesh.vertices = shape.scale.asDiagonal() * scaled.mesh.vertices;
     Solid solid(scaled.mesh);
@@ -191,7 +191,7 @@ class VariantMaker {
   std::vector<Person> people_;
 };
 
-// The scene turned about the vertical and put elsewhere.
+// Rotates the scene about the vertical and translates it.
 void MoveScene(double yaw_rad, const Eigen::Vector2d& shift, const Vector3d& root, Clip& clip) {
   const Eigen::Matrix3d turn = ExpSO3(Vector3d(0.0, 0.0, yaw_rad));
   const Vector3d way(shift.x(), shift.y(), 0.0);
@@ -221,7 +221,7 @@ Attempt VariantMaker::Try(int index) const {
   TransferOptions transfer;
   transfer.grasp.search = false;
   transfer.carry.seed = options_.seed;
-  // What one hand holds all along has no place in the world to keep.
+  // With one hand holding throughout, the object has no world trajectory to keep.
   const std::uint8_t first = clip_.holding_hand.front();
   const bool alone =
       first != (kHoldsRight | kHoldsLeft) &&
@@ -347,7 +347,7 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
     });
     stopped = stop;
     if (stopped) break;
-    // In order, and no more than were asked for.
+    // In order, and no more than requested.
     for (const Attempt& attempt : attempts) {
       if (report.kept == options.count) {
         if (attempt.kept) fs::remove(folder / attempt.line["file"].get<std::string>());

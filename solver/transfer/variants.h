@@ -14,45 +14,45 @@
 
 namespace holdfast {
 
-/// What variants of a demonstration differ by. Every draw is by the seed and the variant's number.
+/// Variation of a demonstration. All random values depend on seed and variant number.
 struct VariantOptions {
-  int count = 100;          ///< valid ones wanted
-  int most_tries_each = 8;  ///< given up after so many times `count`, or 256
-  double scale_low = 0.85;  ///< of the object, evenly in its logarithm
+  int count = 100;          ///< number of valid variants
+  int most_tries_each = 8;  ///< limit of tries, times `count`, or 256
+  double scale_low = 0.85;  ///< of the object, log-uniform
   double scale_high = 1.2;
-  double axis_spread = 0.06;  ///< each axis besides, by up to this share more or less
-  double betas_sigma = 1.0;   ///< of the first two shape coefficients, at most 2.5 of it
-  double yaw_rad = 3.14159;   ///< the whole scene turns about the vertical by up to this
-  double place_m = 0.5;       ///< and stands elsewhere by up to this, along x and y
-  double mirrored = 0.5;      ///< share of the left-right mirrored ones
-  int per_shape = 32;         ///< tries that share an object's shape: preparing it costs most
-  int bodies = 16;            ///< different persons
-  double max_depth_mm = 2.0;  ///< both ways, in any frame of a hold
+  double axis_spread = 0.06;  ///< additional random scale per axis, fraction
+  double betas_sigma = 1.0;   ///< of the first two shape coefficients, clamped to 2.5 sigma
+  double yaw_rad = 3.14159;   ///< maximum rotation of the scene about the vertical
+  double place_m = 0.5;       ///< maximum displacement of the scene along x and y
+  double mirrored = 0.5;      ///< fraction of mirrored variants
+  int per_shape = 32;         ///< tries per object shape, whose preparation is most expensive
+  int bodies = 16;            ///< number of different persons
+  double max_depth_mm = 2.0;  ///< in both directions, in any frame of a hold
   double max_body_mm = 5.0;   ///< of the object in the person, in any of ten frames
-  double touch_mm = 5.0;      ///< a hand is in contact where skin is nearer than this
+  double touch_mm = 5.0;      ///< skin closer than this is in contact
   std::uint64_t seed = 1;
-  int threads = 1;  ///< the files do not depend on it
+  int threads = 1;  ///< does not affect the files
 };
 
 struct VariantReport {
   bool complete = false;  ///< false: stopped by `progress`
   int tried = 0, kept = 0;
-  int had = 0;             ///< of those tried, by an earlier run
+  int had = 0;             ///< tried by an earlier run
   nlohmann::json refused;  ///< counts by reason
   double seconds = 0.0;    ///< of this run
 };
 
-/// Makes variants of a clip in which hands hold an object, in `folder`: v00000.npz ..., the objects
-/// they hold (object_000.ply, mirrored ones with _m), and manifest.jsonl: a line with what was
-/// asked (schema holdfast/variants/1), then one for each try in order: its draws, whether it was
-/// kept and why not, deepest_mm, in_contact_ratio. A set that was stopped goes on where it was.
+/// Generates variants of a clip in which hands hold an object, in `folder`: v00000.npz ..., the
+/// held objects (object_000.ply, mirrored ones with _m), and manifest.jsonl: a line with the
+/// request (schema holdfast/variants/1), then one per try in order: its random values, whether it
+/// was kept and why not, deepest_mm, in_contact_ratio. An interrupted set is resumed.
 ///
-/// Grasps are carried over the scaled object's map to the new hand (GraspCarrier), without a
-/// search; the object keeps its way and the arms follow (BringWrists). Hand and object are rigid
-/// while a hand holds, which is the optimum of E_d and E_c, so that nothing is left to solve from
-/// frame to frame. Kept is what is nowhere deeper than `max_depth_mm`, in contact in every frame
-/// held, and in reach. `progress`: stage "variants", kept of count. Throws Error as TransferClip
-/// does, for ranges that are none, and for a folder that holds something else.
+/// Grasps are transferred by the scaled object's map to the new hand (GraspCarrier), without a
+/// search; the object keeps its trajectory and the arms follow (BringWrists). Hand and object are
+/// rigid during a hold, which is the optimum of E_d and E_c, so no per-frame solve is needed. A
+/// variant is kept if it is nowhere deeper than `max_depth_mm`, in contact in every held frame, and
+/// in reach. `progress`: stage "variants", kept of count. Throws Error as TransferClip does, for
+/// invalid ranges, and for a folder that holds something else.
 VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const PreparedObject& object,
                            const std::filesystem::path& folder, const VariantOptions& options,
                            const StagedProgress& progress = {});

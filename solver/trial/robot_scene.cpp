@@ -20,10 +20,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// How joints of a kind are driven: as fingers in a trial, or as a gripper's jaws.
+// Actuation of a type of joint: as fingers in a trial, or as gripper jaws.
 struct Drive {
   const char* type;
-  double stiffness, most, damping, inertia;  // N m and kg m^2 a radian, or N and kg a meter
+  double stiffness, most, damping, inertia;  // N m and kg m^2 per radian, or N and kg per meter
 };
 constexpr Drive kTurning = {"hinge", 3.0, 1.5, 0.05, 2e-4};
 constexpr Drive kSliding = {"slide", 1000.0, 40.0, 10.0, 0.02};
@@ -36,8 +36,7 @@ double JointValue(const RobotLink& link, const Eigen::VectorXd& q) {
   return link.offset + (link.dof < 0 ? 0.0 : link.factor * q(link.dof));
 }
 
-// The hand's own joints, of links in no order: not those of an arm, nor the one that the palm hangs
-// on.
+// The hand's own joints, as links: without those of an arm, and without the palm's own joint.
 std::set<int> HandJoints(const RobotTransferSetup& setup) {
   const std::vector<int>& palm = setup.anatomy.palm_links;
   std::set<int> own;
@@ -55,7 +54,7 @@ struct Attitude {
   Eigen::Vector3d place;
   Eigen::Quaterniond turn;
 
-  // `before`: of two quaternions that say the same, the one nearer to it.
+  // `before`: of the two equivalent quaternions, the nearer one is used.
   explicit Attitude(const Eigen::Isometry3d& pose, const Attitude* before = nullptr)
       : place(pose.translation()), turn(pose.linear()) {
     if (before != nullptr && turn.dot(before->turn) < 0.0) turn.coeffs() *= -1.0;
@@ -68,7 +67,7 @@ struct Attitude {
   }
 };
 
-// The scene's text, and its meshes into a folder.
+// Builds the scene's text and writes its meshes to a folder.
 class SceneWriter {
  public:
   SceneWriter(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
@@ -122,7 +121,7 @@ class SceneWriter {
     return setup_.demonstration.frames[t].world_from_object * poses_[t].ObjectFromRoot();
   }
   bool Moves(int link) const { return own_.contains(link); }
-  // Whether it has a joint and an actuator of its own.
+  // Whether it has its own joint and actuator.
   bool Leads(int link) const {
     return hand_.links[link].joint == hand_.dofs[hand_.links[link].dof].name;
   }
@@ -181,7 +180,7 @@ class SceneWriter {
     bodies_ += indent + "</body>\n";
   }
 
-  // As the model has it: at zero where a joint moves it, else where it stays.
+  // Model pose: at zero if a joint moves the link, otherwise at its fixed value.
   Eigen::Isometry3d ParentFromLink(int k) const {
     const RobotLink& link = hand_.links[k];
     Eigen::Isometry3d pose = link.parent_from_joint;
@@ -214,7 +213,7 @@ class SceneWriter {
         Safe(link.joint), drive.stiffness, drive.most);
   }
 
-  // Past the pose by what the squeeze takes, and not by more than an actuator can.
+  // Actuator target: the pose plus the offset for the squeeze, limited to the actuator's range.
   double Pull(const RobotLink& link, const Eigen::VectorXd& q,
               const Eigen::VectorXd& torques) const {
     const Drive& drive = DriveOf(link);

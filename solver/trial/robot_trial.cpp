@@ -10,16 +10,16 @@
 namespace holdfast {
 namespace {
 
-constexpr double kHingeSide_Nm = 50.0;  // what keeps a ball joint to its hinge, a radian
+constexpr double kHingeSide_Nm = 50.0;  // per radian, keeps a ball joint on its hinge axis
 
-// Links of the robot as those of a trial: rigid ones belong to the moving one that they hang on.
+// Robot links as trial links: rigid links are merged into the moving link they are attached to.
 std::vector<TrialLink> TrialLinks(const RobotTransferSetup& setup, const RobotPose& pose,
                                   const FingerStrength& strength, std::vector<int>& body_of) {
   const RobotHand& robot = setup.robot;
   RobotState state(robot);
   state.Evaluate(pose.q);
   std::vector<TrialLink> links(1);
-  std::vector<int> frame_of{0};  // whose frame a trial's link has
+  std::vector<int> frame_of{0};  // the robot link whose frame a trial link has
   body_of.assign(robot.links.size(), 0);
   for (int k = 0; k < robot.NumLinks(); ++k) {
     const RobotLink& link = robot.links[k];

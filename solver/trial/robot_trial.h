@@ -8,17 +8,17 @@
 
 namespace holdfast {
 
-/// The frame in which the human hand touches with most of its parts; the first of several.
+/// The first frame in which most parts of the human hand are in contact.
 int FullestFrame(const HumanDemonstration& demonstration);
 
-/// Whether a robot's hand keeps the object: its links as hulls, joints as springs where they stand,
-/// the trial otherwise that of human hands (TryHold). Nothing for hands with sliding joints. Throws
+/// Tries whether a robot hand holds the object: links as hulls, joints as springs at their values,
+/// otherwise the trial of human hands (TryHold). Nothing for hands with sliding joints. Throws
 /// Error without MuJoCo.
 std::optional<HoldTrial> TryRobotHold(const RobotTransferSetup& setup, const RobotPose& pose,
                                       const TrialSolid& solid, const TrialProtocol& protocol);
 
-/// The same of the human hand that the robot's was made from, in a frame of `clip`, which is the
-/// scene's that `setup` was prepared for.
+/// Tries the human hand that the robot's was derived from, in a frame of `clip`, which must be the
+/// clip of `setup`'s scene.
 HoldTrial TryHumanHold(const RobotTransferSetup& setup, const Clip& clip, int frame,
                        const TrialSolid& solid, const TrialProtocol& protocol);
 

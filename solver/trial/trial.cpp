@@ -38,7 +38,7 @@ std::vector<Eigen::Quaterniond> JointsOf(const FingerPose& fingers) {
   return joints;
 }
 
-// Runs for `frames` of the recording; before each, `prepare` sets what that frame is about.
+// Runs for `frames` frames of the recording; `prepare` advances each.
 template <typename Prepare>
 TrialCourse Follow(TrialRun& run, int frames, const Eigen::Vector3d& center,
                    const TrialProtocol& protocol, const Prepare& prepare) {
@@ -71,8 +71,8 @@ TrialCourse FollowField(TrialRun& run, double seconds, const FrameMotion& motion
                 [&](int) { run.Advance(1.0 / protocol.frame_rate, motion); });
 }
 
-// The wrist's motion as the object feels it in the wrist's frame, from second differences; steps
-// of the engine between two frames have a linear blend of theirs.
+// Inertial motion of the wrist as felt by the object in the wrist's frame, by second differences;
+// engine steps between two frames use a linear blend.
 std::vector<FrameMotion> FrameMotions(const HandMotion& hand, double gravity) {
   const int count = static_cast<int>(hand.world_from_wrist.size());
   const double rate = hand.frame_rate;
@@ -104,10 +104,10 @@ FrameMotion Blend(const FrameMotion& a, const FrameMotion& b, double s) {
           (1.0 - s) * a.turn_rate + s * b.turn_rate};
 }
 
-// Settles under the first frame's gravity, then follows frame by frame.
+// Starts from the settled state and follows the motion frame by frame.
 TrialCourse FollowClip(TrialRun run, const HandMotion& hand, const Eigen::Vector3d& center,
                        const TrialProtocol& protocol) {
-  constexpr int kParts = 4;  // of a frame, in each of which the motion is constant
+  constexpr int kParts = 4;  // per frame, each with constant motion
   const std::vector<FrameMotion> motions = FrameMotions(hand, protocol.gravity_m_s2);
   const int frames = static_cast<int>(motions.size()) - 1;
   return Follow(run, frames, center, protocol, [&](int t) {

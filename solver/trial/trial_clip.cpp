@@ -14,7 +14,7 @@
 namespace holdfast {
 namespace {
 
-// Begin and end of the longest run of frames with these bits alone.
+// Begin and end of the longest run of frames with exactly these bits.
 std::pair<int, int> LongestRun(const std::vector<std::uint8_t>& holding, std::uint8_t bits) {
   std::pair<int, int> best{0, 0};
   const int count = static_cast<int>(holding.size());
@@ -25,7 +25,7 @@ std::pair<int, int> LongestRun(const std::vector<std::uint8_t>& holding, std::ui
   return best;
 }
 
-// Who is tried, and when; begin is end where nobody is.
+// Selects hand and frames to try; begin equals end if there are none.
 ClipTrial ChooseHold(const ClipScene& scene, const SignedDistance& distance) {
   const Clip& clip = scene.clip;
   ClipTrial trial;
@@ -52,7 +52,7 @@ ClipTrial ChooseHold(const ClipScene& scene, const SignedDistance& distance) {
   return trial;
 }
 
-// Whether `side` holds, frame by frame.
+// Whether `side` holds, per frame.
 std::vector<bool> HoldsOf(const ClipScene& scene, Side side, const ClipTrial& nearer) {
   const auto count = static_cast<std::size_t>(scene.clip.NumFrames());
   if (scene.clip.holding_hand.empty()) return std::vector<bool>(count, side == nearer.side);
@@ -62,7 +62,7 @@ std::vector<bool> HoldsOf(const ClipScene& scene, Side side, const ClipTrial& ne
   return holds;
 }
 
-// What joints exert for these presses, each about the springs' axes.
+// Joint torques for these presses, about the axes of the springs.
 std::array<Eigen::Vector3d, kJointsPerHand> SqueezeOf(const std::vector<TrialLink>& links,
                                                       const std::vector<MjcfLink>& simulated,
                                                       const std::vector<GripContact>& contacts) {
@@ -99,7 +99,7 @@ std::vector<MjcfLink> SimulatedLinks(const std::vector<TrialLink>& links) {
   return out;
 }
 
-// The hand of one side; nothing where it never touches while it holds.
+// The hand of one side; nothing if it never touches the object while holding.
 std::optional<MjcfHand> SimulatedHand(const ClipScene& scene, Side side,
                                       const std::vector<bool>& holds, const TrialSolid& solid,
                                       const SignedDistance& distance,
@@ -154,7 +154,7 @@ std::optional<ClipTrial> TryClip(const ClipScene& scene, const TrialProtocol& pr
   HandState state(hand);
   HandMotion motion;
   motion.frame_rate = scene.clip.frame_rate;
-  for (int t = trial.end; t-- > trial.begin;) {  // ends in the first frame, which is tried
+  for (int t = trial.end; t-- > trial.begin;) {  // ends at the first frame, which is tried
     state.SetBody(scene.clip.pose[t], scene.clip.trans.col(t));
     motion.world_from_wrist.push_back(state.WorldFromWrist());
     motion.fingers.push_back(FingersOf(scene.clip.pose[t], trial.side));

@@ -15,33 +15,32 @@ namespace holdfast {
 /// A trial of a clip's hold.
 struct ClipTrial {
   Side side = Side::kRight;
-  int begin = 0, end = 0;  ///< frames of the hold; the six directions are of its first
+  int begin = 0, end = 0;  ///< frames of the hold; the six directions use the first
   HoldTrial hold;
   int pieces = 0;          ///< of the object
-  double excess_mm = 0.0;  ///< farthest that a piece reaches out of the surface
+  double excess_mm = 0.0;  ///< maximum distance of a piece outside the surface
 };
 
-/// Tries the longest run of frames in which one hand alone holds the object; without `holding_hand`
-/// all frames, by the hand that is nearer in the first. Nothing where there is none, or no object.
-/// Clips of one frame have no motion of their own. Throws Error without MuJoCo, and for an object
-/// without volume.
+/// Tries the longest run of frames in which only one hand holds the object; without `holding_hand`
+/// all frames, with the hand that is nearer in the first. Nothing if there is no such run or no
+/// object. Clips of one frame are not tried along their motion. Throws Error without MuJoCo, and
+/// for an object without volume.
 std::optional<ClipTrial> TryClip(const ClipScene& scene, const TrialProtocol& protocol = {});
 
-/// What a scene for MuJoCo (WriteMjcf) simulates, as a trial does: the object's pieces and mass,
-/// and each hand that holds it in some frames, with its links, springs and the squeeze of each
-/// hold's first touch. Without `holding_hand` the nearer hand holds in all frames. `density_kg_m3`:
-/// of the object, in place of the protocol's with its bounds of the mass. Nothing without an
-/// object. Throws Error for an object without volume; needs no MuJoCo.
+/// Returns the data for simulating a clip in MuJoCo (WriteMjcf) as in a trial: the object's pieces
+/// and mass, and each hand that holds it in some frames, with its links, springs and the squeeze at
+/// each hold's first contact. Without `holding_hand` the nearer hand holds in all frames.
+/// `density_kg_m3`: replaces the protocol's density and mass bounds. Nothing without an object.
+/// Throws Error for an object without volume; does not need MuJoCo.
 std::optional<MjcfPhysics> PhysicsOfClip(const ClipScene& scene,
                                          std::optional<double> density_kg_m3,
                                          TrialProtocol protocol = {});
 
-/// `held_directions`, `directions` (name, holds, slips), `settling`, `clip` and what they depend
-/// on.
+/// `held_directions`, `directions` (name, holds, slips), `settling`, `clip` and their parameters.
 nlohmann::json TrialJson(const ClipTrial& trial);
-/// The numbers of the protocol.
+/// The parameters of the protocol.
 nlohmann::json TrialProtocolJson(const TrialProtocol& protocol);
-/// One line for people: "right hand, 0.20 kg, grip 16 N: holds in 6 of 6 directions ...".
+/// One-line summary: "right hand, 0.20 kg, grip 16 N: holds in 6 of 6 directions ...".
 std::string TrialText(const ClipTrial& trial);
 
 }  // namespace holdfast

@@ -19,7 +19,7 @@ namespace {
 constexpr int kTurnFrames = 12;
 constexpr double kFilmRate = 30.0;
 
-// One picture: a moment of a course, and how the wrist stands in the world.
+// One image: a moment of a run, and the wrist's orientation in the world.
 struct FilmFrame {
   const TrialCourse* course;
   std::size_t moment;
@@ -67,7 +67,7 @@ void WriteTrialFilm(const std::filesystem::path& path, const ClipScene& scene,
       first.WorldFromWrist().inverse() * scene.clip.object->Pose(trial.begin);
   const std::vector<FilmFrame> frames = FramesOfTrial(trial.hold, wrist_from_object.linear(),
                                                       Eigen::Quaterniond(first.WristRotation()));
-  // The middle of the object stays where it is.
+  // Keep the center of the object fixed.
   const Eigen::Vector3d middle =
       wrist_from_object * (0.5 * (scene.object->vertices.rowwise().minCoeff() +
                                   scene.object->vertices.rowwise().maxCoeff()));

@@ -8,9 +8,9 @@
 
 namespace holdfast {
 
-/// Pictures of a trial of `scene` as TryClip made it: the hand squeezes, then hand and object are
-/// turned to each direction in turn, gravity always down in the picture, as MuJoCo moved them. A
-/// line says which direction and the slip. Throws Error as WriteVideo does.
+/// Writes a video of a trial of `scene` from TryClip: the hand squeezes, then hand and object are
+/// rotated to each direction in turn, with gravity always down in the image, as MuJoCo moved them.
+/// A caption shows direction and slip. Throws Error as WriteVideo does.
 void WriteTrialFilm(const std::filesystem::path& path, const ClipScene& scene,
                     const ClipTrial& trial, int threads = 1);
 

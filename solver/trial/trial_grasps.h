@@ -10,9 +10,9 @@
 
 namespace holdfast {
 
-/// Tries many grasps of one object (FindGrasps), each in the six directions, `protocol.threads` at
-/// a time. `progress` is called with the share of those done, in (0, 1], from one thread at a time;
-/// once it returns false, what was not begun stays empty: held in none. Throws Error without
+/// Tries many grasps of one object (FindGrasps) in the six directions each, on `protocol.threads`
+/// threads. `progress` is called with the completed fraction, in (0, 1], from one thread at a time;
+/// once it returns false, trials not yet begun stay empty: held in none. Throws Error without
 /// MuJoCo, and for an object without volume.
 std::vector<HoldTrial> TryGrasps(const HandModel& hand, const TriangleMesh& object,
                                  std::span<const CertifiedGrasp> grasps,

@@ -18,7 +18,7 @@ namespace {
 constexpr double kMinLinkPiece_m3 = 1e-10;
 constexpr double kLinkSection_m = 0.015;
 
-// The finger along whose bone in the palm a point lies.
+// The finger whose metacarpal is nearest to a point of the palm.
 int PalmStrip(const HandState& state, const Eigen::Vector3d& point) {
   const auto joints = state.JointPositions();
   int nearest = 0;
@@ -36,7 +36,7 @@ int PalmStrip(const HandState& state, const Eigen::Vector3d& point) {
   return nearest;
 }
 
-// The piece of each vertex: 0..14 the phalanges, 15..19 the strips of the palm.
+// Piece of each vertex: 0..14 phalanges, 15..19 strips of the palm.
 std::vector<int> PieceOfVertices(const HandState& state) {
   const HandModel& hand = state.Hand();
   std::vector<int> pieces = StrongestHandJoints(hand.Surface(), hand.HandSide());

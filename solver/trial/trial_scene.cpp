@@ -84,7 +84,7 @@ std::string Geoms(const std::vector<TriangleMesh>& pieces, const std::string& na
   return text;
 }
 
-// A link's body with those that hang on it.
+// Body of a link with its descendants.
 std::string LinkBody(const std::vector<TrialLink>& links, int index) {
   const TrialLink& link = links[static_cast<std::size_t>(index)];
   const std::string name = fmt::format("link{}", index);
@@ -141,7 +141,7 @@ std::string SceneText(const std::vector<TrialLink>& links, const TrialObject& ob
   return text + "</worldbody>\n</mujoco>\n";
 }
 
-// MuJoCo's compiler and its handlers of errors are of the whole process.
+// MuJoCo's compiler and error handlers are global to the process.
 mjModel* Compile(const std::string& text) {
   const std::scoped_lock lock(LibraryLock());
   mju_user_warning = [](const char*) {};
@@ -176,9 +176,9 @@ struct TrialScene::Model {
   mjModel* mujoco = nullptr;
   std::vector<TrialLink> links;
   std::vector<Press> presses;
-  int object = 0;                   // the body
-  int object_q = 0;                 // of qpos
-  std::vector<int> link_q, link_v;  // of qpos and qvel; -1 for links without a joint
+  int object = 0;                   // body id
+  int object_q = 0;                 // index in qpos
+  std::vector<int> link_q, link_v;  // indices in qpos and qvel; -1 for links without a joint
   ~Model() { mj_deleteModel(mujoco); }
 };
 
@@ -212,7 +212,7 @@ TrialScene::TrialScene(const std::vector<TrialLink>& links,
 struct TrialRun::Data {
   mjData* mujoco = nullptr;
   std::vector<Eigen::Quaterniond> targets;
-  double owed_s = 0.0;  // less than a step, of Advance
+  double owed_s = 0.0;  // remainder of Advance, less than a step
   bool unstable = false;
   ~Data() { mj_deleteData(mujoco); }
 };
@@ -246,7 +246,7 @@ void TrialRun::SetTargets(const std::vector<Eigen::Quaterniond>& targets) {
 
 namespace {
 
-// Springs to the targets and presses, the muscles' part within its limit; `qfrc` is qfrc_applied.
+// Applies springs and presses, with the muscle part clamped to its limit, to qfrc_applied.
 template <typename Model>
 void ApplyJointTorques(const Model& model, const std::vector<Eigen::Quaterniond>& targets,
                        mjData* d) {
@@ -275,9 +275,9 @@ void ApplyJointTorques(const Model& model, const std::vector<Eigen::Quaterniond>
   }
 }
 
-// Gravity and the inertial forces of the hand's frame, in which MuJoCo computes: at the mass
-// center r, force m (field - turn_rate x r - turning x (turning x r) - 2 turning x v); of the
-// spin w, torque -(I turn_rate + turning x I (turning + w) + w x I turning - I (turning x w)).
+// Gravity and the inertial forces of the hand's frame, in which MuJoCo simulates: at the mass
+// center r, force m (field - turn_rate x r - turning x (turning x r) - 2 turning x v); for spin w,
+// torque -(I turn_rate + turning x I (turning + w) + w x I turning - I (turning x w)).
 void ApplyField(const mjModel* m, int body, const FrameMotion& motion, mjData* d) {
   const double mass = m->body_mass[body];
   const Eigen::Vector3d r = Vector(d->xipos + 3 * body);

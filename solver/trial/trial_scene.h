@@ -14,7 +14,7 @@ namespace holdfast {
 /// Whether this build has MuJoCo.
 bool HasPhysics();
 
-/// Throws Error that says what to install unless HasPhysics().
+/// Throws Error with installation advice unless HasPhysics().
 void RequirePhysics();
 
 /// Mass, mass center and inertia about it, in the body's frame; kilograms and meters.
@@ -24,8 +24,8 @@ struct SolidMass {
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
 };
 
-/// Of closed meshes filled with one density, exact: integrals over the tetrahedra of faces and
-/// origin.
+/// Exact mass properties of closed meshes of uniform density: integrals over the tetrahedra of
+/// faces and origin.
 SolidMass MassOfSolids(const std::vector<TriangleMesh>& solids, double density_kg_m3);
 
 /// A free body of convex pieces.
@@ -36,25 +36,25 @@ struct TrialObject {
 };
 
 struct TrialSceneOptions {
-  double friction = 0.8;              ///< of hand and object, Coulomb
+  double friction = 0.8;              ///< between hand and object, Coulomb
   double torsion_m = 0.005;           ///< torsional friction: MuJoCo's default
-  double step_s = 0.002;              ///< of the integration
+  double step_s = 0.002;              ///< integration step
   double joint_damping_Nms = 0.05;    ///< Nm s/rad, about each axis
-  double joint_inertia_kg_m2 = 2e-4;  ///< added to each axis: tendons and tissue
+  double joint_inertia_kg_m2 = 2e-4;  ///< added to each axis, for tendons and tissue
 };
 
-/// What the object feels besides the hand, in the hand's frame, which may move.
+/// Motion of the hand's frame, in that frame, which acts on the object.
 struct FrameMotion {
-  Eigen::Vector3d field = Eigen::Vector3d::Zero();      ///< gravity less acceleration, m/s^2
+  Eigen::Vector3d field = Eigen::Vector3d::Zero();      ///< gravity minus acceleration, m/s^2
   Eigen::Vector3d turning = Eigen::Vector3d::Zero();    ///< angular velocity, rad/s
   Eigen::Vector3d turn_rate = Eigen::Vector3d::Zero();  ///< angular acceleration, rad/s^2
-  double drag_per_s = 0.0;  ///< how fast the object's motion in the hand dies away
+  double drag_per_s = 0.0;  ///< damping rate of the object's motion in the hand
 };
 
 /// A hand and an object for MuJoCo; const and shareable.
 class TrialScene {
  public:
-  /// Throws Error as RequirePhysics does, and with MuJoCo's words where it refuses the scene.
+  /// Throws Error as RequirePhysics does, and with MuJoCo's message if it rejects the scene.
   TrialScene(const std::vector<TrialLink>& links, const std::vector<GripContact>& contacts,
              const TrialObject& object, const TrialSceneOptions& options);
   ~TrialScene();
@@ -67,27 +67,26 @@ class TrialScene {
   std::unique_ptr<const Model> model_;
 };
 
-/// One course of events; one per thread.
+/// One simulation run; one per thread.
 class TrialRun {
  public:
-  /// From the fitted pose, at rest. The scene must outlive it.
+  /// Starts in the fitted pose, at rest. The scene must outlive this.
   explicit TrialRun(const TrialScene& scene);
-  TrialRun(const TrialRun& other);  ///< goes on from where `other` is
+  TrialRun(const TrialRun& other);  ///< continues from the state of `other`
   ~TrialRun();
   TrialRun& operator=(const TrialRun&) = delete;
 
-  /// Advances by `seconds` (whole steps; what is left over is made up for next time). Links pull
-  /// towards their targets by their stiffness and press by their contacts' forces, which turn with
-  /// them.
+  /// Advances by `seconds` (whole steps; the remainder is carried over). Springs pull links to
+  /// their targets, and contact forces, which rotate with the links, press.
   void Advance(double seconds, const FrameMotion& motion);
-  /// Where links other than 0 should be: parent_from_link, in order.
+  /// Sets the targets of all links but 0: parent_from_link, in order.
   void SetTargets(const std::vector<Eigen::Quaterniond>& targets);
 
   Eigen::Isometry3d HandFromObject() const;
   /// parent_from_link of all links but 0.
   std::vector<Eigen::Quaterniond> Joints() const;
-  int Touching() const;   ///< contacts of hand and object now
-  bool Unstable() const;  ///< MuJoCo has found numbers that no simulation should have
+  int Touching() const;   ///< current contacts of hand and object
+  bool Unstable() const;  ///< MuJoCo has found invalid values
 
  private:
   struct Data;

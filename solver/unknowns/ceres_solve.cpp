@@ -40,7 +40,7 @@ ceres::Problem::Options BorrowingProblem() {
 }
 
 int StepsOf(const ceres::Solver::Summary& summary) {
-  // The first of them is the start.
+  // The first iteration is the start.
   return std::max(0, static_cast<int>(summary.iterations.size()) - 1);
 }
 

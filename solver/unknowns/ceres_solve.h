@@ -9,31 +9,31 @@
 
 namespace holdfast {
 
-/// Options for unknowns that couple few others, as the frames of a clip: sparse Cholesky by Eigen,
-/// whose result no BLAS that happens to be installed changes; one thread, no messages.
+/// Options for sparsely coupled unknowns, such as the frames of a clip: Eigen's sparse Cholesky, so
+/// the result does not depend on the installed BLAS; one thread, no messages.
 ceres::Solver::Options SparseOptions(int max_iterations, double function_tolerance);
 
-/// Options for about a hundred unknowns that all depend on one another: normal equations factored
-/// by Eigen, one thread, no messages.
+/// Options for about a hundred fully coupled unknowns: normal equations factored by Eigen, one
+/// thread, no messages.
 ceres::Solver::Options DenseOptions(int max_iterations, double step_tolerance,
                                     double function_tolerance);
 
-/// A problem whose terms, loss functions and manifolds others own.
+/// Options of a problem that does not own its terms, loss functions and manifolds.
 ceres::Problem::Options BorrowingProblem();
 
-/// Steps that a solve tried.
+/// Number of steps tried in a solve.
 int StepsOf(const ceres::Solver::Summary& summary);
 
 /// ceres::Solve.
 ceres::Solver::Summary SolveQuietly(const ceres::Solver::Options& options, ceres::Problem& problem);
 
-/// For programs, once, before anything is solved: Ceres reports what it meets to stderr through
-/// glog, whatever its options say, and aborts the process where one of its own checks fails. After
-/// this it says nothing, and a failed check ends the program with exit code 1 and a sentence.
+/// Call once in programs, before any solve. Ceres logs to stderr through glog, whatever its
+/// options, and aborts the process when one of its own checks fails. After this call it logs
+/// nothing, and a failed check ends the program with exit code 1 and a message.
 void QuietCeres();
 
-/// Tells how far a solve of Ceres is, as (iteration, `most`), and ends it when `progress` returns
-/// false; without one, the solve goes on. `progress` must outlive it.
+/// Reports the progress of a Ceres solve as (iteration, `most`), and stops it when `progress`
+/// returns false; an empty `progress` never stops it. `progress` must outlive this.
 class StopWhenAsked final : public ceres::IterationCallback {
  public:
   StopWhenAsked(const std::function<bool(int, int)>& progress, int most)

@@ -7,9 +7,9 @@ namespace holdfast {
 namespace {
 
 constexpr int kSize = UpperBodyDofs::kSize;
-constexpr std::size_t kHeldKnots = 3;  // at either end: value, velocity and acceleration vanish
+constexpr std::size_t kHeldKnots = 3;  // at either end: zero value, velocity and acceleration
 
-// Of the four control points around a place between two of them.
+// Weights of the four control points around a position between two of them.
 Eigen::Vector4d CubicBasis(double u) {
   const double v = 1.0 - u;
   return {v * v * v / 6.0, (3.0 * u * u * u - 6.0 * u * u + 4.0) / 6.0,

@@ -15,7 +15,7 @@
 
 namespace holdfast {
 
-/// Control points stay small and change little from one to the next:
+/// Prior on control points: small and smooth.
 ///
 ///   r = [c_1 / sigma;  (c_0 - 2 c_1 + c_2) / (bend sigma)],   56 residuals
 ///
@@ -31,32 +31,32 @@ class ChangeSplinePrior final : public ceres::CostFunction {
   double bend_;
 };
 
-/// How a motion is changed over time: a cubic B-spline of changes (UpperBodyDofs, 28) with a
-/// control point every `knot_frames` frames, zero to begin with.
+/// Change of a motion over time: a cubic B-spline of changes (UpperBodyDofs, 28) with a control
+/// point every `knot_frames` frames, initially zero.
 class ChangeSpline {
  public:
   ChangeSpline(int num_frames, int knot_frames);
 
-  /// The change of frame t, counted from the spline's first.
+  /// Change of frame t, relative to the first frame of the spline.
   UpperBodyChange At(int t) const;
 
-  /// The control points become parameter blocks of `problem`. Call it first.
+  /// Adds the control points to `problem` as parameter blocks. Must be called first.
   void AddTo(ceres::Problem& problem);
-  /// A block of frame t's four control points, made by make(basis): a FrameBlock.
+  /// Adds a residual block on frame t's four control points, created by make(basis): a FrameBlock.
   template <typename Make>
   void AddFrame(ceres::Problem& problem, int t, const Make& make) {
     const auto [knot, basis] = Place(t);
     problem.AddResidualBlock(make(basis), nullptr, knots_[knot].data(), knots_[knot + 1].data(),
                              knots_[knot + 2].data(), knots_[knot + 3].data());
   }
-  /// ChangeSplinePrior of every control point but the outermost.
+  /// Adds ChangeSplinePrior for all control points but the outermost.
   void AddPrior(ceres::Problem& problem, const UpperBodyChange& sigma, double bend);
-  /// The change vanishes at the start, or at the end, with its first two derivatives.
+  /// Fixes the change and its first two derivatives to zero at the start or the end.
   void HoldStart(ceres::Problem& problem);
   void HoldEnd(ceres::Problem& problem);
 
  private:
-  // The first of the four control points around frame t, and what each counts.
+  // Index of the first of the four control points around frame t, and their weights.
   std::pair<std::size_t, Eigen::Vector4d> Place(int t) const;
 
   int knot_frames_;

@@ -17,20 +17,20 @@
 namespace holdfast {
 namespace {
 
-// Either zero, all of them; most rows of penetration are.
+// Whether all values are +0 or -0, as in most rows of penetration.
 bool IsZero(const double* values, int count) {
   std::uint64_t bits = 0;
   for (int k = 0; k < count; ++k) bits |= std::bit_cast<std::uint64_t>(values[k]);
   return (bits << 1) == 0;
 }
 
-// Borrowed by every problem: it has no state.
+// Shared by all problems: it has no state.
 ceres::Manifold& SharedRotationManifold() {
   static RotationManifold manifold;
   return manifold;
 }
 
-// After each step Ceres has linearized where it is.
+// After each step Ceres has linearized at the current point.
 class StopWhereFlat final : public ceres::IterationCallback {
  public:
   StopWhereFlat(const CompressedTerms& terms, double tolerance)
@@ -58,8 +58,8 @@ void CompressNormalEquations(const Eigen::Ref<const Eigen::MatrixXd>& hessian,
   double rest = 2.0 * cost;
   for (Eigen::Index k = 0; k < n; ++k) {
     const double pivot = S(k, k);
-    // A contact that acts along one normal leaves other directions without energy: no square root
-    // of rounding errors for those.
+    // A contact along one normal leaves other directions without energy: avoid square roots of
+    // rounding errors there.
     if (!(pivot > 1e-14 * hessian(k, k))) {
       S.row(k).setZero();
       r(k) = 0.0;
@@ -85,7 +85,7 @@ struct CompressedTerms::Scratch {
   Eigen::MatrixXd hessian;  // lower triangle
   Eigen::VectorXd gradient;
   double cost = 0.0;
-  // Rows with many numbers wait here, `width` apart, for a product of all at once.
+  // Rows with many entries are collected here, `width` apart, for one product.
   std::vector<double> dense, product;
   int width = 0, num_dense = 0;
   std::vector<double> row;
@@ -150,9 +150,9 @@ bool CompressedTerms::AddRows(const Term& term, double const* const* parameters,
   for (const double r : s.residuals) s.cost += 0.5 * r * r;
   if (parts.empty()) return true;
 
-  // By their columns, so that one loop runs down the lower triangle.
+  // Sort by column, so that one loop runs down the lower triangle.
   std::ranges::sort(parts, {}, [](const Part& part) { return part.block->column; });
-  constexpr std::size_t kFew = 10;  // numbers in a row that is added by itself
+  constexpr std::size_t kFew = 10;  // maximum entries of a row that is added directly
   for (std::size_t r = 0; r < num_rows; ++r) {
     std::size_t count = 0;
     for (const auto& [block, jacobian, plus] : parts) {
@@ -163,7 +163,7 @@ bool CompressedTerms::AddRows(const Term& term, double const* const* parameters,
         turn = Eigen::Map<const Eigen::RowVector4d>(J) * plus;
         J = turn.data();
       }
-      for (int c = 0; c < block->tangent; ++c) {  // without branches: what is zero is overwritten
+      for (int c = 0; c < block->tangent; ++c) {  // branch-free: zeros are overwritten
         s.row[count] = J[c];
         s.places[count] = block->column + c;
         count += J[c] != 0.0 ? 1 : 0;
@@ -219,7 +219,7 @@ bool CompressedTerms::Evaluate(double const* const* parameters, double* residual
   }
   std::ranges::fill(s.product, 0.0);
   RankUpdate(s.isa, s.dense.data(), s.num_dense, s.width, s.product.data());
-  // The product's upper triangle by rows is the lower one by columns.
+  // The product's upper triangle, row-major, is the lower one, column-major.
   for (Eigen::Index c = 0; c < n; ++c) {
     s.hessian.col(c).tail(n - c) +=
         Eigen::Map<const Eigen::VectorXd>(s.product.data() + c * s.width + c, n - c);

@@ -6,7 +6,7 @@
 namespace holdfast {
 namespace {
 
-// Which hand a finger joint is of, nothing for other joints.
+// Hand of a finger joint; nothing for other joints.
 std::optional<Side> HandOfFinger(int joint) {
   if (joint < kLeftHandBegin) return std::nullopt;
   return joint < kRightHandBegin ? Side::kLeft : Side::kRight;

@@ -10,9 +10,9 @@
 
 namespace holdfast {
 
-/// Unit quaternions (x, y, z, w as Eigen stores them) as SO(3), moved on the right by a rotation
-/// vector in radians: Plus(q, delta) = q exp(delta). The tangent is the axis-angle itself, not its
-/// half as in Ceres's own quaternion manifolds, so that weights on it have units of radians.
+/// Unit quaternions (x, y, z, w as in Eigen) as SO(3), updated on the right by a rotation vector in
+/// radians: Plus(q, delta) = q exp(delta). The tangent is the full axis-angle, not half of it as in
+/// Ceres's own quaternion manifolds, so weights on it have units of radians.
 class RotationManifold final : public ceres::Manifold {
  public:
   int AmbientSize() const override { return 4; }
@@ -63,8 +63,8 @@ class RotationManifold final : public ceres::Manifold {
     return 0.5 * J;
   }
 
-  /// A Jacobian with respect to delta (rows x 3) as the one with respect to the four coordinates
-  /// that Ceres asks for: times PlusJacobian it gives the former back.
+  /// Converts a Jacobian by delta (rows x 3) to the one by the four coordinates that Ceres
+  /// requires: multiplied by PlusJacobian, it gives the former.
   template <typename Derived>
   static Eigen::Matrix<double, Derived::RowsAtCompileTime, 4, Eigen::RowMajor> Lift(
       const Eigen::MatrixBase<Derived>& J_out_delta, const double* q) {
@@ -72,8 +72,8 @@ class RotationManifold final : public ceres::Manifold {
   }
 };
 
-/// Jacobians of six residuals, `scale` times a position and `turn_scale` times a turn (3 each), by
-/// the pose that they depend on: parameter blocks `first` (q) and `first` + 1 (T), where asked for.
+/// Fills the Jacobians of six residuals, `scale` times a position and `turn_scale` times a turn (3
+/// each), by the pose in parameter blocks `first` (q) and `first` + 1 (T), where requested.
 inline void FillPoseJacobians(double const* const* parameters, double** jacobians, int first,
                               double scale, double turn_scale, const Eigen::Matrix3d& d_turn,
                               const Eigen::Matrix3d& d_T) {

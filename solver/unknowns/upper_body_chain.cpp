@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 constexpr int kHeadJoint = 15;
 
-// Joint and first column of every turn; the arm's joints are those of the side.
+// Joint and first column of every rotation; the arm's joints are those of the reaching side.
 struct Layout {
   int joint, column;
 };

@@ -10,27 +10,27 @@
 
 namespace holdfast {
 
-/// Changes to one frame's trunk, reaching arm and head, relative to the captured frame:
+/// Changes of trunk, reaching arm and head in one frame, relative to the captured frame:
 ///
-///   0-2    pelvis moves (world, meters)
-///   3-5    pelvis turns        6-8, 9-11, 12-14  spine1, spine2, spine3
-///   15-17  collar of the arm   18-20  shoulder   21  elbow flexes
-///   22-24  neck                25-27  head
+///   0-2    pelvis translation (world, meters)
+///   3-5    pelvis rotation    6-8, 9-11, 12-14  spine1, spine2, spine3
+///   15-17  collar of the arm  18-20  shoulder   21  elbow flexion
+///   22-24  neck               25-27  head
 ///
-/// Rotations R_j = S_j exp(x_j) with S_j captured, radians; the elbow turns about its hinge. The
-/// legs follow by inverse kinematics and are no part of it, nor is the other arm, which goes along.
+/// Rotations R_j = S_j exp(x_j) with S_j captured, radians; the elbow rotates about its hinge. The
+/// legs follow by inverse kinematics and are not part of this; the other arm moves along.
 struct UpperBodyDofs {
   static constexpr int kPelvisMove = 0, kPelvisTurn = 3, kSpine = 6, kCollar = 15, kShoulder = 18,
                        kElbow = 21, kNeck = 22, kHead = 25, kSize = 28;
 };
 using UpperBodyChange = Eigen::Matrix<double, UpperBodyDofs::kSize, 1>;
-/// How readily each degree of freedom is used, meters and radians: the arm first, then the trunk;
-/// neck and head by `head_turn`.
+/// Standard deviation of each degree of freedom, meters and radians: large for the arm, smaller for
+/// the trunk; `head_turn` for neck and head.
 UpperBodyChange UpperBodySigma(const Eigen::Vector3d& pelvis_move, double pelvis_turn,
                                double head_turn);
 using J_point_change = Eigen::Matrix<double, 3, UpperBodyDofs::kSize>;
 
-/// Pelvis, trunk, one arm and head: constants of the body, and frames with a change made.
+/// Pelvis, trunk, one arm and head: constants of the body, and application of changes to frames.
 class UpperBodyChain {
  public:
   UpperBodyChain(const Eigen::Matrix3Xd& rest_joints, Side wrist);
@@ -43,7 +43,7 @@ class UpperBodyChain {
   int ElbowJoint() const { return collar_ + 5; }
   int WristJointId() const { return collar_ + 7; }
 
-  /// `frame` with the change made.
+  /// Returns `frame` with the change applied.
   BodyFrame Changed(const BodyFrame& frame, const UpperBodyChange& change) const;
   /// Flexion of the elbow about its hinge, radians.
   double ElbowFlexion(const BodyFrame& frame) const;
@@ -55,8 +55,8 @@ class UpperBodyChain {
   Eigen::Vector3d hinge_;
 };
 
-/// A changed frame with what its terms need: world positions and directions, and how the pelvis,
-/// spine, arm and head turn and move with the change. Scratch: one per thread.
+/// A changed frame with the data for its terms: world positions and directions, and the derivatives
+/// of pelvis, spine, arm and head by the change. Scratch: one per thread.
 class UpperBodyState {
  public:
   void Evaluate(const UpperBodyChain& chain, const BodyFrame& captured,
@@ -65,17 +65,17 @@ class UpperBodyState {
   const BodyPlacement& Placed() const { return placed_; }
   /// d position of a joint / d change. Joints 0-3, 6, 9, 12, 15 and the arm's, not legs below hips.
   J_point_change PointJacobian(int joint) const;
-  /// d (direction fixed in a joint's frame, as `world` now) / d change. Joints as above.
+  /// d (direction fixed in a joint's frame, now `world`) / d change. Joints as above.
   J_point_change DirectionJacobian(int joint, const Eigen::Vector3d& world) const;
-  /// The same in the head's frame.
+  /// The same in the head frame.
   J_point_change HeadDirectionJacobian(const Eigen::Vector3d& world) const;
 
  private:
   struct Turn {
     int joint, column, size;
-    Eigen::Matrix3d J_omega_change;  // world rotation vector per change (one column for the elbow)
+    Eigen::Matrix3d J_omega_change;  // world rotation vector by change (one column for the elbow)
   };
-  // Turns from the root to a joint's parent (or the joint itself).
+  // Whether `ancestor` is `joint` itself or on its path to the root.
   static bool Moves(int joint, int ancestor);
 
   BodyPlacement placed_;

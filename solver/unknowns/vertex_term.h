@@ -9,8 +9,8 @@
 
 namespace holdfast {
 
-/// What a term knows of one hand vertex, in Gauss-Newton form. All residuals r that depend on
-/// nothing but z_i, the vertex in the object's frame, are summed:
+/// Gauss-Newton form of a term at one hand vertex: sums over all residuals r that depend only on
+/// z_i, the vertex in the object frame:
 ///   cost = 1/2 sum r^2,  gradient = sum r dr/dz,  hessian = sum (dr/dz)^T (dr/dz).
 struct VertexQuadratic {
   Eigen::Matrix3d hessian;
@@ -18,27 +18,27 @@ struct VertexQuadratic {
   double cost;
 };
 
-/// A term of the fit's energy that sees the hand only through its vertices in the object's frame,
+/// A term of the fit's energy that sees the hand only through its vertices in the object frame,
 ///   z_i = R^T (v_i(P) - T),  meters.
-/// Whatever its number of residuals, it costs the solver 3 + 1 numbers a vertex: HandObjectBlock
-/// chains them to (R, T, P). To add such a term, derive from this in a header of its own under
-/// solver/terms and hand it to HandObjectBlock.
+/// Any number of residuals costs the solver 3 + 1 numbers per vertex: HandObjectBlock chains them
+/// to (R, T, P). To add a term, derive from this in a separate header in solver/terms and pass it
+/// to HandObjectBlock.
 class VertexTerm {
  public:
   virtual ~VertexTerm() = default;
 
   /// Adds this term's quadratic at each column of `z` (3 x N) to `quadratics` (N), weight included.
-  /// Returns the energy as the paper writes it: without weight and without the solver's factor 1/2.
+  /// Returns the energy as in the paper: without weight and without the solver's factor 1/2.
   virtual double Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const = 0;
 };
 
-/// Residuals of a few points of the skin, each a function of some vertices z in the object's frame:
-/// value and gradient, as the rows of a sparse Jacobian. Reused from evaluation to evaluation.
+/// Residuals at a few skin points, each a function of some vertices z in the object frame: value
+/// and gradient, as rows of a sparse Jacobian. Reused between evaluations.
 class SkinRows {
  public:
   struct Entry {
     int vertex;
-    Eigen::Vector3d gradient;  ///< d residual / d z_vertex, weight included
+    Eigen::Vector3d gradient;  ///< d residual / d z_vertex, including the weight
   };
 
   void Clear() {
@@ -46,7 +46,7 @@ class SkinRows {
     ends_.clear();
     entries_.clear();
   }
-  /// Begins a row; entries follow by Add.
+  /// Begins a row; Add appends its entries.
   void Begin(double residual) {
     residuals_.push_back(residual);
     ends_.push_back(entries_.size());
@@ -69,26 +69,26 @@ class SkinRows {
   std::vector<Entry> entries_;
 };
 
-/// A term of the fit's energy that acts at few places of the skin: what touches, what collides.
-/// Where VertexTerm sums residuals of every vertex, this adds a row for each residual that is not
-/// zero. To add such a term, derive from this in a header of its own under solver/terms and hand it
-/// to HandObjectBlock.
+/// A term of the fit's energy that acts at few skin points, such as contact or collision. Where
+/// VertexTerm sums the residuals of every vertex, this adds a row for each nonzero residual. To add
+/// such a term, derive from this class in a separate header under solver/terms and pass it to
+/// HandObjectBlock.
 class SkinTerm {
  public:
   virtual ~SkinTerm() = default;
 
-  /// Called with the hand where a solve starts, and again where it ended: a term may choose here
-  /// which points it looks at until the next call. What it leaves out must be out of its reach.
-  /// Returns whether it chose anew.
+  /// Called with the hand at the start of a solve, and again at its end: a term may select the
+  /// points that it evaluates until the next call. Omitted points must be out of its reach. Returns
+  /// whether the selection changed.
   virtual bool Watch(const Eigen::Matrix3Xd& z) {
     static_cast<void>(z);
     return false;
   }
 
-  /// Forgets what was chosen: the next Watch chooses anew, whatever came before.
+  /// Discards the selection: the next Watch selects again in any case.
   virtual void Forget() {}
 
-  /// Adds the rows for hand vertices `z` (3 x N, object's frame, meters), weight included.
+  /// Adds the rows for hand vertices `z` (3 x N, object frame, meters), including the weight.
   /// Returns the energy without weight and without the solver's factor 1/2.
   virtual double Add(const Eigen::Matrix3Xd& z, SkinRows& rows) const = 0;
 };

@@ -22,7 +22,7 @@ double MoveHand(const HandModel& hand, const WristOffset& offset, Eigen::Ref<Eig
   const Eigen::Matrix3d rotation = wrist.linear() * offset.rotation.toRotationMatrix();
   const Eigen::Vector3d position = wrist * offset.translation;
   if (hand.Surface().Model().LoneHand()) {
-    // Root and wrist are in one place: wherever the root goes, the wrist is.
+    // Root and wrist coincide: the wrist moves with the root.
     const Eigen::Matrix3d root_from_wrist = wrist.linear().transpose() * ExpSO3(pose.col(0));
     pose.col(0) = LogSO3(rotation * root_from_wrist);
     trans += position - wrist.translation();

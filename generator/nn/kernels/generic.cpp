@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// Vectors of 16 bytes: SSE2, NEON and their like, or plain scalars where there is none.
+// Vectors of 16 bytes: SSE2, NEON and similar, or plain scalars if there are none.
 #include "generator/nn/kernels/layer_loops.h"
 
 namespace holdfast::kernels {

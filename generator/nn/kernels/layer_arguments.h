@@ -4,22 +4,22 @@
 namespace holdfast::kernels {
 
 // Rows of activations and packed matrices are padded with zeros to a multiple of this, so that the
-// loops have whole vectors at any width.
+// loops process whole vectors at any vector width.
 inline constexpr int kRowQuantum = 16;
-// Rows of one packed panel; the last panel of a matrix may be narrower.
+// Rows of one packed panel. The last panel of a matrix may have fewer.
 inline constexpr int kPanelRows = 64;
 
-/// Y = A X, column by column. Every element of Y is one chain of multiply-adds over the inner index
-/// in ascending order: columns do not depend on which others are computed beside them.
+/// Y = A X, column by column. Every element of Y is one chain of multiply-adds in ascending order
+/// of the inner index, so a column does not depend on the columns computed with it.
 template <typename Real>
 struct ProductArguments {
-  const Real* packed;  ///< panels of A, as PackedMatrix makes them
+  const Real* packed;  ///< panels of A, in the layout of PackedMatrix
   int padded_rows;
   int num_inner;  ///< rows of X
   const Real* x;
   long x_stride;
   int num_columns;
-  /// Ascending inner indices to visit, the others being zero in all columns of X; null visits all.
+  /// Inner indices to visit, ascending; X is zero at all others. Null visits all.
   const int* visited;
   int num_visited;
   Real* y;
@@ -38,7 +38,7 @@ struct MomentArguments {
   Real* inverse_deviation;
 };
 
-/// Y_ij <- scale_j Y_ij + shift_j row_sums_i + bias_i, clipped at 0 below when `rectified`.
+/// Y_ij <- scale_j Y_ij + shift_j row_sums_i + bias_i, clipped below at 0 if `rectified`.
 template <typename Real>
 struct FinishArguments {
   Real* y;
@@ -52,11 +52,11 @@ struct FinishArguments {
   bool rectified;
 };
 
-/// The backward pass of a layer's normalization. Column j of `gradient` is that of the normalized
-/// input xhat = (x - mean) inverse_deviation and becomes that of x,
-///   inverse_deviation (g - avg(g) - xhat avg(xhat g)),
-/// and 0 where x is not positive when x came out of a rectifier. Column j belongs to column
-/// j / gradients_per_column of x.
+/// Backward pass of a layer's normalization. Replaces column j of `gradient`, the gradient of the
+/// normalized input xhat = (x - mean) inverse_deviation, by the gradient of x,
+///   inverse_deviation (g - avg(g) - xhat avg(xhat g)).
+/// If `rectified` (x is the output of a rectifier), it is 0 where x is not positive. Column j
+/// belongs to column j / gradients_per_column of x.
 template <typename Real>
 struct NormBackwardArguments {
   Real* gradient;
@@ -71,8 +71,7 @@ struct NormBackwardArguments {
   bool rectified;
 };
 
-/// Y = gain (X - mean) inverse_deviation + offset, rows with a gain and offset of zero becoming
-/// zero.
+/// Y = gain (X - mean) inverse_deviation + offset. Rows with zero gain and offset become zero.
 template <typename Real>
 struct NormalizeArguments {
   const Real* x;
@@ -87,7 +86,7 @@ struct NormalizeArguments {
   long y_stride;
 };
 
-/// Y += bias + X, of which either may be null (zero).
+/// Y += bias + X. Either may be null (zero).
 template <typename Real>
 struct SumArguments {
   Real* y;
@@ -110,7 +109,8 @@ struct SiluArguments {
   long y_stride;
 };
 
-/// The gradient of silu(X) becomes that of X. Column j belongs to column j / gradients_per_column.
+/// Turns the gradient of silu(X) into that of X. Column j belongs to column j /
+/// gradients_per_column.
 template <typename Real>
 struct SiluBackwardArguments {
   Real* gradient;
@@ -122,8 +122,8 @@ struct SiluBackwardArguments {
   int gradients_per_column;
 };
 
-/// Y = leaky(Y + bias + X), leaky(v) = v where positive and slope v where not. X and bias may be
-/// null (zero).
+/// Y = leaky(Y + bias + X), where leaky(v) is v if positive and slope v otherwise. X and bias may
+/// be null (zero).
 template <typename Real>
 struct LeakyArguments {
   Real* y;
@@ -136,8 +136,8 @@ struct LeakyArguments {
   Real slope;
 };
 
-/// The gradient of Y = leaky(X) becomes that of X; Y's signs are X's. Column j belongs to column
-/// j / gradients_per_column.
+/// Turns the gradient of Y = leaky(X) into that of X. Y has the same signs as X. Column j belongs
+/// to column j / gradients_per_column.
 template <typename Real>
 struct LeakyBackwardArguments {
   Real* gradient;
@@ -150,7 +150,7 @@ struct LeakyBackwardArguments {
   Real slope;
 };
 
-/// The loops as one instruction set has them.
+/// Loops compiled for one instruction set.
 template <typename Real>
 struct LayerLoops {
   void (*product)(const ProductArguments<Real>&);

@@ -3,8 +3,7 @@
 
 #include "generator/nn/kernels/layer_arguments.h"
 
-// The loops that a residual network adds to those of a layer; included by layer_loops.h, and with
-// internal linkage as explained there.
+// Additional loops of residual networks, with internal linkage for the reason given below.
 
 namespace holdfast::kernels {
 namespace {
@@ -13,12 +12,12 @@ template <typename Real>
 struct ExpConstants;
 template <>
 struct ExpConstants<float> {
-  static constexpr float kLimit = 87.0f;        // exp(+-kLimit) is an ordinary number
+  static constexpr float kLimit = 87.0f;        // exp(+-kLimit) is a normal number
   static constexpr float kRounder = 0x1.8p23f;  // adding it rounds to an integer
   static constexpr int kMantissaBits = 23;
-  static constexpr float kLn2High = 0.693359375f;  // few bits: its products with n are exact
+  static constexpr float kLn2High = 0.693359375f;  // few bits: products with n are exact
   static constexpr float kLn2Low = -2.12194440e-4f;
-  static constexpr int kDegree = 7;  // of Taylor's series on |r| <= ln(2) / 2
+  static constexpr int kDegree = 7;  // of the Taylor series on |r| <= ln(2) / 2
 };
 template <>
 struct ExpConstants<double> {
@@ -30,8 +29,8 @@ struct ExpConstants<double> {
   static constexpr int kDegree = 13;
 };
 
-/// exp(x) within two units in the last place, x taken into +-kLimit first; NaN stays NaN.
-/// x = n ln(2) + r, exp(x) = 2^n exp(r).
+/// exp(x) to within two units in the last place. x is clamped to +-kLimit first; NaN stays NaN.
+/// Uses x = n ln(2) + r, exp(x) = 2^n exp(r).
 template <typename S>
 inline typename S::Vector Exp(typename S::Vector x) {
   using Real = typename S::Real;
@@ -47,7 +46,7 @@ inline typename S::Vector Exp(typename S::Vector x) {
   Vector sum = ones;
 #pragma GCC unroll 16
   for (int k = C::kDegree; k > 0; --k) sum = ones + sum * r * (Real(1) / static_cast<Real>(k));
-  // The low bits of `rounded` are n, which belongs into the exponent.
+  // The low bits of `rounded` hold n, which is added to the exponent.
   const Bits power =
       (reinterpret_cast<Bits>(rounded) << C::kMantissaBits) + reinterpret_cast<Bits>(ones);
   return sum * reinterpret_cast<Vector>(power);
@@ -137,9 +136,9 @@ void LeakyBackward(const LeakyBackwardArguments<typename S::Real>& in) {
 }  // namespace
 }  // namespace holdfast::kernels
 
-// The loops of a layer, written once over the compiler's vector types. Included by one source file
-// per instruction set, each compiled with its own flags: everything here has internal linkage, so
-// that no function built for a newer processor can be picked by the linker for an older one.
+// Loops of a layer, written once with the compiler's vector types. Included by one source file per
+// instruction set, each compiled with its own flags. Everything here has internal linkage, so that
+// the linker cannot select a function built for a newer processor.
 
 #if defined(__FMA__) || defined(__AVX512F__)
 #include <immintrin.h>
@@ -148,8 +147,8 @@ void LeakyBackward(const LeakyBackwardArguments<typename S::Real>& in) {
 namespace holdfast::kernels {
 namespace {
 
-/// `kBytes` wide vectors; tiles of kTileVectors x kTileColumns sums stay in registers, and of
-/// kSingleVectors for one column alone, where more of them hide the latency of the additions.
+/// Vectors of `kBytes`. Tiles of kTileVectors x kTileColumns sums stay in registers. A single
+/// column uses kSingleVectors sums, since more sums hide the latency of the additions.
 template <typename R, int kBytes, int kTileVectorsOf, int kTileColumnsOf, int kSingleVectorsOf>
 struct VectorShape {
   using Real = R;
@@ -162,8 +161,8 @@ struct VectorShape {
 
   static Vector Load(const R* p) { return *reinterpret_cast<const Unaligned*>(p); }
   static void Store(R* p, Vector v) { *reinterpret_cast<Unaligned*>(p) = v; }
-  /// a b + c, by the processor's fused operation where it has one: left to itself, a compiler fuses
-  /// some of the tiles and not others, and a column would depend on how many stand beside it.
+  /// a b + c, by the fused instruction of the processor if it has one. Left alone, a compiler fuses
+  /// only some of the tiles, and a column would depend on the number of columns next to it.
   static Vector MulAdd(Vector a, R b, Vector c) {
     const Vector factor = b - Vector{};
 #if defined(__AVX512F__)
@@ -208,7 +207,7 @@ inline void Tile(const ProductArguments<typename S::Real>& in, const typename S:
   }
 }
 
-// The rows of one panel for kColumns columns, in tiles of kVectors and then narrower ones.
+// Computes the rows of one panel for kColumns columns, in tiles of kVectors, then of one vector.
 template <typename S, int kVectors, int kColumns>
 inline void PanelTiles(const ProductArguments<typename S::Real>& in, const typename S::Real* panel,
                        int panel_rows, const typename S::Real* x, typename S::Real* y) {
@@ -299,7 +298,7 @@ void Finish(const FinishArguments<typename S::Real>& in) {
     const typename S::Real shift = -in.mean[j] * scale;
     for (int i = 0; i < in.padded_rows; i += S::kWidth) {
       Vector v = S::Load(y + i) * scale + (S::Load(in.row_sums + i) * shift + S::Load(in.bias + i));
-      if (in.rectified) v = v < 0 ? Vector{} : v;  // lets NaN through
+      if (in.rectified) v = v < 0 ? Vector{} : v;  // keeps NaN
       S::Store(y + i, v);
     }
   }

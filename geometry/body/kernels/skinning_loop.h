@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
-// Included by one file for each instruction set, which defines HOLDFAST_LANES, doubles of a vector,
-// and HOLDFAST_MULTIPLY_ADD(a, b, c), a b + c of a float and vectors of twice as many.
+// Included by one file per instruction set, which defines HOLDFAST_LANES (doubles per vector) and
+// HOLDFAST_MULTIPLY_ADD(a, b, c) (a b + c for a float a and vectors b, c of twice as many floats).
 #pragma once
 
 #include "geometry/body/kernels/skinning_arguments.h"
@@ -17,7 +17,7 @@ inline FloatLanes& At(float* p) { return *reinterpret_cast<FloatLanes*>(p); }
 inline const Lanes& At(const double* p) { return *reinterpret_cast<const Lanes*>(p); }
 inline Lanes& At(double* p) { return *reinterpret_cast<Lanes*>(p); }
 
-// Moves on to the block's first vertex that is not below `end`.
+// Advances to the block's first vertex that is not below `end`.
 void PassTile(const SkinningArguments::Block& block, int end, long& next) {
   while (next < block.count && block.vertices[next] < end) ++next;
 }
@@ -55,7 +55,7 @@ void Skin(const SkinningArguments& in, int vertex, const double* posed_rest, dou
       for (int c = 0; c < 3; ++c) {
         const double* const row = R + 3 * c * n;
         const Lanes x = At(row) * p[0], y = At(row + n) * p[1], z = At(row + 2 * n) * p[2];
-        const Lanes turned = c < 2 ? (x + y) + z : x + (y + z);  // as Eigen adds, two rows at once
+        const Lanes turned = c < 2 ? (x + y) + z : x + (y + z);  // Eigen's order: two rows at once
         sum[c] += weight * (turned + At(t + c * n));
       }
     }
@@ -123,7 +123,7 @@ void PoseDirsAdjoint(const SkinningArguments& in, const SkinningArguments::Block
       const double* const dirs = block.dirs + 27 * k;
       for (int e = 0; e < 9; ++e) {
         const Lanes x = dirs[e] * d[0], y = dirs[9 + e] * d[1], z = dirs[18 + e] * d[2];
-        sum[e] += e < 8 ? (x + y) + z : x + (y + z);  // as Eigen adds, two rows at once
+        sum[e] += e < 8 ? (x + y) + z : x + (y + z);  // in Eigen's order: two rows at once
       }
     }
     for (int e = 0; e < 9; ++e) At(d_features + e * in.frames + f) = sum[e];

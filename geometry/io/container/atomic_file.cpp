@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Removes the temporary unless the rename took it.
+// Removes the temporary file unless it was renamed.
 class TemporaryFile {
  public:
   explicit TemporaryFile(fs::path path) : path_(std::move(path)) {}
@@ -45,7 +45,7 @@ void FlushToDisk(const fs::path& path) {
   const int failed = ::fsync(descriptor);
   const int reason = errno;
   ::close(descriptor);
-  // Some file systems (pipes, /dev/full) do not support fsync: that alone is no reason to fail.
+  // Some file systems (pipes, /dev/full) do not support fsync; this alone is not a failure.
   if (failed != 0 && reason != EINVAL && reason != EROFS) {
     throw Error(path.string(), fmt::format("could not be written ({})", std::strerror(reason)),
                 "Free some space or choose another folder");
@@ -65,7 +65,7 @@ void WriteAtomically(const fs::path& path, const std::function<void(const fs::pa
   if (fs::is_directory(path, error)) {
     throw Error(path.string(), "is a folder, a file was to be written", "Choose a file name");
   }
-  // The extension is kept: some writers choose the format by it.
+  // Keep the extension: some writers choose the format by it.
   TemporaryFile temporary(folder / fmt::format(".{}.tmp{}{}", path.stem().string(), ::getpid(),
                                                path.extension().string()));
   write(temporary.Path());

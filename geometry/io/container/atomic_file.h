@@ -8,16 +8,16 @@
 
 namespace holdfast {
 
-/// Writes a file so that `path` is never seen half-written: `write` fills a temporary beside it,
-/// which is flushed to disk and renamed over `path`; folders above it are made. When `write`
-/// throws, or the disk is full, the temporary is removed and whatever was at `path` is untouched.
+/// Writes a file atomically: `write` fills a temporary file in the same folder, which is flushed to
+/// disk and renamed to `path`. Creates missing folders. If `write` throws or the disk is full, the
+/// temporary file is removed and the previous file at `path` is unchanged.
 void WriteAtomically(const std::filesystem::path& path,
                      const std::function<void(const std::filesystem::path& temporary)>& write);
 
-/// The same for a text or byte string.
+/// Same for a text or byte string.
 void WriteAtomically(const std::filesystem::path& path, std::string_view content);
 
-/// The whole file as bytes. Throws Error when it cannot be opened or read, or exceeds
+/// Returns the whole file as bytes. Throws Error if it cannot be opened or read, or exceeds
 /// `limit_bytes`.
 std::string ReadFile(const std::filesystem::path& path,
                      std::size_t limit_bytes = std::size_t{4} << 30);

@@ -85,7 +85,7 @@ void ByteSource::ReadAt(std::uint64_t offset, std::span<std::byte> target) const
       throw Error(name_, fmt::format("cannot be read ({})", std::strerror(errno)),
                   "Check the disk");
     }
-    if (got == 0) throw cut_off();  // someone cut it while we read
+    if (got == 0) throw cut_off();  // truncated during reading
     offset += static_cast<std::uint64_t>(got);
     target = target.subspan(static_cast<std::size_t>(got));
   }
@@ -136,8 +136,8 @@ struct Inflater {
   bool good = false;
 };
 
-// Calls `take` with piece after piece of what is unpacked, until it returns false. A file may be
-// several one after another.
+// Calls `take` with consecutive unpacked pieces until it returns false. A file may consist of
+// several gzip members.
 template <typename Take>
 void Unpack(const ByteSource& source, Take&& take) {
   const auto damaged = [&](std::string_view detail) {
@@ -162,7 +162,7 @@ void Unpack(const ByteSource& source, Take&& take) {
       state.avail_in = static_cast<uInt>(count);
     }
     if (at_end) {
-      // Zeros may fill a file up to some block's size.
+      // Zeros may pad a file to a block size.
       if (state.next_in[0] == 0) return;
       inflateReset(&state);
       at_end = false;
@@ -215,7 +215,7 @@ std::vector<std::byte> ReadGzip(const ByteSource& source, std::size_t limit_byte
 std::string ReadGzipText(const std::filesystem::path& path, std::size_t limit_bytes) {
   const ByteSource source(path);
   if (source.Head(kMagic.size()) != kMagic) return source.Text(limit_bytes);
-  // A text of motion packs to a tenth at best; a small one may be anything.
+  // A motion text compresses to a tenth at best; a small file may be anything.
   return Unpacked<std::string>(
       source, std::min<std::uint64_t>(limit_bytes, kAlwaysBytes + 10 * source.Size()));
 }

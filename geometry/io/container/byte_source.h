@@ -11,14 +11,14 @@
 
 namespace holdfast {
 
-/// Bytes that can be read from any place: an open file, which stays the file that was opened even
-/// when another takes its name, or a piece of memory that must outlive the source.
+/// Bytes with random access: an open file, which stays the same even if another file takes its
+/// name, or a block of memory that must outlive the source.
 class ByteSource {
  public:
-  /// The one door through which files come in. Throws Error for a file that is missing, no regular
-  /// file (a pipe is never waited for), empty, or may not be read.
+  /// Opens a file; all input files are opened here. Throws Error for a file that is missing, not
+  /// regular (pipes are never waited for), empty, or not readable.
   explicit ByteSource(const std::filesystem::path& path);
-  /// `name` goes into messages.
+  /// `name` is used in messages.
   ByteSource(std::span<const std::byte> bytes, std::string name);
   ~ByteSource();
   ByteSource(ByteSource&& other) noexcept;
@@ -26,11 +26,11 @@ class ByteSource {
 
   std::uint64_t Size() const { return size_; }
   const std::string& Name() const { return name_; }
-  /// Fills `target` from `offset` on, in large reads. Throws Error when the bytes end before.
+  /// Fills `target` from `offset` on, in large reads. Throws Error if the bytes end earlier.
   void ReadAt(std::uint64_t offset, std::span<std::byte> target) const;
-  /// The first `count` bytes, or fewer in a shorter file.
+  /// Returns the first `count` bytes, fewer for a shorter file.
   std::string Head(std::size_t count) const;
-  /// All of it. Throws Error when there are more than `limit_bytes`.
+  /// Returns all bytes. Throws Error if there are more than `limit_bytes`.
   std::string Text(std::size_t limit_bytes) const;
 
  private:
@@ -40,25 +40,25 @@ class ByteSource {
   const std::byte* memory_ = nullptr;
 };
 
-/// FNV-1a (Fowler, Noll & Vo), 64 bits, as text.
+/// 64-bit FNV-1a hash (Fowler, Noll & Vo) as text.
 std::string Checksum(std::string_view bytes);
-/// The same of all bytes of a source.
+/// Same for all bytes of a source.
 std::string Checksum(const ByteSource& source);
 
-/// Largest text a motion file may unpack to: hours of capture, yet no zip bomb.
+/// Maximum unpacked size of a motion file: hours of capture, but no zip bomb.
 inline constexpr std::size_t kMotionTextLimit = std::size_t{1} << 30;
 
-/// What a gzip'd file holds. It is unpacked twice, first only to see that it is whole and how long,
-/// so that memory is taken once and for sound data alone. Throws Error when it is damaged, cut off,
-/// holds nothing, or unpacks to more than `limit_bytes`.
+/// Returns the content of a gzipped file. Unpacks it twice, first to check the data and their
+/// length, so that memory is allocated once and only for valid data. Throws Error if the file is
+/// damaged, truncated or empty, or unpacks to more than `limit_bytes`.
 std::vector<std::byte> ReadGzip(const ByteSource& source, std::size_t limit_bytes);
 
-/// The whole file as text, unpacked when it is gzip'd (by content, not by name). Throws Error as
-/// ByteSource and ReadGzip do; also where it unpacks to more than ten times the file and 48 MB.
+/// Returns the whole file as text, unpacked if gzipped (by content, not by name). Throws Error as
+/// ByteSource and ReadGzip do; also if it unpacks to more than ten times the file plus 48 MB.
 std::string ReadGzipText(const std::filesystem::path& path,
                          std::size_t limit_bytes = kMotionTextLimit);
 
-/// The first `bytes` of it or fewer, for telling formats apart; empty when it cannot be read.
+/// Returns at most the first `bytes` of the text, to detect formats; empty if unreadable.
 std::string ReadGzipHead(const std::filesystem::path& path, std::size_t bytes);
 
 }  // namespace holdfast

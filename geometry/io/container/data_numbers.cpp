@@ -13,7 +13,7 @@
 #include "geometry/io/container/data_store.h"
 #include "geometry/io/container/npy_header.h"
 
-// What DataValue::Array() gives: the numbers of whatever holds numbers.
+// Implements DataValue::Array(): the numbers of any value that holds numbers.
 
 namespace holdfast {
 namespace {
@@ -28,7 +28,7 @@ bool IsNumber(const DataNode& node) {
          std::holds_alternative<double>(node);
 }
 
-// Leaves that are numbers, or arrays of one shape, in the order they come.
+// Joins leaves, which are numbers or arrays of one shape, in their order.
 NpyArray JoinLeaves(const DataStore& store, const std::vector<NodeIndex>& leaves,
                     std::vector<std::size_t> shape, const std::string& where) {
   std::vector<double> reals;
@@ -73,8 +73,8 @@ NpyArray JoinLeaves(const DataStore& store, const std::vector<NodeIndex>& leaves
                                          : MakeNpyArray('f', std::move(shape), reals);
 }
 
-// Level by level, so that no nesting recurses; what the file shares is counted each time it
-// appears.
+// Works level by level, so that nesting needs no recursion. Shared parts are counted each time they
+// appear.
 NpyArray GatherList(const DataStore& store, NodeIndex index, const std::string& where) {
   std::vector<std::size_t> shape;
   std::vector<NodeIndex> level{index}, next, firsts;
@@ -83,7 +83,7 @@ NpyArray GatherList(const DataStore& store, NodeIndex index, const std::string& 
       throw Error(where, fmt::format("is nested more than {} lists deep", kMaxRank),
                   "Save it as an array");
     }
-    // From each level's first list the next one's is reached: one that comes again is in itself.
+    // Each level's first list leads to the next one's: a list that repeats contains itself.
     if (std::find(firsts.begin(), firsts.end(), level.front()) != firsts.end()) {
       throw Error(where, "is a list that holds itself", "Save it as an array");
     }
@@ -141,7 +141,7 @@ NpyMember GatherArray(const DataStore& store, const ArrayNode& array, const std:
     count = count == SIZE_MAX && n != 0 ? count : count * n;
   }
   const bool is_view = !array.strides.empty();
-  // A view may repeat its numbers (stride 0), an array may not claim more than it has.
+  // A view may repeat its numbers (stride 0); an array must not claim more than it has.
   const std::size_t most =
       is_view ? std::max(store.MemoryLimit(), array.bytes.size()) : array.bytes.size();
   if (size != 0 && count > most / size) {
@@ -248,7 +248,7 @@ void Select(Values& values, const std::vector<std::int64_t>& places, std::size_t
   chosen.reserve(places.size());
   const auto count = static_cast<std::int64_t>(values.numbers.size());
   for (const std::int64_t place : places) {
-    const std::int64_t i = place < 0 ? place + count : place;  // Python counts from the end, too
+    const std::int64_t i = place < 0 ? place + count : place;  // Python also counts from the end
     if (i < 0 || i >= count) Fail(where, fmt::format("selects number {} of {}", place, count));
     chosen.push_back(values.numbers[static_cast<std::size_t>(i)]);
   }
@@ -264,7 +264,7 @@ bool IsChumpy(const DataStore& store, NodeIndex index) {
 }
 
 NpyArray ChumpyValue(const DataStore& store, NodeIndex index, const std::string& where) {
-  // Down to the array that everything is made from, then up again.
+  // Descends to the array that everything is made from, then applies the steps in reverse.
   std::vector<NodeIndex> steps;
   while (!IsSparse(store, index)) {
     const ObjectNode* object = ObjectAt(store, index);
@@ -272,7 +272,7 @@ NpyArray ChumpyValue(const DataStore& store, NodeIndex index, const std::string&
     if (steps.size() == kMaxSteps) Fail(where, "is a chumpy expression without end");
     if (IsClass(*object, "ch", "Ch")) {
       index = RequireField(store, index, "x", where);
-      steps.push_back(0);  // counts, does nothing
+      steps.push_back(0);  // counted, but does nothing
     } else if (IsClass(*object, "reordering", "Select") ||
                IsClass(*object, "reordering", "Reshape")) {
       steps.push_back(index);
@@ -292,7 +292,7 @@ NpyArray ChumpyValue(const DataStore& store, NodeIndex index, const std::string&
       const NpyMember places =
           PlainNumbers(store, RequireField(store, step, "idxs", where), where + "[idxs]");
       Select(values, places.AsIntegers(), store.MemoryLimit(), where);
-      // Kept by chumpy for a slice; without it the result is as flat as its indices.
+      // Stored by chumpy for a slice; without it the result is as flat as its indices.
       if (const auto shape = FindField(store, step, "preferred_shape")) {
         Reshape(values, PlainNumbers(store, *shape, where).AsIntegers(), where);
       }
@@ -342,7 +342,7 @@ bool IsSparse(const DataStore& store, NodeIndex index) { return FormOf(store, in
 
 NpyArray SparseToDense(const DataStore& store, NodeIndex index, const std::string& where) {
   const Form form = *FormOf(store, index);
-  // `_shape` since 2007; `shape` in what others write by hand.
+  // `_shape` since 2007; `shape` in files written by hand.
   const auto shape_field = FindField(store, index, "_shape");
   const std::vector<std::int64_t> shape =
       Integers(store, index, shape_field ? "_shape" : "shape", where);

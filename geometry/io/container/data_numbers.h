@@ -10,19 +10,18 @@ namespace holdfast {
 /// Whether a node is an instance of a chumpy class.
 bool IsChumpy(const DataStore& store, NodeIndex index);
 
-/// The value of a chumpy array, as its `.r` would give it. The body models' first releases hold
-/// three kinds: a plain array (chumpy.ch.Ch: the field x), a choice of elements of another
-/// (chumpy.reordering.Select: a, idxs, preferred_shape) and one in another shape
-/// (chumpy.reordering.Reshape: a, newshape). Throws Error for every other expression, as it would
-/// have to be computed.
+/// Returns the value of a chumpy array, as its `.r` would. The first releases of the body models
+/// contain three kinds: a plain array (chumpy.ch.Ch: field x), selected elements of another array
+/// (chumpy.reordering.Select: a, idxs, preferred_shape), and a reshaped array
+/// (chumpy.reordering.Reshape: a, newshape). Throws Error for every other expression, which would
+/// have to be evaluated.
 NpyArray ChumpyValue(const DataStore& store, NodeIndex index, const std::string& where);
 
-/// Whether a node is a scipy.sparse matrix (or array) of a form that can be read: csc, csr, coo.
+/// Whether a node is a scipy.sparse matrix (or array) in a readable format: csc, csr, coo.
 bool IsSparse(const DataStore& store, NodeIndex index);
 
-/// The matrix with its zeros, float64, in C order; entries named twice add up. Throws Error, named
-/// `where`, when its parts do not fit each other or the zeros would take more memory than the file
-/// may.
+/// Returns the dense matrix, float64, in C order; duplicate entries are summed. Throws Error, named
+/// `where`, if the parts are inconsistent or the dense matrix exceeds the memory limit of the file.
 NpyArray SparseToDense(const DataStore& store, NodeIndex index, const std::string& where);
 
 }  // namespace holdfast

@@ -12,13 +12,13 @@
 namespace holdfast {
 namespace {
 
-// What the allocator adds to a block, roughly.
+// Approximate allocator overhead per block.
 constexpr std::size_t kBlock = 16;
-// A node with its share of what a deque's blocks of 512 bytes leave over.
+// A node with its part of the unused space in a deque's blocks of 512 bytes.
 constexpr std::size_t kNodeBytes = sizeof(DataNode) + 8;
-// A key with its name in a map.
+// A key and its name in a map.
 constexpr std::size_t kNameEntry = 64;
-// An entry of a dict with its place in `entries` (which may double), `named` and `by_name`.
+// An entry of a dict with its space in `entries` (which may double), `named` and `by_name`.
 constexpr std::size_t kDictEntry = 4 * sizeof(std::pair<NodeIndex, NodeIndex>) +
                                    sizeof(std::pair<std::string_view, NodeIndex>) +
                                    sizeof(std::uint32_t);
@@ -170,7 +170,7 @@ void DataStore::Finish() {
     for (const auto& [key, value] : dict.entries) {
       if (const auto name = KeyName(key)) dict.named.emplace_back(*name, value);
     }
-    // Of entries with one name, the first gives the place and the last the value.
+    // Of entries with the same name, the first gives the position and the last the value.
     std::vector<std::uint32_t> order(dict.named.size());
     std::iota(order.begin(), order.end(), 0u);
     std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
@@ -206,7 +206,7 @@ bool IsUtf8(std::string_view bytes) {
   for (std::size_t i = 0; i < bytes.size();) {
     const auto lead = static_cast<unsigned char>(bytes[i++]);
     if (lead < 0x80) continue;
-    // Half of the bytes that numpy writes into protocols 0 to 2 come as two: the way is short.
+    // Shortcut: half of the bytes that numpy writes into protocols 0 to 2 take two bytes here.
     if (lead >= 0xc2 && lead < 0xe0 && i < bytes.size() &&
         (static_cast<unsigned char>(bytes[i]) & 0xc0) == 0x80) {
       ++i;
@@ -220,8 +220,8 @@ bool IsUtf8(std::string_view bytes) {
     for (int k = 0; k < more; ++k, ++i) {
       if (i >= bytes.size()) return false;
       const auto next = static_cast<unsigned char>(bytes[i]);
-      // The first byte after the lead also rules out forms that are too long, and surrogates
-      // (which Python's pickles may hold: they are let through).
+      // The first byte after the lead also rules out overlong forms. Surrogates are accepted, since
+      // Python's pickles may hold them.
       const unsigned low = k > 0 ? 0x80u : lead == 0xe0 ? 0xa0u : lead == 0xf0 ? 0x90u : 0x80u;
       const unsigned high = k == 0 && lead == 0xf4 ? 0x8fu : 0xbfu;
       if (next < low || next > high) return false;

@@ -18,16 +18,16 @@
 
 namespace holdfast {
 
-/// Bytes and what keeps them alive (a mapped file, a vector). Without an owner, the caller does.
+/// Bytes and their owner (a mapped file, a vector). Without an owner, the caller keeps them alive.
 struct DataBytes {
   std::span<const std::byte> view;
   std::shared_ptr<const void> owner;
 };
 
-/// Takes a vector over.
+/// Takes ownership of a vector.
 DataBytes OwnBytes(std::vector<std::byte> bytes);
 
-/// Element of an array: as in NpyArray, and 'B' for bfloat16, 'O' for Python objects.
+/// Element type of an array: as in NpyArray, plus 'B' for bfloat16 and 'O' for Python objects.
 struct ElementType {
   char kind = 'f';
   std::size_t size = 4;  ///< bytes
@@ -41,20 +41,20 @@ struct TextNode {
 };
 struct BytesNode {
   std::string_view bytes;
-  bool is_python2_text = false;  ///< Python 2's str, which is text or bytes by what it holds
+  bool is_python2_text = false;  ///< Python 2's str: text or bytes, depending on content
 };
 struct ListNode {
   std::vector<NodeIndex> items;
 };
 
 struct DictNode {
-  std::vector<std::pair<NodeIndex, NodeIndex>> entries;  ///< as the file has them, until Finish()
-  std::vector<std::pair<std::string_view, NodeIndex>> named;  ///< in the file's order, no doubles
-  std::vector<std::uint32_t> by_name;                         ///< positions in `named`, sorted
+  std::vector<std::pair<NodeIndex, NodeIndex>> entries;       ///< as in the file, until Finish()
+  std::vector<std::pair<std::string_view, NodeIndex>> named;  ///< in file order, without duplicates
+  std::vector<std::uint32_t> by_name;  ///< positions in `named`, sorted by name
 };
 
 /// Numbers or text in bytes that belong to the store. `strides` are in elements; empty means
-/// contiguous, in C order or in Fortran's.
+/// contiguous, in C or Fortran order.
 struct ArrayNode {
   ElementType element;
   std::vector<std::size_t> shape;
@@ -68,7 +68,7 @@ struct ArrayNode {
 struct ObjectNode {
   std::string class_name;
   bool is_class = false;
-  std::optional<NodeIndex> arguments;  ///< list: what the class was called with
+  std::optional<NodeIndex> arguments;  ///< list: arguments of the class's call
   std::optional<NodeIndex> fields;     ///< dict
 };
 
@@ -76,9 +76,9 @@ using DataNode = std::variant<std::monostate, bool, std::int64_t, double, TextNo
                               ListNode, std::unique_ptr<DictNode>, std::unique_ptr<ArrayNode>,
                               std::unique_ptr<ObjectNode>>;
 
-/// Where the values of one file live. Readers add nodes and then call Finish(); from then on the
-/// store is constant and may be read from any thread. Every buffer that a store makes is charged to
-/// its budget before it is made, so that no file, however it is written, takes more memory.
+/// Stores the values of one file. Readers add nodes and then call Finish(); afterwards the store is
+/// constant and may be read from any thread. Every buffer is charged to the store's budget before
+/// it is allocated, so that no file can exceed the memory limit.
 struct DataStore {
  public:
   /// `where` names the file in errors; `memory_limit` in bytes.
@@ -94,32 +94,32 @@ struct DataStore {
   NodeIndex AddBool(bool value) { return value ? 2 : 1; }
   NodeIndex AddInteger(std::int64_t value);
   NodeIndex AddReal(double value);
-  /// Text that the store keeps a copy of; text must be UTF-8.
+  /// Text that the store copies; it must be UTF-8.
   NodeIndex AddText(std::string text);
-  /// Text in bytes that were given to Keep().
+  /// Text in bytes that were passed to Keep().
   NodeIndex AddTextView(std::string_view text);
   NodeIndex AddBytes(std::string bytes, bool is_python2_text = false);
   NodeIndex AddBytesView(std::string_view bytes, bool is_python2_text = false);
   NodeIndex AddList(std::vector<NodeIndex> items = {});
   NodeIndex AddDict();
   NodeIndex AddArray(ArrayNode array);
-  /// Takes the array's bytes over.
+  /// Takes ownership of the array's bytes.
   NodeIndex AddArray(NpyArray array);
   NodeIndex AddObject(ObjectNode object);
 
-  /// Appends to a list, charging what it grows by.
+  /// Appends to a list and charges its growth.
   void Append(NodeIndex list, NodeIndex item);
   /// A later value of the same key replaces the earlier one, as in Python.
   void SetItem(NodeIndex dict, NodeIndex key, NodeIndex value);
   void SetItem(NodeIndex dict, std::string key, NodeIndex value);
-  /// Keeps bytes alive that nodes point into.
+  /// Keeps bytes alive that nodes point to.
   void Keep(std::shared_ptr<const void> owner);
 
-  /// Throws Error when that much more would be over the limit.
+  /// Charges `bytes` to the budget. Throws Error if that exceeds the limit.
   void Charge(std::size_t bytes);
 
-  /// Makes the names of dicts ready for look-up. Names are keys that are texts of at most
-  /// kMaxNameBytes, and integers as their decimal text; other keys are kept aside.
+  /// Prepares the names of dicts for look-up. Names are text keys of at most kMaxNameBytes, and
+  /// integer keys as decimal text; other keys are kept aside.
   void Finish();
 
   DataNode& operator[](NodeIndex index) { return nodes_[index]; }
@@ -137,7 +137,7 @@ struct DataStore {
 
   std::deque<DataNode> nodes_;
   std::deque<std::string> texts_;
-  std::unordered_map<NodeIndex, std::string_view> decoded_names_;  ///< of keys that are no texts
+  std::unordered_map<NodeIndex, std::string_view> decoded_names_;  ///< of keys that are not text
   std::vector<std::shared_ptr<const void>> owners_;
   std::string where_;
   std::size_t memory_limit_;
@@ -150,25 +150,25 @@ bool IsUtf8(std::string_view bytes);
 /// Numbers of a node (see DataValue::Array), converted and dense. Throws Error, named `where`.
 NpyMember GatherNumbers(const DataStore& store, NodeIndex index, const std::string& where);
 
-/// One array as it is stored: made contiguous where it has strides.
+/// One array as stored, made contiguous if it has strides.
 NpyMember GatherArray(const DataStore& store, const ArrayNode& array, const std::string& where);
 
-/// "float32", "bfloat16", "text".
+/// Name of an element type: "float32", "bfloat16", "text".
 std::string ElementTypeName(const ElementType& element);
 
-/// The instance (not the class) at an index, or null.
+/// Returns the instance (not the class) at an index, or null.
 const ObjectNode* ObjectAt(const DataStore& store, NodeIndex index);
 
-/// The names of a dict, or of an instance's state; null for everything else. After Finish().
+/// Returns the names of a dict or of an instance's state; null for anything else. Needs Finish().
 const DictNode* NamesAt(const DataStore& store, NodeIndex index);
 
 std::optional<NodeIndex> FindField(const DataStore& store, NodeIndex index, std::string_view name);
-/// Throws Error when there is none.
+/// Throws Error if the field does not exist.
 NodeIndex RequireField(const DataStore& store, NodeIndex index, std::string_view name,
                        const std::string& where);
 
-/// Numbers of a field that is itself an array or a list of numbers, not another instance: what
-/// keeps instances within instances from recursing. Throws Error for everything else.
+/// Numbers of a field that is itself an array or a list of numbers, not another instance, so that
+/// nested instances cause no recursion. Throws Error for anything else.
 NpyMember PlainNumbers(const DataStore& store, NodeIndex index, const std::string& where);
 
 }  // namespace holdfast

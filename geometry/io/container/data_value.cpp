@@ -170,8 +170,8 @@ bool DataValue::HoldsNumbers() const {
 NpyMember DataValue::Array() const& { return GatherNumbers(*store_, index_, where_); }
 
 NpyMember DataValue::Array() && {
-  // The last handle of an array that stands alone gives its bytes away: a member of a large .npz is
-  // never there twice.
+  // The last handle of an array that stands alone moves its bytes out: a member of a large .npz
+  // never exists twice.
   const ArrayNode* array = ArrayOf(*store_, index_);
   const bool may_move = array != nullptr && array->alone && store_.use_count() == 1 &&
                         array->alone.use_count() == 1 && array->strides.empty() &&

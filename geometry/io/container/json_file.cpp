@@ -17,11 +17,11 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t kMaxDepth = 100;
-// What a value costs in memory: its slot (lists double as they grow), and what hangs on it.
+// Memory cost of a value: its slot (lists double as they grow) and its content.
 constexpr std::size_t kSlotBytes = 3 * sizeof(json);
 constexpr std::size_t kListBytes = 64, kObjectBytes = 80, kKeyBytes = 112, kTextBytes = 48;
 
-// Adds up what a document would take, and stops where that is too much.
+// Adds up the memory that a document would take, and stops if that is too much.
 class Meter : public nlohmann::json_sax<json> {
  public:
   explicit Meter(std::size_t budget) : left_(budget) {}

@@ -14,7 +14,8 @@
 
 namespace holdfast {
 
-/// The bytes where they are UTF-8; else read as Latin-1, in which every byte is a character.
+/// Returns the bytes if they are UTF-8; else reads them as Latin-1, in which every byte is a
+/// character.
 inline std::string AsUtf8(std::string_view bytes) {
   if (IsUtf8(bytes)) return std::string(bytes);
   std::string text;
@@ -30,7 +31,7 @@ inline std::string AsUtf8(std::string_view bytes) {
   return text;
 }
 
-/// A JSON value with every name and text as UTF-8 (AsUtf8).
+/// Converts every name and text of a JSON value to UTF-8 (AsUtf8).
 template <typename Json>
 Json WithUtf8(const Json& value) {
   if (value.is_string()) return AsUtf8(value.template get_ref<const std::string&>());
@@ -46,9 +47,9 @@ Json WithUtf8(const Json& value) {
   return texts;
 }
 
-/// JSON as text, in one line, or indented where `indent` is not negative. Names of files, markers
-/// and joints may be any bytes, JSON is UTF-8: other texts are written as WithUtf8 has them, and
-/// what is no character even so as U+FFFD. Every JSON that leaves the library goes through here.
+/// JSON as text, in one line, or indented if `indent` is not negative. JSON is UTF-8, but names of
+/// files, markers and joints may be any bytes: such texts are converted by WithUtf8, and remaining
+/// invalid characters become U+FFFD. All JSON that the library writes goes through here.
 template <typename Json>
 std::string JsonText(const Json& value, int indent = -1) {
   using Handler = typename Json::error_handler_t;
@@ -59,14 +60,14 @@ std::string JsonText(const Json& value, int indent = -1) {
   }
 }
 
-/// Parses JSON whose values take at most ten times `file_bytes` and 32 MB of memory: a text of
-/// "{},{},{}," alone would take thirty times its size. Throws Error for that, for text that is no
-/// JSON (with the place) and for nesting deeper than 100. For library sources only.
+/// Parses JSON whose values take at most ten times `file_bytes` plus 32 MB of memory; a text of
+/// "{},{},{}," alone would take thirty times its size. Throws Error if they take more, for text
+/// that is not JSON (with the position) and for nesting deeper than 100. For library sources only.
 nlohmann::json ParseJsonWithin(std::string_view text, const std::string& where,
                                std::size_t file_bytes);
 
-/// A JSON file; a discarded value (no object, no array) where it is missing or malformed. Throws
-/// Error for what is not a regular file.
+/// Reads a JSON file; returns a discarded value (neither object nor array) if it is missing or
+/// malformed. Throws Error if it is not a regular file.
 inline nlohmann::json ReadJson(const std::filesystem::path& path) {
   std::error_code ignored;
   if (!std::filesystem::exists(path, ignored) || std::filesystem::file_size(path, ignored) == 0) {
@@ -80,8 +81,8 @@ inline nlohmann::json ReadJson(const std::filesystem::path& path) {
   }
 }
 
-/// What `use` makes of the values of a JSON file; one of another type than it expects, or that is
-/// not there, is an Error about the file.
+/// Returns the result of `use` on the values of a JSON file. A value that is missing or has an
+/// unexpected type is an Error about the file.
 template <typename Use>
 auto UseJson(const std::filesystem::path& path, const Use& use) {
   try {
@@ -93,14 +94,13 @@ auto UseJson(const std::filesystem::path& path, const Use& use) {
   }
 }
 
-/// Removes the wall times from a result and returns them, at the same places: an object of the keys
-/// that held times, a list with a null for each element without any. Null where `result` has none.
-/// A result without its times has the same bytes in every run. Keys that hold times are those of
-/// the list in json_file.cpp.
+/// Removes the wall times from a result and returns them in the same structure: an object of the
+/// keys that held times, a list with null for each element without times; null if there are none. A
+/// result without its times has the same bytes in every run. json_file.cpp lists the keys.
 nlohmann::json TakeWallTimes(nlohmann::json& result);
 
-/// Writes `result` without its wall times to `file`, and these to `times_file` (none is written for
-/// a result without times). Returns what `file` has.
+/// Writes `result` without its wall times to `file`, and the times to `times_file` (not written if
+/// there are none). Returns the content of `file`.
 nlohmann::json WriteWithoutWallTimes(nlohmann::json result, const std::filesystem::path& file,
                                      const std::filesystem::path& times_file);
 

@@ -35,7 +35,7 @@ void ForEachElement(const NpyArray& array, Put&& put) {
     for (std::size_t i = 0; i < n; ++i) put(i, bytes + i * array.item_size);
     return;
   }
-  // Walk the storage in its own (first index fastest) order, keeping the C-order index in step.
+  // Traverse the storage in its own order (first index fastest) and track the C-order index.
   const std::size_t rank = array.shape.size();
   std::vector<std::size_t> stride(rank, 1), index(rank, 0);
   for (std::size_t d = rank - 1; d > 0; --d) stride[d - 1] = stride[d] * array.shape[d];
@@ -132,7 +132,7 @@ std::optional<std::span<const T>> NpyMember::View() const {
       (array.big_endian && sizeof(T) > 1)) {
     return std::nullopt;
   }
-  // The bytes were read as T's into storage that is aligned for them.
+  // The bytes were read as values of T into storage that is aligned for T.
   return std::span<const T>(reinterpret_cast<const T*>(array.data.data()), array.NumElements());
 }
 

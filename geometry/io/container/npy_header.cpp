@@ -190,7 +190,7 @@ std::size_t NpyDataBytes(const NpyArray& array, std::uint64_t available, const s
     elements *= n;
   }
   if (bytes > available) throw refuse();
-  // Empty texts (dtype U0) take no bytes: as many as one likes are no data.
+  // Empty texts (dtype U0) take no bytes, so the size of the data does not limit their number.
   if (bytes == 0 && elements > kMaxEmptyTexts) throw refuse();
   return static_cast<std::size_t>(bytes);
 }
@@ -207,7 +207,7 @@ std::string EncodeNpy(const NpyArray& array) {
   std::string header = fmt::format("{{'descr': '{}{}{}', 'fortran_order': {}, 'shape': ({}), }}",
                                    has_order ? (array.big_endian ? '>' : '<') : '|', array.kind,
                                    count, array.fortran_order ? "True" : "False", shape);
-  // Data start on a multiple of 64 bytes, as NumPy writes it, so that files can be mapped.
+  // Data start at a multiple of 64 bytes, as written by NumPy, so that files can be mapped.
   const std::size_t unpadded = kNpyMagic.size() + 2 + 2 + header.size() + 1;
   header.append((64 - unpadded % 64) % 64, ' ');
   header.push_back('\n');
@@ -227,7 +227,7 @@ std::uint16_t FloatToHalf(float value) {
   const float magnitude = std::fabs(value);
   if (std::isnan(value)) return static_cast<std::uint16_t>(sign | 0x7e00u);
   if (magnitude >= 65520.0f) return static_cast<std::uint16_t>(sign | 0x7c00u);
-  // Scaled so that one unit is the last place of the half: nearbyint then rounds to nearest even.
+  // Scaled so that one unit is the last place of the half: lrint then rounds to nearest even.
   const int exponent = std::max(magnitude > 0.0f ? std::ilogb(magnitude) : -14, -14);
   const auto units = static_cast<std::uint32_t>(
       std::lrint(std::ldexp(static_cast<double>(magnitude), 10 - exponent)));

@@ -15,7 +15,7 @@
 
 namespace holdfast {
 
-/// An array of T's in C order. `shape` is not compared with the number of values.
+/// Returns an array of T in C order. `shape` is not checked against the number of values.
 template <typename T>
 NpyArray MakeNpyArray(char kind, std::vector<std::size_t> shape, const std::vector<T>& values) {
   NpyArray array{kind, sizeof(T), false, false, std::move(shape), {}};
@@ -29,42 +29,42 @@ enum class NpyObjects { kRefused, kAllowed };
 
 /// Reads the header of a `.npy` member: a Python dictionary literal of three known entries, parsed
 /// and never evaluated. Returns the array without its data. Throws Error, named `where`, for
-/// anything else, and for element types that hold no real numbers or text.
+/// anything else, and for element types that are neither real numbers nor text.
 NpyArray ParseNpyHeader(std::string_view text, const std::string& where,
                         NpyObjects objects = NpyObjects::kRefused);
 
-/// Reads a `.npy` up to its data: magic number, version, header. `read` fills what it is given with
-/// the next bytes or throws.
+/// Reads a `.npy` up to its data: magic number, version, header. `read` fills its argument with the
+/// next bytes or throws.
 struct NpyStart {
   NpyArray array;         ///< without data
-  std::size_t bytes = 0;  ///< from the begin to the data
+  std::size_t bytes = 0;  ///< from the start to the data
 };
 NpyStart ReadNpyStart(const std::function<void(std::span<std::byte>)>& read,
                       const std::string& where, NpyObjects objects = NpyObjects::kRefused);
 
-/// Bytes of the data that a header announces. Throws Error, named `where`, when that is more than
-/// `available`: a shape is never believed before there is data for it.
+/// Size in bytes of the data that a header declares. Throws Error, named `where`, if it exceeds
+/// `available`: no shape is trusted unless its data exist.
 std::size_t NpyDataBytes(const NpyArray& array, std::uint64_t available, const std::string& where);
 
-/// An array as the bytes of a `.npy` file, version 1.
+/// Encodes an array as the bytes of a `.npy` file, version 1.
 std::string EncodeNpy(const NpyArray& array);
 
 inline constexpr std::string_view kNpyMagic("\x93NUMPY", 6);
 
-/// IEEE 754 half precision to single, exact. Without branches: body models have millions.
+/// IEEE 754 half precision to single, exact. Branch-free: body models have millions of values.
 inline float HalfToFloat(std::uint16_t half) {
   constexpr std::uint32_t kRebias = 112u << 23;
   const std::uint32_t sign = static_cast<std::uint32_t>(half & 0x8000u) << 16;
   const std::uint32_t magnitude = static_cast<std::uint32_t>(half & 0x7fffu) << 13;
   const std::uint32_t normal = magnitude + kRebias;
-  const std::uint32_t infinite = normal + kRebias;  // or no number
+  const std::uint32_t infinite = normal + kRebias;  // or NaN
   const auto subnormal =
       std::bit_cast<std::uint32_t>(std::bit_cast<float>(normal + (1u << 23)) - 0x1p-14f);
   const std::uint32_t finite = magnitude < (1u << 23) ? subnormal : normal;
   return std::bit_cast<float>(sign | (magnitude < (31u << 23) ? finite : infinite));
 }
 
-/// Single to half, to nearest even; infinity beyond 65504.
+/// Single to half precision, rounded to nearest even; infinity beyond 65504.
 std::uint16_t FloatToHalf(float value);
 
 }  // namespace holdfast

@@ -23,14 +23,14 @@ namespace {
 constexpr std::string_view kEnding = ".npy";
 constexpr std::size_t kNamesInMessage = 40;
 
-// numpy.savez adds the ending; archives packed by other means may lack it.
+// numpy.savez adds the suffix; archives packed by other means may lack it.
 const ZipMember* FindMember(const ZipArchive& archive, std::string_view key) {
   if (const ZipMember* member = archive.Find(fmt::format("{}{}", key, kEnding))) return member;
   const ZipMember* member = archive.Find(key);
   return member != nullptr && !member->name.ends_with('/') ? member : nullptr;
 }
 
-// One member of the archive, opened up to its data.
+// One member of the archive, read up to its data.
 class OpenMember {
  public:
   OpenMember(const NpzReader& reader, const ZipArchive& archive, std::string_view key,
@@ -157,7 +157,7 @@ void NpzWriter::AddUint8(std::string key, std::vector<std::size_t> shape,
 }
 
 void NpzWriter::AddText(std::string key, std::string_view bytes) {
-  // UTF-8 to UCS-4; ill-formed bytes become U+FFFD rather than a broken file.
+  // UTF-8 to UCS-4; malformed bytes become U+FFFD instead of a broken file.
   const std::string text = AsUtf8(bytes);
   std::vector<std::uint32_t> codes;
   for (std::size_t i = 0; i < text.size();) {

@@ -18,12 +18,12 @@ namespace holdfast {
 
 class ZipArchive;
 
-/// The most dimensions that an array may have: NumPy's limit.
+/// Maximum number of dimensions of an array: NumPy's limit.
 inline constexpr std::size_t kMaxRank = 32;
 
-/// One array of a NumPy `.npz` archive, as stored: element type, shape and raw bytes.
-/// Reading converts; nothing is ever executed (NpzReader refuses object arrays by name, DataFile
-/// takes the plain data in them).
+/// One array of a NumPy `.npz` archive, as stored: element type, shape and raw bytes. Reading only
+/// converts and executes nothing (NpzReader rejects object arrays by name, DataFile takes the plain
+/// data in them).
 struct NpyArray {
   char kind = 'f';  ///< 'f' float, 'i' signed, 'u' unsigned, 'b' bool, 'U' UCS-4 text, 'S' bytes
   std::size_t item_size = 4;  ///< bytes per element
@@ -35,20 +35,20 @@ struct NpyArray {
   std::size_t NumElements() const;
 };
 
-/// A member of an archive with the name it goes by in messages ("clip.npz[trans]").
+/// A member of an archive with its name for messages ("clip.npz[trans]").
 struct NpyMember {
   std::string where;
   NpyArray array;
 
-  /// The values where they are, nothing copied; nothing when they are stored in any other way than
-  /// as C-ordered, little-endian T. T: float, double, signed and unsigned integers.
+  /// The stored values without copying; nullopt unless they are stored as C-ordered, little-endian
+  /// T. T: float, double, signed and unsigned integers.
   template <typename T>
   std::optional<std::span<const T>> View() const;
   /// Values in C order as doubles. Throws Error for text, object and complex arrays.
   std::vector<double> AsDoubles() const;
   /// Values in C order as floats, without a double copy in between.
   std::vector<float> AsFloats() const;
-  /// Values in C order as signed integers; throws Error when the array holds fractions.
+  /// Values in C order as signed integers. Throws Error if the array holds fractions.
   std::vector<std::int64_t> AsIntegers() const;
   /// A scalar text (unicode or bytes, 0-d or one element), trailing NULs dropped.
   std::string AsText() const;
@@ -58,33 +58,33 @@ struct NpyMember {
 };
 
 /// Read access to a `.npz` archive (zip, stored or deflated, zip64). Members are read on demand,
-/// each straight into the array that is returned: a 2 GB member takes 2 GB, and a deflated one up
-/// to 256 MB more, for its packed bytes, while it is unpacked.
+/// directly into the returned array: a 2 GB member takes 2 GB, and a deflated one up to 256 MB more
+/// for its packed bytes during unpacking.
 class NpzReader {
  public:
-  /// Throws Error when the file is missing, empty, or not a zip archive.
+  /// Throws Error if the file is missing, empty, or not a zip archive.
   explicit NpzReader(const std::filesystem::path& path);
-  /// The same for an archive in memory, which must outlive the reader; `name` goes into messages.
+  /// Same for an archive in memory, which must outlive the reader; `name` is used in messages.
   NpzReader(std::span<const std::byte> bytes, std::string name);
-  /// The same for an archive that is open already.
+  /// Same for an archive that is already open.
   explicit NpzReader(std::unique_ptr<const ZipArchive> archive);
   ~NpzReader();
   NpzReader(NpzReader&&) noexcept;
   NpzReader& operator=(NpzReader&&) noexcept;
 
   bool Has(std::string_view key) const;
-  /// Names of the members, in the archive's order, without numpy's ending `.npy`.
+  /// Names of the members, in the archive's order, without NumPy's suffix `.npy`.
   std::vector<std::string> Keys() const;
   /// Element type (kind 'O' for Python objects) and shape, without the data.
   NpyMember ReadHeader(std::string_view key) const;
-  /// Throws Error when the member is missing (listing what is there), twice in the archive,
-  /// encrypted, packed in an unknown way, truncated, or malformed.
+  /// Throws Error if the member is missing (listing those that exist), twice in the archive,
+  /// encrypted, packed with an unknown method, truncated, or malformed.
   NpyMember Read(std::string_view key) const;
-  /// Of an array of Python objects (kind 'O'): the pickle that stands for its data. Whoever reads
-  /// it does so with ReadObjectArray, which executes nothing.
+  /// For an array of Python objects (kind 'O'): the pickle that holds its data. Read it with
+  /// ReadObjectArray, which executes nothing.
   std::vector<std::byte> ReadPickle(std::string_view key, std::size_t limit_bytes) const;
   const std::filesystem::path& Path() const { return path_; }
-  /// Of the whole file.
+  /// Size of the whole file.
   std::uint64_t SizeBytes() const;
 
  private:
@@ -92,14 +92,14 @@ class NpzReader {
   std::unique_ptr<const ZipArchive> archive_;
 };
 
-/// Collects arrays and writes them as one `.npz`, deflated, to a temporary that is renamed over
-/// `path`: after a crash or a full disk the old file is untouched. The same arrays give the same
+/// Collects arrays and writes them as one deflated `.npz`, to a temporary file that is renamed to
+/// `path`: after a crash or a full disk the old file is unchanged. The same arrays give the same
 /// bytes (members sorted by name, fixed time stamps).
 class NpzWriter {
  public:
   void AddFloat32(std::string key, std::vector<std::size_t> shape, std::vector<float> values);
   void AddFloat64(std::string key, std::vector<std::size_t> shape, std::vector<double> values);
-  /// Half precision: rounds to nearest even; throws Error when a value overflows (|x| > 65504).
+  /// Half precision: rounds to nearest even. Throws Error if a value overflows (|x| > 65504).
   void AddFloat16(std::string key, std::vector<std::size_t> shape,
                   const std::vector<float>& values);
   void AddInt64(std::string key, std::vector<std::size_t> shape, std::vector<std::int64_t> values);
@@ -108,7 +108,7 @@ class NpzWriter {
   void AddUint8(std::string key, std::vector<std::size_t> shape, std::vector<std::uint8_t> values);
   /// A 0-d unicode scalar, as `np.savez(key="text")` writes it.
   void AddText(std::string key, std::string_view text);
-  /// As read elsewhere, passed through untouched.
+  /// Adds an array as it was read elsewhere, unchanged.
   void Add(std::string key, NpyArray array);
 
   void Write(const std::filesystem::path& path) const;

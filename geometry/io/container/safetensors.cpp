@@ -56,7 +56,7 @@ Error Malformed(const std::string& where, std::string_view problem) {
                "Copy or save it again");
 }
 
-// Takes the header apart while it is parsed: {"name": {"dtype": "F32", "shape": [2, 3],
+// Extracts the header's entries during parsing: {"name": {"dtype": "F32", "shape": [2, 3],
 // "data_offsets": [0, 24]}, ..., "__metadata__": {"key": "text"}}. Anything else ends the parsing.
 class HeaderHandler : public nlohmann::json_sax<nlohmann::json> {
  public:
@@ -174,7 +174,7 @@ class HeaderHandler : public nlohmann::json_sax<nlohmann::json> {
   int num_offsets_ = 0;
 };
 
-// Bytes of `shape`; nothing when that is more than `available`.
+// Size of `shape` in bytes; nullopt if it exceeds `available`.
 std::optional<std::uint64_t> CheckedBytes(const std::vector<std::size_t>& shape,
                                           std::uint64_t item_size, std::uint64_t available) {
   std::uint64_t bytes = item_size;
@@ -235,7 +235,7 @@ void SafetensorsReader::CheckLayout() {
     if (entry.begin > reached) throw Malformed(at, "a gap before it");
     reached = entry.end;
     const ElementWord* element = FindWord(entry.dtype);
-    if (element == nullptr) continue;  // other tensors may still be of use
+    if (element == nullptr) continue;  // other tensors may still be usable
     if (CheckedBytes(entry.shape, element->size, data_bytes) != entry.end - entry.begin) {
       throw Malformed(
           at, fmt::format("shape ({}) of {} does not fit its {} bytes",
@@ -292,8 +292,8 @@ NpyMember SafetensorsReader::Read(std::string_view name) const {
     source_.ReadAt(offset, member.array.data);
     return member;
   }
-  // A bfloat16 is the upper half of a float: read into the buffer's second half and spread from the
-  // front, where each float is written before any half behind it is needed.
+  // A bfloat16 is the upper half of a float. Read the halves to the end of the buffer and expand
+  // them from the front: no float overwrites a half that is still needed.
   member.array.kind = 'f';
   member.array.item_size = 4;
   member.array.data.resize(2 * bytes);
@@ -326,7 +326,7 @@ std::vector<std::byte> BytesOf(std::span<const T> values) {
   return {bytes.begin(), bytes.end()};
 }
 
-// The upper half of the float, to nearest even; a NaN stays one.
+// Upper half of the float, rounded to nearest even; a NaN stays NaN.
 std::uint16_t FloatToBfloat(float value) {
   const auto bits = std::bit_cast<std::uint32_t>(value);
   if (std::isnan(value)) return static_cast<std::uint16_t>(bits >> 16 | 0x40u);
@@ -427,7 +427,7 @@ void SafetensorsWriter::Write(const std::filesystem::path& path) const {
   } catch (const nlohmann::json::exception&) {
     throw Error(path.string(), "has a name or metadata that are not UTF-8", "Use other names");
   }
-  text.append((8 - text.size() % 8) % 8, ' ');  // the tensors begin aligned
+  text.append((8 - text.size() % 8) % 8, ' ');  // aligns the tensors
   if (text.size() > SafetensorsReader::kMaxHeaderBytes) {
     throw Error(path.string(), "would have a header beyond the format's limit", "Split the file");
   }

@@ -19,7 +19,7 @@ namespace {
 bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v'; }
 char Lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
-// A word as it may be shown: short, and without bytes that would garble a terminal.
+// A word for messages: short, and without bytes that would garble a terminal.
 std::string Shown(std::string_view word) {
   std::string shown;
   for (const char c : word.substr(0, 40)) {
@@ -29,8 +29,8 @@ std::string Shown(std::string_view word) {
   return shown;
 }
 
-// Bytes of UTF-16: which byte of each unit comes first. Without a mark, by the ASCII that formats
-// begin with: one byte of each unit is zero, the other is not.
+// Byte order of UTF-16 text; nullopt for other text. Without a mark, it is detected from the ASCII
+// that formats begin with: one byte of each unit is zero, the other is not.
 std::optional<std::endian> Utf16Order(std::string_view bytes) {
   if (bytes.starts_with("\xFF\xFE")) return std::endian::little;
   if (bytes.starts_with("\xFE\xFF")) return std::endian::big;
@@ -65,7 +65,7 @@ std::string Utf8FromUtf16(std::string_view bytes, std::endian order) {
         i += 2;
       }
     }
-    if (code >= 0xD800 && code < 0xE000) code = '?';  // half of a pair
+    if (code >= 0xD800 && code < 0xE000) code = '?';  // unpaired surrogate
     const auto put = [&](std::uint32_t byte) { text.push_back(static_cast<char>(byte)); };
     const auto tail = [&](int shift) { put(0x80 | (code >> shift & 0x3F)); };
     if (code < 0x80) {
@@ -115,7 +115,7 @@ bool ParseNumber(std::string_view word, double& value) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error == std::errc::result_out_of_range && end == word.data() + word.size()) {
-    // Axis angles of 1e-320 occur in the wild; what is too large for a double is not finite anyway.
+    // Axis angles of 1e-320 occur in practice; numbers too large for a double become infinite.
     const bool tiny = word.find("e-") != word.npos || word.find("E-") != word.npos;
     value = tiny ? 0.0 : HUGE_VAL;
     return true;

@@ -31,16 +31,16 @@ constexpr std::uint16_t kEncrypted = 1;
 constexpr std::uint16_t kStored = 0;
 constexpr std::uint16_t kDeflated = 8;
 
-// Deflate cannot expand by more than 1032:1; a member that claims more is lying about its size.
+// Deflate cannot expand by more than 1032:1; a member that claims more states a wrong size.
 constexpr std::uint64_t kMaxDeflateRatio = 1040;
-// What one member may unpack to: arrays of zeros pack well, yet a few kilobytes are no 10 GB.
+// Limit for one member: arrays of zeros compress well, but not from a few kilobytes to 10 GB.
 constexpr std::uint64_t kUnpackedAllowance = std::uint64_t{256} << 20;
 constexpr std::uint64_t kUnpackedPerFileByte = 20;
-// Members that claim more than this are unpacked once for nothing before memory is given to them.
+// Members that claim more are first unpacked without being stored, before memory is allocated.
 constexpr std::uint64_t kTrustedUnpackedBytes = std::uint64_t{32} << 20;
 constexpr std::size_t kCheckedBytes = std::size_t{4} << 20;
 constexpr std::size_t kPackedChunkBytes = std::size_t{64} << 10;
-// Members are unpacked in one go when their packed bytes may stand in memory beside the others.
+// Members are unpacked at once if memory can also hold their packed bytes.
 constexpr std::uint64_t kMaxPackedInOneGo = std::uint64_t{256} << 20;
 constexpr std::size_t kLargePageBytes = std::size_t{2} << 20;
 
@@ -53,7 +53,7 @@ std::uint64_t Number(std::span<const std::byte> data, std::size_t at, std::size_
 }
 
 struct Directory {
-  std::uint64_t offset = 0;  // from the begin of the file
+  std::uint64_t offset = 0;  // from the start of the file
   std::uint64_t size = 0;
   std::uint64_t entries = 0;
   std::uint64_t prefix = 0;  // bytes before the archive
@@ -65,7 +65,7 @@ Error NoArchive(const ByteSource& source, std::string_view detail) {
                "Give a file written by numpy.savez or torch.save, or copy it again");
 }
 
-// The directory's place, by the record at the archive's end and, beyond 4 GB, its zip64 twin.
+// Locates the directory by the record at the archive's end or, beyond 4 GB, its zip64 version.
 Directory FindDirectory(const ByteSource& source) {
   if (source.Size() < kEndBytes) throw NoArchive(source, "too short");
   const std::uint64_t tail_bytes = std::min<std::uint64_t>(source.Size(), kEndBytes + 0xffff);
@@ -87,13 +87,13 @@ Directory FindDirectory(const ByteSource& source) {
   found.size = Number(tail, at + 12, 4);
   found.offset = Number(tail, at + 16, 4);
   std::uint64_t directory_end = end_offset;
-  // Some write the zip64 record always (torch), most when a number is beyond its 32 bits.
+  // Some write the zip64 record always (torch), most only if a number exceeds 32 bits.
   if (end_offset >= kLocatorBytes + kEnd64Bytes) {
     std::array<std::byte, kLocatorBytes> locator;
     source.ReadAt(end_offset - kLocatorBytes, locator);
     if (Number(locator, 0, 4) == kEnd64Locator) {
-      // The record stands right before its locator unless it carries extensions: trust its offset
-      // where there is such a record.
+      // The record is right before its locator unless it has extensions: use its stated offset if
+      // there is such a record.
       const std::uint64_t stated = Number(locator, 8, 8);
       const std::uint64_t usual = end_offset - kLocatorBytes - kEnd64Bytes;
       std::array<std::byte, kEnd64Bytes> record{};
@@ -118,7 +118,7 @@ Directory FindDirectory(const ByteSource& source) {
   return found;
 }
 
-// Sizes and offset beyond 32 bits stand in an extra field, in this order, each only where the entry
+// Sizes and an offset beyond 32 bits are in an extra field, in this order, each only if the entry
 // has 0xffffffff.
 void ReadZip64Extra(std::span<const std::byte> extra, ZipMember& member) {
   for (std::size_t at = 0; at + 4 <= extra.size();) {
@@ -140,8 +140,8 @@ void ReadZip64Extra(std::span<const std::byte> extra, ZipMember& member) {
   }
 }
 
-// `count` bytes yet to be filled. Large ones in large pages where the system has them: most of the
-// time that reading a stored array takes is the system's, for pages of 4 KB.
+// Returns `count` bytes to be filled. Large buffers use large pages if the system has them: most of
+// the time to read a stored array is spent by the system on pages of 4 KB.
 std::vector<std::byte> LargeBuffer(std::size_t count) {
   std::vector<std::byte> buffer;
   buffer.reserve(count);
@@ -150,7 +150,7 @@ std::vector<std::byte> LargeBuffer(std::size_t count) {
     const auto begin = reinterpret_cast<std::uintptr_t>(buffer.data());
     const std::uintptr_t first = (begin + kLargePageBytes - 1) / kLargePageBytes * kLargePageBytes;
     const std::uintptr_t last = (begin + count) / kLargePageBytes * kLargePageBytes;
-    ::madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);  // a wish
+    ::madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);  // only a hint
   }
 #endif
   buffer.resize(count);
@@ -304,7 +304,7 @@ ZipArchive::Stream::~Stream() = default;
 void ZipArchive::Stream::Read(std::span<std::byte> target) {
   if (target.size() > Remaining()) Damaged("ends too early");
   while (!target.empty()) {
-    // In pieces that the checksum still finds in the processor's cache.
+    // Pieces that are still in the processor's cache for the checksum.
     const auto piece = target.first(std::min(target.size(), kCheckedBytes));
     if (member_.method == kStored) {
       source_.ReadAt(position_, piece);
@@ -340,7 +340,7 @@ void ZipArchive::Stream::Inflate(std::span<std::byte> target) {
   }
 }
 
-// All of the member, or false for whatever reason: Read() then tells it.
+// Unpacks the whole member. Returns false on any failure, which Read() then reports.
 bool ZipArchive::Stream::InflateWhole(std::span<std::byte> target) const {
   const auto count = static_cast<std::size_t>(member_.packed_size);
   std::vector<std::byte> packed = LargeBuffer(count);

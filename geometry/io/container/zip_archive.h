@@ -14,12 +14,12 @@
 
 namespace holdfast {
 
-/// One member of a zip archive, as the archive's directory has it.
+/// One member of a zip archive, as listed in the archive's directory.
 struct ZipMember {
-  std::string_view name;  ///< lives as long as the archive; only a name, never a place on disk
+  std::string_view name;  ///< valid as long as the archive; only a name, never a place on disk
   std::uint64_t size = 0;
   std::uint64_t packed_size = 0;
-  std::uint64_t header_offset = 0;  ///< from the begin of the file
+  std::uint64_t header_offset = 0;  ///< from the start of the file
   std::uint32_t checksum = 0;       ///< CRC-32
   std::uint16_t method = 0;         ///< 0 stored, 8 deflated
   std::uint16_t flags = 0;
@@ -27,34 +27,34 @@ struct ZipMember {
 };
 
 /// Reads zip archives (APPNOTE 6.3): stored and deflated members, zip64, data before the archive.
-/// The directory is all that is kept in memory; members are read on demand, straight into their
-/// place. Nothing an archive claims about sizes is believed before it is checked.
+/// Only the directory is kept in memory; members are read on demand, without a copy. Sizes that an
+/// archive states are not trusted before they are checked.
 class ZipArchive {
  public:
-  /// Throws Error when it is no zip archive, is cut off, or its directory is damaged.
+  /// Throws Error if it is not a zip archive, is truncated, or its directory is damaged.
   explicit ZipArchive(ByteSource source);
 
   const std::vector<ZipMember>& Members() const { return members_; }
   const ZipMember* Find(std::string_view name) const;
   const ByteSource& Source() const { return source_; }
 
-  /// Reads a member from its begin to its end.
+  /// Reads a member from start to end.
   class Stream {
    public:
     /// Throws Error, named `where`, for a member that is encrypted, packed by another method, in
-    /// the archive twice, or unpacks to beyond what its archive can justify.
+    /// the archive twice, or unpacks to more than its archive can justify.
     Stream(const ZipArchive& archive, const ZipMember& member, std::string where);
     ~Stream();
     Stream(const Stream&) = delete;
     Stream& operator=(const Stream&) = delete;
 
     std::uint64_t Remaining() const { return member_.size - delivered_; }
-    /// Fills `target`. Throws Error when the member ends before, or is damaged.
+    /// Fills `target`. Throws Error if the member ends earlier or is damaged.
     void Read(std::span<std::byte> target);
-    /// Throws Error unless all is read and the checksum is right.
+    /// Throws Error unless all bytes are read and the checksum is right.
     void Finish();
-    /// The `count` bytes that are to be all that remains, finished: what Read() and Finish() give,
-    /// some three times as fast where the member is packed.
+    /// Returns the last `count` bytes, which must be all that remain: equals Read() and Finish(),
+    /// but about three times as fast for a packed member.
     std::vector<std::byte> ReadRest(std::size_t count);
 
    private:
@@ -66,15 +66,15 @@ class ZipArchive {
     const ByteSource& source_;
     const ZipMember& member_;
     std::string where_;
-    std::uint64_t begin_ = 0;     // of the packed bytes, from the begin of the file
-    std::uint64_t position_ = 0;  // of the next one
+    std::uint64_t begin_ = 0;     // start of the packed bytes in the file
+    std::uint64_t position_ = 0;  // next packed byte in the file
     std::uint64_t packed_left_ = 0;
     std::uint64_t delivered_ = 0;
     std::uint32_t checksum_ = 0;
     std::unique_ptr<Inflater> inflater_;
   };
 
-  /// The whole member. Throws Error as Stream does, and for more than `limit_bytes`.
+  /// Returns the whole member. Throws Error as Stream does, and for more than `limit_bytes`.
   std::vector<std::byte> Read(const ZipMember& member, const std::string& where,
                               std::uint64_t limit_bytes) const;
 

@@ -22,7 +22,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Neighbors in the same half of the sphere.
+// Keeps consecutive quaternions in the same half of the sphere.
 GltfQuaternions Smooth(const std::vector<Eigen::Quaterniond>& rotations) {
   GltfQuaternions result(4, static_cast<Eigen::Index>(rotations.size()));
   Eigen::Quaterniond previous = Eigen::Quaterniond::Identity();
@@ -35,8 +35,8 @@ GltfQuaternions Smooth(const std::vector<Eigen::Quaterniond>& rotations) {
   return result;
 }
 
-// Each joint's rotation and the pelvis's translation relative to their parents: what the animation
-// is to hold. Joints above the first that moves stay.
+// Rotation of each joint and translation of the pelvis relative to their parents, as stored in the
+// animation. Joints above the first moving joint keep their pose.
 struct LocalMotion {
   std::vector<std::vector<Eigen::Quaterniond>> rotations;  // per joint, per frame
   std::vector<Eigen::Matrix3Xf> translations;              // per joint; empty: as in the file
@@ -91,7 +91,7 @@ LocalMotion Localize(const GltfAsset& asset, const GltfRig& rig, const SourceMot
   return local;
 }
 
-// A glTF as its JSON and one run of bytes.
+// A glTF as its JSON and one block of bytes.
 struct Scene {
   Json json;
   std::string binary;
@@ -131,7 +131,7 @@ Scene ParseScene(const GltfAsset& asset, const std::filesystem::path& character)
     if (!image.contains("uri")) continue;
     const std::filesystem::path file = ResolveGltfUri(image["uri"].get<std::string>(),
                                                       character.parent_path(), character.string());
-    if (file.empty()) continue;  // in the text itself
+    if (file.empty()) continue;  // embedded in the text
     const std::string content = ReadFile(file);
     scene.Align();
     image.erase("uri");
@@ -155,7 +155,7 @@ Scene ReadScene(const GltfAsset& asset, const std::filesystem::path& character) 
   }
 }
 
-// Appends what `builder` made: its first nodes stand for `nodes` of the scene.
+// Appends the content of `builder`, whose first nodes correspond to `nodes` of the scene.
 void Append(const GltfBuilder& builder, const std::vector<int>& nodes, Scene& scene) {
   const std::string bytes = builder.Bytes();
   const GltfContainer parts = SplitGltf(bytes, "animation");
@@ -206,7 +206,7 @@ void Append(const GltfBuilder& builder, const std::vector<int>& nodes, Scene& sc
   for (std::size_t n = 0; n < added["nodes"].size(); ++n) {
     Json& node = added["nodes"][n];
     if (n < nodes.size()) {
-      // As in the first frame.
+      // Pose of the first frame.
       Json& own = root["nodes"][place_of(n)];
       for (const char* key : {"rotation", "translation"}) {
         if (node.contains(key)) own[key] = node[key];
@@ -269,7 +269,7 @@ void WriteGltfOnto(const std::filesystem::path& character, const GltfAsset& asse
     nodes.push_back(rig.nodes[k]);
     builder.Turn(node, Smooth(local.rotations[k]));
     if (local.translations[k].size() > 0) builder.Shift(node, local.translations[k]);
-    // A node that moves has no matrix.
+    // An animated node must not have a matrix.
     Json& own = scene.json["nodes"][static_cast<std::size_t>(rig.nodes[k])];
     if (own.erase("matrix") == 0) continue;
     const GltfNode& read = asset.nodes[static_cast<std::size_t>(rig.nodes[k])];
@@ -289,7 +289,7 @@ void WriteGltfOnto(const std::filesystem::path& character, const GltfAsset& asse
   }
   Append(builder, nodes, scene);
   scene.json["asset"]["generator"] = names.generator;
-  scene.json["asset"].erase("extras");  // told of another clip
+  scene.json["asset"].erase("extras");  // describe another clip
   WriteAtomically(path, GlbBytes(scene));
 }
 

@@ -14,10 +14,10 @@ struct GltfOntoNames {
   std::string generator = "Holdfast";  ///< `asset.generator`
 };
 
-/// Writes the glTF at `character` as a .glb in which its skeleton moves as `motion` does (joints in
-/// the order of `rig`, `pelvis` and what hangs on it): one animation in place of those it had, its
-/// meshes, materials and images as they were, buffers and images beside the file taken in. `object`
-/// moves along the motion's prop; both may be missing. Throws Error when a file cannot be read or
+/// Writes the glTF at `character` as a .glb whose skeleton moves as in `motion` (joints in the
+/// order of `rig`; `pelvis` and its descendants move). One animation replaces those of the file;
+/// its meshes, materials and images are kept, external buffers and images are embedded. `object`
+/// moves as the motion's prop; both may be missing. Throws Error if a file cannot be read or
 /// written.
 void WriteGltfOnto(const std::filesystem::path& character, const GltfAsset& asset,
                    const GltfRig& rig, const SourceMotion& motion, int pelvis,

@@ -18,10 +18,10 @@
 namespace holdfast {
 namespace {
 
-constexpr std::size_t kFewestBodyJoints = 13;  // pelvis, and three of each limb
+constexpr std::size_t kFewestBodyJoints = 13;  // pelvis, and three per limb
 constexpr double kMaxBytesPerFileByte = 10;
 constexpr double kFreeBytes = 48 << 20;
-constexpr double kFarthest = 1e5;  // meters from the origin that anything may be
+constexpr double kFarthest = 1e5;  // largest allowed distance from the origin, meters
 
 std::string Quoted(const std::vector<std::string>& names) {
   return fmt::format("'{}'", fmt::join(names, "', '"));
@@ -92,7 +92,7 @@ class GltfMotionReader {
   }
 
  private:
-  // Of characters that stand still.
+  // Chooses among characters that do not move.
   const GltfCharacter& OnlyBody(const std::vector<GltfCharacter>& characters) const {
     const GltfCharacter* body = &characters[0];
     std::vector<std::string> bodies;
@@ -130,7 +130,7 @@ class GltfMotionReader {
     characters = std::move(kept);
   }
 
-  // Seconds from the first key to the last; -1 where it moves none of these nodes.
+  // Seconds from the first key to the last; -1 if the animation moves none of these nodes.
   double Duration(const GltfAnimation& animation, const std::set<int>& nodes) const {
     double begin = HUGE_VAL, end = -HUGE_VAL;
     bool moves = false;
@@ -145,7 +145,7 @@ class GltfMotionReader {
       begin = std::min(begin, times(0, 0));
       end = std::max(end, times(times.Count() - 1, 0));
     }
-    // Times that are no numbers are told of by the sampler.
+    // The sampler reports times that are not numbers.
     return !moves ? -1 : end >= begin ? end - begin : 0;
   }
 
@@ -164,7 +164,7 @@ class GltfMotionReader {
         best = &animation;
         longest = duration;
       }
-      if (names.size() == 20) continue;  // of thousands the first will do for a message
+      if (names.size() == 20) continue;  // a message needs only the first of thousands
       names.push_back(animation.name);
       told.push_back(duration < 0 ? fmt::format("'{}' (moves no joint)", animation.name)
                                   : fmt::format("'{}' ({:.2f} s)", animation.name, duration));
@@ -221,7 +221,7 @@ class GltfMotionReader {
       moved.push_back(std::move(character));
     }
     if (moved.size() > 1) {
-      // A character beside things with bones of their own (a chain, a plant) needs no naming.
+      // A character next to things with bones of their own (a chain, a plant) need not be named.
       std::vector<std::size_t> bodies;
       for (std::size_t i = 0; i < moved.size(); ++i) {
         if (moved[i].joints.size() >= kFewestBodyJoints) bodies.push_back(i);
@@ -241,7 +241,7 @@ class GltfMotionReader {
     return std::move(moved[0]);
   }
 
-  // Bones that neither hold vertices nor move are joints too, where VRM's extension names them.
+  // Bones that neither hold vertices nor move are joints, too, if VRM's extension names them.
   GltfCharacter WithHumanoid(GltfCharacter character) const {
     std::vector<int>& joints = character.joints;
     const auto known = std::ranges::count_if(asset_.humanoid, [&](const auto& bone) {
@@ -254,11 +254,11 @@ class GltfMotionReader {
     return character;
   }
 
-  // The mesh that moves beside the skeleton.
+  // Finds the mesh that moves independently of the skeleton.
   std::optional<int> FindProp(const GltfSampler& sampler) {
     std::vector<bool> body(asset_.nodes.size(), false);   // the root of the skeleton or below it
-    std::vector<bool> moves(asset_.nodes.size(), false);  // itself or by something above it
-    std::vector<bool> above(asset_.nodes.size(), false);  // carries the skeleton
+    std::vector<bool> moves(asset_.nodes.size(), false);  // itself or through an ancestor
+    std::vector<bool> above(asset_.nodes.size(), false);  // ancestor of the skeleton
     body[static_cast<std::size_t>(skeleton_.nodes[0])] = true;
     for (int node = asset_.NodeAt(skeleton_.nodes[0]).parent; node >= 0;
          node = asset_.NodeAt(node).parent) {
@@ -328,7 +328,7 @@ class GltfMotionReader {
     return static_cast<int>(frames);
   }
 
-  // All nodes that place the skeleton and the prop, parents first, with their parent's number.
+  // Collects all nodes that place the skeleton and the prop, parents first, and numbers them.
   void GatherChain() {
     std::vector<bool> needed(asset_.nodes.size(), false);
     const auto need = [&](int node) {
@@ -417,8 +417,7 @@ class GltfMotionReader {
            0;
   }
 
-  // A scene that shows its character in a mirror is taken out of it again: names of joints keep
-  // their sides.
+  // Undoes a mirroring of the character by the scene, so that the names of joints keep their sides.
   Eigen::Matrix3d Unmirror() {
     if (!Mirrors()) return Eigen::Matrix3d::Identity();
     motion_.notes.emplace_back(
@@ -448,7 +447,7 @@ class GltfMotionReader {
                   "Export the animation again");
     }
     if (frame > 0 || asset_.NodeAt(*prop_).mesh < 0) return;
-    // Scale and shear go into the mesh: what is left is rigid.
+    // Scale and shear go into the mesh: the remaining transform is rigid.
     prop.mesh = ReadGltfMesh(asset_, asset_.NodeAt(*prop_).mesh);
     const Eigen::Matrix3d shape = options_.meters_per_unit * R.transpose() * linear;
     prop.mesh.vertices = (shape * prop.mesh.vertices).eval();
@@ -490,12 +489,12 @@ class GltfMotionReader {
 
   const GltfAsset& asset_;
   const GltfMotionOptions& options_;
-  const char* which_ = "Name one with --character";  // of several characters
+  const char* which_ = "Name one with --character";  // if there are several characters
   SourceMotion motion_;
   GltfSkeleton skeleton_;
   std::optional<int> prop_;
   std::vector<int> chain_;  // nodes to place, parents first
-  std::vector<int> place_;  // of each node in chain_, -1 for others
+  std::vector<int> place_;  // index of each node in chain_, -1 for others
   std::vector<Eigen::Affine3d> world_;
 };
 

@@ -14,40 +14,40 @@
 namespace holdfast {
 
 struct GltfMotionOptions {
-  double frame_rate = 0;       ///< Hz; 0: that of the keys
+  double frame_rate = 0;       ///< Hz; 0: rate of the keys
   double meters_per_unit = 1;  ///< glTF's unit is the meter
   std::string animation;       ///< by name; empty: the longest that moves the character
   std::string character;       ///< by name of its skin, mesh or topmost joint; empty: the only one
-  std::string prop;  ///< node of the thing beside the body; empty: the only one that moves
+  std::string prop;  ///< node of the object next to the body; empty: the only one that moves
 };
 
-/// Reads an animated character from a .glb or .gltf (buffers embedded or beside it; plain or
-/// gzip'd) and samples it at a frame rate. Rotations are taken from the bind pose (the skin's
-/// inverse bind matrices, else the pose of the file): with all of them zero the character rests as
-/// it was skinned. A mesh without skin that moves outside the skeleton becomes the motion's prop.
-/// Materials, images, morph targets, cameras and lights are passed over.
+/// Reads an animated character from a .glb or .gltf (buffers embedded or in separate files; plain
+/// or gzipped) and samples it at a frame rate. Rotations are relative to the bind pose (the skin's
+/// inverse bind matrices, else the pose of the file): with all rotations zero, the character rests
+/// as it was skinned. A mesh without skin that moves outside the skeleton becomes the motion's
+/// prop. Materials, images, morph targets, cameras and lights are ignored.
 ///
-/// Throws Error for files that are malformed, hold no animation or no character, for names that are
-/// not there, for several characters where none is named, and for motions whose frames would take
-/// more than ten times the file's size and 48 MB of memory. Notes of the result tell what was
-/// chosen and what is odd. `humanoid` is VRM's map, of version 0.x or 1.0.
+/// Throws Error for files that are malformed or hold no animation or no character, for names that
+/// do not exist, for several characters if none is named, and for motions whose frames would take
+/// more than ten times the file's size plus 48 MB of memory. Notes of the result report choices and
+/// oddities. `humanoid` is VRM's map, of version 0.x or 1.0.
 SourceMotion ReadGltfMotion(const std::filesystem::path& path,
                             const GltfMotionOptions& options = {});
 
-/// The same for a file's bytes; buffers with a file name are looked for in `folder`.
+/// Same for a file's bytes; buffers with a file name are searched in `folder`.
 SourceMotion ParseGltfMotion(std::string bytes, const std::string& where,
                              const std::filesystem::path& folder,
                              const GltfMotionOptions& options = {});
 
-/// The skeleton of a character, to be moved otherwise.
+/// The skeleton of a character, to be animated by another motion.
 struct GltfRig {
-  SourceMotion motion;                          ///< of the file; one frame where it has none
-  std::vector<int> nodes;                       ///< of each joint
+  SourceMotion motion;                          ///< motion of the file; one frame if it has none
+  std::vector<int> nodes;                       ///< node of each joint
   std::vector<Eigen::Matrix3d> rest_rotations;  ///< of each joint's node in the bind pose
 };
 
-/// The skinned character of a file: the one that its animation moves, else the only one. Throws
-/// Error as ReadGltfMotion does, and for files without a skin and without VRM's map of bones.
+/// Returns the skinned character of a file: the one that its animation moves, else the only one.
+/// Throws Error as ReadGltfMotion does, and for files with neither a skin nor VRM's bone map.
 GltfRig ReadGltfRig(const GltfAsset& asset);
 
 }  // namespace holdfast

@@ -13,10 +13,10 @@ namespace holdfast {
 namespace {
 
 constexpr std::string_view kExportAnimation = "Export the animation again";
-// Times are single precision: a key may lie this share of its time beside where it is meant.
+// Times are single precision: a key may be off by this fraction of its time.
 constexpr double kTimeNoise = 2.4e-7;
-// How far beside the frames of a rate keys may lie, of a frame; and for a rate that is told, or
-// taken for a whole number.
+// Tolerance for keys off the frames of a rate, as a fraction of a frame; and the same for a rate
+// that is given or rounded to a whole number.
 constexpr double kOffGrid = 0.02, kOnGrid = 2e-3;
 constexpr double kHighestRate = 10'000;  // Hz
 
@@ -83,7 +83,7 @@ void GltfSampler::CheckValues(const GltfChannel& channel, const GltfNumbers& val
   if (values.Count() != (cubic ? 3 * keys : keys)) {
     fail(fmt::format("holds {} values for {} keys", values.Count(), keys));
   }
-  // Many channels may share what they say; looked at once.
+  // Many channels may share an accessor; it is checked once.
   if (!checked_.try_emplace({channel.output, cubic, turns}, true).second) return;
   const int rows = turns ? 4 : 3;
   for (std::size_t i = 0; i < values.Count(); ++i) {
@@ -140,7 +140,7 @@ Eigen::Matrix<double, kRows, 1> GltfSampler::Evaluate(const Track& track, double
                (s3 - 2 * s2 + s) * span * element(3 * before + 2) +
                (-2 * s3 + 3 * s2) * element(3 * low + 1) + (s3 - s2) * span * element(3 * low);
     if constexpr (kRows == 4) {
-      // Tangents gone wild may pass through nothing, where there is no direction to take.
+      // Extreme tangents may pass through zero, where the direction is undefined.
       if (!(v.squaredNorm() > 1e-12) || !v.allFinite()) return value(before);
       v.normalize();
     }
@@ -180,7 +180,7 @@ bool GltfSampler::KeysFit(double rate, double off_grid) const {
 double GltfSampler::FrameRate(double told, bool& regular) const {
   regular = true;
   if (told > 0 && KeysFit(told, kOnGrid)) return told;
-  // The densest input, if its keys are evenly apart, tells.
+  // The densest input gives the rate if its keys are evenly spaced.
   double rate = 0;
   for (const auto& [accessor, times] : inputs_) {
     const std::size_t last = times.Count() - 1;

@@ -14,25 +14,25 @@
 
 namespace holdfast {
 
-/// One animation of a glTF file, evaluated at any time: nodes that it does not move stay as the
-/// file poses them. Before its first key a property has the first value, after the last the last.
+/// One animation of a glTF file, evaluated at any time. Nodes that it does not move keep the file's
+/// pose. Before its first key and after its last, a property keeps that key's value.
 class GltfSampler {
  public:
   /// Throws Error for times that are not finite or not in order, values that are not finite,
-  /// quaternions without direction, key counts that disagree, and properties moved twice.
+  /// quaternions without direction, inconsistent key counts, and properties moved twice.
   GltfSampler(const GltfAsset& asset, const GltfAnimation& animation);
 
   bool Moves(int node) const { return tracks_.contains(node); }
-  /// Whether it turns or shifts the node, scaling apart.
+  /// Whether the animation rotates or translates the node; scaling does not count.
   bool MovesRigidly(int node) const;
-  double Begin() const { return begin_; }  ///< seconds, first key of all
+  double Begin() const { return begin_; }  ///< seconds, first key of all properties
   double End() const { return end_; }
 
-  /// Transform of a node relative to its parent, at a time within `snap` of a key as at that key.
+  /// Transform of a node relative to its parent; a time within `snap` of a key counts as that key.
   Eigen::Affine3d Local(int node, double time, double snap) const;
 
-  /// The frames per second of the keys: `told` where the keys agree with it, else what lies between
-  /// all of them; `regular` is false when they lie on no common rate.
+  /// Frame rate of the keys: `told` if the keys agree with it, else by their spacing; `regular` is
+  /// false if the keys fit no common rate.
   double FrameRate(double told, bool& regular) const;
 
  private:

@@ -32,7 +32,7 @@ bool Invertible(const Eigen::Affine3d& transform) {
          std::abs(transform.linear().determinant()) > 1e-6 * volume;
 }
 
-// Groups of equals.
+// Disjoint sets (union-find).
 class Groups {
  public:
   explicit Groups(std::size_t count) : above_(count) {
@@ -72,7 +72,7 @@ void TakeBind(const GltfAsset& asset, const GltfSkin& skin, GltfCharacter& chara
                               asset.NodeText(skin.joints[k])),
                   "Export the file again");
     }
-    // Joints that hold no vertices are written as zeros by some: their place follows from the rest.
+    // Some write zeros for joints without vertices: their place follows from the other joints.
     if (Invertible(inverse)) character.bind.try_emplace(skin.joints[k], inverse.inverse());
   }
 }
@@ -85,7 +85,7 @@ std::string NameOf(const GltfAsset& asset, std::size_t skin) {
   return asset.NodeAt(asset.skins[skin].joints[0]).name;
 }
 
-// Number of the character's joints in the tree below each node, itself too.
+// Number of the character's joints in the subtree of each node, itself included.
 std::vector<int> CountJoints(const GltfAsset& asset, const std::vector<int>& joints) {
   std::vector<int> count(asset.nodes.size(), 0);
   for (const int joint : joints) count[static_cast<std::size_t>(joint)] = 1;
@@ -98,8 +98,8 @@ std::vector<int> CountJoints(const GltfAsset& asset, const std::vector<int>& joi
   return count;
 }
 
-// Rest transforms of all nodes: the bind pose's where it is told, the others from their neighbors
-// as the file poses them.
+// Rest transforms of all nodes: the bind pose if it is given, else relative to their neighbors as
+// the file poses them.
 std::vector<Eigen::Affine3d> RestOf(const GltfAsset& asset, const GltfCharacter& character,
                                     const GltfSkeleton& skeleton,
                                     const std::vector<Eigen::Affine3d>& posed) {
@@ -124,7 +124,7 @@ std::vector<Eigen::Affine3d> RestOf(const GltfAsset& asset, const GltfCharacter&
   return all;
 }
 
-// Where the file stands in its bind pose it also tells how that stands in the world.
+// If the file is in its bind pose, it also shows how the bind pose stands in the world.
 void StandUpright(const std::vector<Eigen::Affine3d>& posed, std::vector<Eigen::Affine3d>& rest) {
   std::optional<Eigen::Matrix3d> world_from_bind;
   for (std::size_t k = 0; k < rest.size(); ++k) {
@@ -157,7 +157,7 @@ Eigen::Matrix3d RotationWithin(const Eigen::Matrix3d& linear) {
 std::vector<GltfCharacter> FindCharacters(const GltfAsset& asset) {
   const std::size_t count = asset.skins.size();
   Groups groups(count);
-  // The skin whose joint a node is, or hangs below.
+  // The skin of which a node is a joint, or below whose joint it is.
   std::vector<int> owner(asset.nodes.size(), -1);
   for (std::size_t s = 0; s < count; ++s) {
     for (const int joint : asset.skins[s].joints) {
@@ -207,7 +207,7 @@ GltfSkeleton BuildSkeleton(const GltfAsset& asset, const GltfCharacter& characte
   GltfSkeleton skeleton;
   const std::vector<int> count = CountJoints(asset, character.joints);
   const auto joints_below = [&](int node) { return count[static_cast<std::size_t>(node)]; };
-  // The tree with the most of them, then the deepest node that is above all of those.
+  // The tree with the most joints, then the deepest node that is above all of them.
   int root = -1;
   for (const int node : asset.order) {
     if (asset.NodeAt(node).parent >= 0) break;

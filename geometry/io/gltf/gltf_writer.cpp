@@ -18,14 +18,14 @@
 namespace holdfast {
 namespace {
 
-// Weights dropped from a vertex move it by at most this share of the distance between the places
-// where its joints would carry it: well under a hundredth of a millimeter.
+// Weights dropped from a vertex move it by at most this fraction of the distance between the
+// positions to which its joints would carry it: well under a hundredth of a millimeter.
 constexpr double kNegligibleWeight = 1e-5;
 
-// Each vertex's largest weights first, `sets` times four of them, summing to one.
+// The largest weights of each vertex, `sets` times four, in descending order and summing to one.
 struct SkinWeights {
   int sets = 1;
-  std::vector<std::array<std::uint8_t, 4>> joints;  // set after set, vertex after vertex
+  std::vector<std::array<std::uint8_t, 4>> joints;  // set by set, vertex by vertex
   Eigen::Matrix<float, 4, Eigen::Dynamic> weights;
 };
 
@@ -315,7 +315,7 @@ int GltfBuilder::AddMaterial(const Material& look, bool double_sided) {
   return static_cast<int>(model_.materials.size()) - 1;
 }
 
-// Of a PNG or JPEG file, once for all materials that share it.
+// Adds a PNG or JPEG file as a texture, once for all materials that share it.
 int GltfBuilder::AddTexture(const std::string& file) {
   const auto [at, is_new] = texture_of_.try_emplace(file, static_cast<int>(model_.textures.size()));
   if (!is_new) return at->second;
@@ -340,7 +340,7 @@ tinygltf::Primitive GltfBuilder::Primitive(const TriangleMesh& mesh,
   primitive.attributes["NORMAL"] =
       AddFloats(normals.cast<float>(), TINYGLTF_TYPE_VEC3, TINYGLTF_TARGET_ARRAY_BUFFER);
   const auto count = static_cast<std::size_t>(mesh.faces.size());
-  // The largest 16-bit index is kept for restarting primitives.
+  // The largest 16-bit index is reserved for primitive restart.
   if (mesh.NumVertices() < 65535) {
     const Eigen::Matrix<std::uint16_t, 3, Eigen::Dynamic> faces = mesh.faces.cast<std::uint16_t>();
     primitive.indices =

@@ -21,55 +21,55 @@ namespace holdfast {
 
 struct GlbOptions {
   std::string generator = "Holdfast";  ///< `asset.generator`
-  std::string clip_name;               ///< of the animation, and in `asset.extras`
+  std::string clip_name;               ///< name of the animation, also in `asset.extras`
   bool correctives = true;             ///< pose correctives as morph targets
   double corrective_tolerance_m = 2e-5;
   int max_correctives = 128;
   int threads = 1;
-  /// The object's own look in place of a plain one; may be null. Images are written as they are.
+  /// Appearance of the object instead of a plain one; may be null. Images are written unchanged.
   const TexturedMesh* object_look = nullptr;
-  /// What the object rests on, for a clip with a track of it; may be null.
+  /// Table that the object rests on, for a clip with a table track; may be null.
   const TriangleMesh* table = nullptr;
 };
 
 struct GlbReport {
   int morph_targets = 0;
-  int influences = 4;             ///< joints per vertex: 4, or 8 where 4 would not do
+  int influences = 4;             ///< joints per vertex: 4, or 8 if 4 are not enough
   double corrective_error_m = 0;  ///< largest distance from the body model's surface, meters
 };
 
-/// Writes a clip as a glTF 2.0 binary: the skinned and animated body of `surface` and, when the
-/// clip has an object track and `object` is not null, the object that it carries.
+/// Writes a clip as a glTF 2.0 binary: the skinned and animated body of `surface` and, if the clip
+/// has an object track and `object` is not null, the object.
 ///
-/// Nodes: `body` shows the skin, with the 55 joints below it by their SMPL-X names, posed as in the
-/// first frame (Blender makes an armature of it, with the mesh inside and no empties); beside it
-/// the object and the table. z-up becomes glTF's y-up in the poses of these and of the pelvis. The
-/// skin's inverse bind matrices are the T-pose's, which with the morph targets of a CorrectiveBasis
-/// makes the file's surface the body model's within `corrective_error_m`. Morph weights lie in
-/// [0, 1], which Blender would clamp them to. Single precision, nothing quantized; key frames at
-/// the clip's frame rate, linear in between. Throws Error when the file would pass the format's
-/// 4 GB or cannot be written.
+/// Nodes: `body` shows the skin and has the 55 joints below it by their SMPL-X names, posed as in
+/// the first frame (Blender imports an armature with the mesh inside and no empties). Next to it
+/// are the object and the table. z-up becomes glTF's y-up in the poses of these and of the pelvis.
+/// The skin's inverse bind matrices are those of the T-pose; with the morph targets of a
+/// CorrectiveBasis, the file's surface equals the body model's within `corrective_error_m`. Morph
+/// weights are in [0, 1], to which Blender would clamp them. Single precision, no quantization; key
+/// frames at the clip's frame rate, linear in between. Throws Error if the file would exceed the
+/// format's 4 GB or cannot be written.
 GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
                    const GlbOptions& options, const std::filesystem::path& path);
 
 }  // namespace holdfast
 
-// Not for users of the library: names tinygltf.
+// Internal to the library: uses types of tinygltf.
 
 namespace holdfast {
 
-/// Of a .glb, whose lengths are 32 bits: what the format leaves, less room for its JSON.
+/// Maximum size of a .glb, whose lengths are 32 bits, minus room for its JSON.
 inline constexpr std::size_t kMaxGltfBytes = std::numeric_limits<std::uint32_t>::max() - (1u << 24);
 
-/// Quaternions x y z w through time, one a column.
+/// Quaternions x y z w over time, one per column.
 using GltfQuaternions = Eigen::Matrix<float, 4, Eigen::Dynamic>;
 
-/// R_after exp(axis_angle) through time as unit quaternions, neighbors in the same half of the
-/// sphere so that players turn the short way.
+/// Unit quaternions of R_after exp(axis_angle) over time. Neighbors are in the same half of the
+/// sphere, so that players rotate along the shorter arc.
 GltfQuaternions QuaternionsOverTime(const Eigen::Matrix3d& R_after,
                                     const Eigen::Matrix3Xd& axis_angle);
 
-/// Turns (x, y, z) with z up into (x, z, -y).
+/// Rotation from (x, y, z) with z up to (x, z, -y).
 Eigen::Matrix3d YUpFromZUp();
 
 template <typename Vector>
@@ -77,24 +77,24 @@ std::vector<double> ToVector(const Vector& v) {
   return {v.begin(), v.end()};
 }
 
-/// A glTF 2.0 scene with one animation, put together part by part. All indices that are returned
-/// are those of the file's arrays.
+/// Builds a glTF 2.0 scene with one animation, part by part. All returned indices are those of the
+/// file's arrays.
 class GltfBuilder {
  public:
-  /// Key frames are `frames` at `frame_rate` (Hz), linear in between.
+  /// Sets `frames` key frames at `frame_rate` (Hz), linear in between.
   GltfBuilder(int frames, double frame_rate, const std::string& generator,
               const std::string& animation);
 
-  /// In the scene itself without a parent.
+  /// Without a parent, the node is a root of the scene.
   int AddNode(tinygltf::Node node, int parent = -1);
-  /// A node in the z-up world: posed as in the first frame, moved by the animation.
+  /// Poses a node in the z-up world as in the first frame and animates it.
   void Place(int node, const Eigen::Matrix3Xd& trans, const Eigen::Matrix3Xd& orient);
-  /// The rotation or translation of a node through time, and as it stands.
+  /// Animates the rotation or translation of a node, and sets it as in the first frame.
   void Turn(int node, const GltfQuaternions& rotation);
   void Shift(int node, const Eigen::Matrix3Xf& translation);
   void Animate(int node, const char* path, int output);
 
-  /// A rigid mesh that moves along a track, named as the track is or else as told.
+  /// Adds a rigid mesh that moves along a track; it is named like the track, or else `usual`.
   void AddTracked(const TexturedMesh& rigid, const ObjectTrack& track, const char* usual);
   tinygltf::Primitive Primitive(const TriangleMesh& mesh, const Eigen::Matrix3Xd& normals,
                                 int material);
@@ -111,7 +111,7 @@ class GltfBuilder {
                   int type, int target);
 
   tinygltf::Model& Model() { return model_; }
-  /// As a .glb. Throws Error when it would pass the format's 4 GB.
+  /// Returns a .glb. Throws Error if it would exceed the format's 4 GB.
   std::string Bytes() const;
 
  private:

@@ -23,7 +23,7 @@
 namespace holdfast {
 namespace {
 
-constexpr double kMinVolume_m3 = 1e-11;  // less is flat to MuJoCo
+constexpr double kMinVolume_m3 = 1e-11;  // MuJoCo treats less as flat
 
 // The skin that a joint moves most, in the joint's coordinate frame.
 struct HandPiece {
@@ -31,7 +31,7 @@ struct HandPiece {
   TriangleMesh hull;
 };
 
-// An attribute's text: what XML would read otherwise, and what is no character of it, replaced.
+// Text of an XML attribute: special characters are escaped, control characters replaced.
 std::string Attribute(const std::string& text) {
   std::string escaped;
   for (const char c : text) {
@@ -72,7 +72,7 @@ std::vector<HandPiece> PiecesOf(const BodySurface& surface, Side side) {
   return pieces;
 }
 
-// Position and quaternion of a body from frame to frame, as text.
+// Position and quaternion of a body over the frames, as text.
 class PoseText {
  public:
   void Append(const Eigen::Isometry3d& pose, std::string& position, std::string& rotation) {
@@ -205,7 +205,7 @@ class MjcfScene {
     }
   }
 
-  // What the engine computes with, up to the geometries' default.
+  // Engine options, and defaults up to that of the geometries.
   std::string Engine() const {
     if (physics_ == nullptr) return "  <default>\n    <geom condim=\"4\"/>\n";
     std::string text = fmt::format(
@@ -270,8 +270,8 @@ class MjcfScene {
     return text + "</body>\n";
   }
 
-  // The springs of simulated hands, and what draws their palms: slowly enough that a player may go
-  // from key frame to key frame in leaps.
+  // Springs of the simulated hands, and welds that pull their palms slowly enough that a player may
+  // jump from key frame to key frame.
   void WriteDrives(std::ofstream& file) const {
     if (physics_ == nullptr || physics_->hands.empty()) return;
     file << "  <equality>\n";
@@ -301,7 +301,7 @@ class MjcfScene {
     file << "  </actuator>\n";
   }
 
-  // Pose of a simulated hand in a frame, and where its actuators pull.
+  // Appends the pose of a simulated hand in a frame, and the targets of its actuators.
   void AppendHand(const MjcfHand& hand, int t, const BodyState& state, std::vector<PoseText>& turns,
                   std::string& qpos, std::string& ctrl) const {
     const auto append = [](std::string& text, const std::string& more) {

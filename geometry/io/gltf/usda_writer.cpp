@@ -51,7 +51,7 @@ std::string Range(const Eigen::Matrix3Xd& points) {
   return text;
 }
 
-// Opens a mesh: all of it that does not move.
+// Opens a mesh and writes its constant part.
 std::string MeshHead(std::string_view name, const Eigen::Matrix3Xi& faces, std::string_view color,
                      bool double_sided) {
   std::string text;
@@ -81,7 +81,7 @@ std::string ObjectPrim(const Clip& clip, const TriangleMesh& object,
   WritePoints(object.vertices, out);
   text += "]\n        matrix4d xformOp:transform.timeSamples = {\n";
   for (const int t : frames) {
-    // USD's points are rows: x_world = x_object M.
+    // USD uses row vectors: x_world = x_object M.
     const Eigen::Matrix3d M = ExpSO3(clip.object->orient.col(t)).transpose();
     const Eigen::Vector3d T = clip.object->trans.col(t);
     fmt::format_to(out, "            {}: ( ", t);

@@ -30,7 +30,7 @@ enum class Processor { kIntel = 84, kDec = 85, kMips = 86 };
 // A value of the parameter section.
 struct Parameter {
   int type = 0;           // bytes of one value; -1: characters
-  std::vector<int> size;  // of each dimension, the fastest first
+  std::vector<int> size;  // of each dimension, fastest first
   std::size_t begin = 0, bytes = 0;
 
   std::size_t Count() const { return bytes / static_cast<std::size_t>(std::abs(type)); }
@@ -65,7 +65,7 @@ class C3dParser {
                                                                      : second << 8 | first);
   }
   std::int16_t Short(std::size_t at) const { return static_cast<std::int16_t>(Word(at)); }
-  // DEC's floats have their words swapped and an exponent larger by two.
+  // DEC's floats have swapped words and an exponent larger by two.
   float Float(std::size_t at) const {
     const std::uint32_t first = Word(at);
     const std::uint32_t second = Word(at + 2);
@@ -79,8 +79,8 @@ class C3dParser {
     const int processor = Byte(start + 3);
     if (processor < 84 || processor > 86) Fail(fmt::format("names no processor ({})", processor));
     processor_ = static_cast<Processor>(processor);
-    // The section's end as its own count of blocks and as the header's block of data have it: one
-    // of them may be wrong.
+    // End of the section by its own count of blocks, and by the data block in the header: one of
+    // them may be wrong.
     after_parameters_ = start + kBlock * std::max<std::size_t>(1, Byte(start + 2));
     const std::size_t data_block = Word(16);
     const std::size_t header_data =
@@ -149,7 +149,7 @@ class C3dParser {
     return found == parameters_.end() || found->second.bytes == 0 ? nullptr : &found->second;
   }
 
-  // A whole number between 0 and 2^31; floats have large ones, and anything.
+  // Whole number from 0 to below 2^31; floats may hold larger ones, and anything.
   long Whole(double value, const char* name) const {
     if (!(value >= 0.0) || !(value < 2147483648.0)) Fail(fmt::format("has {} {}", name, value));
     return static_cast<long>(value);
@@ -191,7 +191,7 @@ class C3dParser {
     recording_.first_frame = static_cast<int>(LongOf("TRIAL:ACTUAL_START_FIELD", Word(6)));
     const long last = LongOf("TRIAL:ACTUAL_END_FIELD", Word(8));
     frames_ = last - recording_.first_frame + 1;
-    // Writers of long captures leave 65,535 in the header and the number in a float.
+    // Writers of long captures put 65,535 in the header and the number of frames in a float.
     const double told = Number("POINT:FRAMES", 0.0);
     if (told > static_cast<double>(frames_) && !Find("TRIAL:ACTUAL_END_FIELD")) {
       frames_ = Whole(told, "POINT:FRAMES");
@@ -289,7 +289,7 @@ MarkerRecording ParseC3d(std::string_view bytes, const std::string& where) {
 namespace {
 
 constexpr std::size_t kC3dBlock = 512;
-constexpr std::size_t kLongestLabel = 127;  // 255 of them are reached by an offset of 16 bits
+constexpr std::size_t kLongestLabel = 127;  // 255 of them are within a 16-bit offset
 constexpr int kLabelsOfOneParameter = 255, kMaxWord = 65535;
 
 void PutWord(std::string& bytes, unsigned value) {
@@ -315,16 +315,16 @@ std::string FloatBytes(double value) {
   return bytes;
 }
 
-// The section of parameters: groups by number, each followed by what is in it.
+// Parameter section: groups by number, each followed by its parameters.
 class C3dParameters {
  public:
   void Group(std::string_view name) {
     ++group_;
     Begin(name, -group_);
-    PutWord(bytes_, 3);  // to the next, from here
+    PutWord(bytes_, 3);  // offset to the next entry
     bytes_ += '\0';      // no description
   }
-  // type: bytes of a value, -1 for characters; the fastest dimension first.
+  // type: bytes per value, -1 for characters; size: fastest dimension first.
   void Add(std::string_view name, int type, std::initializer_list<std::size_t> size,
            std::string_view data) {
     Begin(name, group_);
@@ -336,7 +336,7 @@ class C3dParameters {
     bytes_ += '\0';
   }
   void Add(std::string_view name, unsigned word) { Add(name, 2, {}, Words({word})); }
-  // Blocks, with the four bytes before the first group and the two that end the last.
+  // Blocks, including the four bytes before the first group and the two that end the last.
   std::size_t Blocks() const { return (4 + bytes_.size() + 2 + kC3dBlock - 1) / kC3dBlock; }
   const std::string& Bytes() const { return bytes_; }
 
@@ -405,10 +405,10 @@ std::string HeaderOf(const MarkerRecording& recording, unsigned data_block) {
   const auto first = static_cast<unsigned>(recording.first_frame);
   std::string header = "\x02\x50";
   PutWord(header, static_cast<unsigned>(recording.NumMarkers()));
-  PutWord(header, 0);  // analog values a frame
+  PutWord(header, 0);  // analog values per frame
   PutWord(header, clamped(first));
   PutWord(header, clamped(first + static_cast<unsigned>(recording.NumFrames()) - 1));
-  PutWord(header, 0);  // gaps that were interpolated
+  PutWord(header, 0);  // interpolated gaps
   PutFloat(header, -1.0F);
   PutWord(header, data_block);
   PutWord(header, 0);

@@ -99,7 +99,7 @@ std::optional<LengthUnit> FindLengthUnit(std::string_view unit) {
     if (EqualIgnoringCase(unit, known.name)) return known;
     if (unit.size() < kMinCutOff || unit.size() > known.name.size()) continue;
     if (!EqualIgnoringCase(unit, known.name.substr(0, unit.size()))) continue;
-    // The singular is a word of its own.
+    // The singular counts as a whole word.
     return LengthUnit{known.name, known.meters, unit.size() + 1 < known.name.size()};
   }
   return std::nullopt;

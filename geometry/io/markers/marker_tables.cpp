@@ -23,13 +23,13 @@ std::string_view Trimmed(std::string_view text) {
   return text.substr(begin, text.find_last_not_of(" \r") - begin + 1);
 }
 
-// Lines of fields; knows where it is.
+// Reads lines of fields and tracks the line number.
 class Table {
  public:
   Table(std::string_view text, char separator, const std::string& where)
       : text_(text), separator_(separator), where_(where) {}
 
-  // The next line's fields without those that are empty at its end; false at the text's.
+  // Reads the fields of the next line; false at the end of the text.
   bool Next(std::vector<std::string_view>& fields) {
     fields.clear();
     if (text_.empty()) return false;
@@ -65,13 +65,13 @@ class Table {
     recording.notes.push_back(fmt::format("{}: {}", where_, note));
   }
   bool HasDecimalCommas() const { return decimal_commas_; }
-  // The last line that was read has no end.
+  // Whether the last line that was read has no line end.
   bool CutOff() const { return cut_off_; }
 
  private:
   static constexpr double kNoNumber = std::numeric_limits<double>::quiet_NaN();
 
-  // "12,5", where commas do not part fields.
+  // Parses "12,5", where commas do not separate fields.
   bool ParseDecimalComma(std::string_view field, double& value) {
     const std::size_t comma = field.find(',');
     if (comma == std::string_view::npos || field.find_first_of(",.", comma + 1) != field.npos) {
@@ -105,7 +105,7 @@ void SetUnit(const Table& table, std::string_view word, MarkerRecording& recordi
   recording.meters_per_unit = unit->meters;
 }
 
-// Names that stand over three columns each; a marker between them without one gets its number.
+// Names that head three columns each; a marker without a name is called by its number.
 std::vector<std::string> NamesOverThree(const Table& table,
                                         const std::vector<std::string_view>& fields,
                                         std::size_t first, MarkerRecording& recording) {
@@ -131,8 +131,8 @@ std::vector<std::string> NamesOverThree(const Table& table,
   return names;
 }
 
-// Lines of `first` fields that are no positions, then three for each marker. Programs write
-// nothing, NaN or zeros where a marker is not seen. Positions beyond the names are left out.
+// Reads lines of `first` fields that are not positions, then three per marker. Programs write
+// nothing, NaN or zeros for a marker that is not seen. Positions beyond the names are ignored.
 void ReadPositions(Table& table, std::size_t first, MarkerRecording& recording) {
   const auto markers = static_cast<std::size_t>(recording.NumMarkers());
   const std::size_t width = first + 3 * markers;
@@ -144,7 +144,7 @@ void ReadPositions(Table& table, std::size_t first, MarkerRecording& recording) 
   while (table.Next(fields)) {
     while (fields.size() > width && fields.back().empty()) fields.pop_back();
     if (fields.size() == 1 && fields.front().empty()) continue;
-    // Programs leave the commas of what is not seen at a line's end out.
+    // Programs omit the separators of unseen markers at the end of a line.
     if (fields.size() > first && fields.size() < width && fields.size() % 3 == first % 3) {
       if (table.CutOff() && !trims) table.Fail("ends in the middle of a line");
       trims = true;
@@ -187,8 +187,8 @@ void ReadPositions(Table& table, std::size_t first, MarkerRecording& recording) 
       values.data(), static_cast<Eigen::Index>(3 * markers), frames);
 }
 
-// The first of `candidates` that a line (from 0) has: files that went through a table's program
-// have others than the format says.
+// Returns the first of `candidates` that a line (from 0) contains: files saved by a spreadsheet
+// program have other separators than the format states.
 char SeparatorOf(std::string_view text, int line, std::string_view candidates) {
   for (; line > 0 && !text.empty(); --line) {
     const std::size_t end = text.find('\n');
@@ -225,7 +225,7 @@ MarkerRecording ParseTrc(std::string_view text, const std::string& where) {
   SetMarkerNames(NamesOverThree(table, table.Need("marker names"), 2, recording), where, recording);
   table.Need("axes");
   ReadPositions(table, 2, recording);
-  // The rows have the last word on how many there are.
+  // The rows decide how many markers there are.
   if (const auto told = head.find("NumMarkers");
       told != head.end() && told->second != std::to_string(recording.NumMarkers())) {
     table.Note(

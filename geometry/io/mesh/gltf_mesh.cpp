@@ -39,7 +39,7 @@ Material MaterialOf(const GltfAsset& asset, int index, MaterialImages& images,
   return material;
 }
 
-// Three corners a triangle, of a primitive with that many vertices.
+// Three corners per triangle, for a primitive with `vertices` vertices.
 Eigen::Matrix3Xi FacesOf(const GltfAsset& asset, const GltfPrimitive& primitive,
                          Eigen::Index vertices) {
   if (primitive.indices < 0) {
@@ -55,7 +55,7 @@ Eigen::Matrix3Xi FacesOf(const GltfAsset& asset, const GltfPrimitive& primitive,
   return faces;
 }
 
-// The numbers of an accessor with as many elements as there are vertices; nothing of another.
+// Values of an accessor with one element per vertex; empty for any other accessor.
 Eigen::MatrixXd PerVertex(const GltfAsset& asset, int accessor, int rows, Eigen::Index vertices) {
   if (accessor < 0 || !IsPlain(asset, accessor)) return {};
   const GltfNumbers numbers(asset, accessor, rows);
@@ -76,7 +76,7 @@ TriangleMesh ReadGltfMesh(const GltfAsset& asset, int mesh) {
   std::map<std::array<double, 3>, int> vertices;
   std::vector<Eigen::Vector3d> places;
   std::vector<int> corners;
-  // What parts of a mesh share would be told again for each of them.
+  // Accessors that several primitives share count once for each of them.
   std::size_t numbers = 0;
   for (const GltfPrimitive& primitive : asset.meshes[static_cast<std::size_t>(mesh)].primitives) {
     if (primitive.mode < kTriangles || primitive.positions < 0) continue;
@@ -167,7 +167,7 @@ TriangleMesh ReadGltfScene(const GltfAsset& asset, std::vector<std::string>& not
     }
     Append(part, scene);
     ++num_meshes;
-    // A mesh in many nodes is many meshes.
+    // A mesh used by many nodes counts as many meshes.
     if (static_cast<std::size_t>(scene.faces.size()) > 16 * asset.NumBytes()) {
       throw Error(asset.Where(), "shows its meshes too often", "Leave out all but the object");
     }

@@ -39,7 +39,7 @@ TriangleMesh ReadEmbedded(const std::string& path) {
       .mesh;
 }
 
-// The version in 300 vertices that an embedded object comes with, where this is one, at any scale.
+// The version with 300 vertices of an embedded object, if `object` is one, at any scale.
 std::optional<TriangleMesh> SimplifiedEmbedded(const LoadedObject& object) {
   const std::string whole = fmt::format("objects/{}.ply", object.name);
   const std::string few = fmt::format("objects/{}_300.ply", object.name);
@@ -61,7 +61,7 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
   const bool embedded = std::ranges::find(names, path_or_name) != names.end();
   MeshFile file;
   std::string name = path_or_name;
-  // A folder of an embedded object's name does not hide it.
+  // A folder named like an embedded object does not hide it.
   std::error_code ignored;
   if (fs::exists(path_or_name, ignored) && !(fs::is_directory(path_or_name, ignored) && embedded)) {
     name = fs::path(path_or_name).stem().string();

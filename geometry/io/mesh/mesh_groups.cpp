@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A triangle by its corners' positions.
+// A triangle by the positions of its corners.
 using Corners = Eigen::Matrix3d;
 
 TriangleMesh SurfaceOf(const std::vector<Corners>& triangles) {
@@ -44,7 +44,7 @@ std::string Bytes(const fs::path& path) {
   return std::move(text).str();
 }
 
-// Where faces go, while an .obj file is read.
+// Assigns faces to groups while an .obj file is read.
 class Sorter {
  public:
   void Open(MeshGroup::Kind kind, const std::vector<std::string>& names) {
@@ -87,7 +87,7 @@ std::vector<std::string> Words(std::istringstream& line) {
   return words;
 }
 
-// Names with blanks are one name, save of `g`, which may give several.
+// A name may contain blanks, except for `g`, which may give several names.
 std::vector<std::string> OneName(std::istringstream& line) {
   std::string name;
   for (const std::string& word : Words(line)) name += (name.empty() ? "" : " ") + word;

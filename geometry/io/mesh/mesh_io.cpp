@@ -27,8 +27,8 @@ namespace {
 namespace fs = std::filesystem;
 namespace om = OpenMesh;
 
-/// Shows a TriangleMesh to OpenMesh's writers, manifold or not: OpenMesh's own mesh, which would
-/// refuse faces, holds nothing. The mesh must outlive it.
+/// Exposes a TriangleMesh to OpenMesh's writers, manifold or not; OpenMesh's own mesh, which would
+/// reject faces, stays empty. The mesh must outlive it.
 class SoupExporter final : public om::IO::ExporterT<om::TriMesh> {
  public:
   explicit SoupExporter(const TriangleMesh& mesh) : ExporterT(nothing_), mesh_(mesh) {}
@@ -52,7 +52,7 @@ class SoupExporter final : public om::IO::ExporterT<om::TriMesh> {
   om::TriMesh nothing_;
 };
 
-/// ".OBJ" of a path -> ".obj".
+/// Returns ".obj" for a path that ends in ".OBJ".
 std::string ExtensionOf(const fs::path& path) {
   std::string extension = path.extension().string();
   for (char& c : extension) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
@@ -61,7 +61,7 @@ std::string ExtensionOf(const fs::path& path) {
 
 bool IsGltf(std::string_view extension) { return extension == ".glb" || extension == ".gltf"; }
 
-/// ".OBJ" -> "obj". Throws Error unless it is a format that is read, or written.
+/// Returns "obj" for ".OBJ". Throws Error unless the format can be read or, if asked, written.
 std::string FormatOf(const fs::path& path, bool to_write) {
   const std::string extension = ExtensionOf(path);
   if (!HasMeshFormat(path) || (to_write && IsGltf(extension))) {
@@ -75,8 +75,8 @@ std::string FormatOf(const fs::path& path, bool to_write) {
   return extension.substr(1);
 }
 
-/// Triangles of a polygon: a fan around its first corner, and for many corners halves of halves,
-/// so that no vertex gets more than some twenty of them.
+/// Splits a polygon into triangles: a fan around its first corner, or repeated halves for many
+/// corners, so that no vertex gets more than about twenty triangles.
 template <typename Add>
 void SplitPolygon(std::span<const int> ids, const Add& add) {
   constexpr std::size_t kLargestFan = 64;
@@ -106,8 +106,8 @@ MeshScan Scan(const std::string& format, std::string_view bytes, const std::stri
 }  // namespace
 
 MeshFile ReadMeshFile(const fs::path& path) {
-  FormatOf(path, false);  // an unknown format is said before a large file is read
-  // Every corner takes a byte or more, so that ids of corners stay within an int.
+  FormatOf(path, false);  // reject an unknown format before reading a large file
+  // Every corner takes at least one byte, so that ids of corners fit an int.
   return ReadMeshBytes(ReadFile(path, std::numeric_limits<int>::max()), path);
 }
 
@@ -182,8 +182,8 @@ void WriteMesh(const TriangleMesh& mesh, const fs::path& path) {
   const std::streamsize precision = format == "obj" ? 12 : 17;
   std::ostringstream stream;
   {
-    // OpenMesh's writers are objects with state of which there is one per process, and they report
-    // to a stream of the process: one at a time, and in silence.
+    // OpenMesh's writers are process-wide objects with state, and they report to a process-wide
+    // stream: use them one at a time, and silently.
     static std::mutex mutex;
     const std::scoped_lock lock(mutex);
     const bool was_enabled = omlog().is_enabled();

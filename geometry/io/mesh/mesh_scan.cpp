@@ -24,7 +24,7 @@ constexpr std::size_t kStlTriangle = 50;
 
 bool IsBlank(char c) { return kBlank.find(c) != std::string_view::npos; }
 
-/// Lines of a text, then words of a line.
+/// Iterates over the lines of a text, and over the words of a line.
 class Lines {
  public:
   Lines(std::string_view text, const std::string& name) : rest_(text), name_(name) {}
@@ -47,12 +47,12 @@ class Lines {
     return word;
   }
 
-  /// The next word, on whichever line, past comments; empty at the end.
+  /// Next word on any line, skipping comments; empty at the end.
   std::string_view WordAcrossLines() {
     for (;;) {
       const std::string_view word = Word();
       if (!word.empty() && word.front() != '#') return word;
-      if (!Next()) return {};  // also past the rest of a comment
+      if (!Next()) return {};  // also skips the rest of a comment
     }
   }
 
@@ -62,7 +62,7 @@ class Lines {
     const std::string_view digits = word.front() == '+' ? word.substr(1) : word;
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
     if (error == std::errc::result_out_of_range && end == digits.data() + digits.size()) {
-      // from_chars leaves underflow (1e-400) to the caller: that is zero here.
+      // from_chars leaves underflow (1e-400) to the caller: it is zero here.
       if (digits.find("e-") != std::string_view::npos ||
           digits.find("E-") != std::string_view::npos) {
         return 0.0;
@@ -71,7 +71,7 @@ class Lines {
       Fail(fmt::format("'{}' is not a number", Excerpt(word)),
            "Check the file, or export it again");
     }
-    // Meshes are written in single precision, so that is the range.
+    // Meshes are written in single precision, which limits the range.
     if (!std::isfinite(static_cast<float>(value)) || error != std::errc()) {
       Fail(fmt::format("the coordinate '{}' is not finite", Excerpt(word)),
            "Remove the vertex, or export the mesh again");
@@ -128,7 +128,7 @@ void EndPolygon(MeshScan& scan, const Lines& lines) {
   scan.polygon_begin.push_back(static_cast<int>(scan.polygon_ids.size()));
 }
 
-/// A count from a header: no element takes less than `least_bytes`.
+/// Checks a count from a header: an element takes at least `least_bytes`.
 std::size_t Count(long long count, std::size_t least_bytes, std::size_t bytes_left,
                   std::string_view what, const std::string& where) {
   if (count < 0) {
@@ -144,11 +144,11 @@ std::size_t Count(long long count, std::size_t least_bytes, std::size_t bytes_le
   return static_cast<std::size_t>(count);
 }
 
-/// Takes each corner of the polygon begun last once, and drops it when fewer than three are left.
-/// `last_seen_in` has the polygon in which each vertex was seen last.
+/// Removes repeated corners of the last polygon, and drops it if fewer than three are left.
+/// `last_seen_in` holds the polygon in which each vertex was last seen.
 void EndObjPolygon(MeshScan& scan, std::vector<int>& last_seen_in, const Lines& lines) {
   const int begin = scan.polygon_begin.back();
-  if (scan.polygon_ids.size() - begin < 3) EndPolygon(scan, lines);  // states it
+  if (scan.polygon_ids.size() - begin < 3) EndPolygon(scan, lines);  // reports it
   const int polygon = static_cast<int>(scan.polygon_begin.size() + scan.num_left_out);
   const auto is_repeated = [&](int id) {
     return std::exchange(last_seen_in[id], polygon) == polygon;
@@ -164,7 +164,7 @@ void EndObjPolygon(MeshScan& scan, std::vector<int>& last_seen_in, const Lines& 
   }
 }
 
-/// Loose triangles, nine numbers each, as polygons: corners at the same place become one vertex.
+/// Adds separate triangles, nine numbers each: corners at the same position become one vertex.
 void WeldTriangles(const std::vector<float>& numbers, MeshScan& scan) {
   const Eigen::Matrix3Xd corners =
       Eigen::Map<const Eigen::Matrix3Xf>(numbers.data(), 3,
@@ -219,7 +219,7 @@ std::string PlainLines(std::string_view bytes, bool continued) {
 MeshScan ScanObj(std::string_view bytes, const std::string& name) {
   const std::string plain = PlainLines(bytes, true);
   bytes = plain;
-  // Faces in a pass of their own: they may name vertices that come later.
+  // Faces are read in a pass of their own: they may name vertices that come later.
   MeshScan scan;
   std::size_t num_vertices = 0;
   std::size_t num_faces = 0;
@@ -258,7 +258,7 @@ MeshScan ScanObj(std::string_view bytes, const std::string& name) {
         again.Fail(fmt::format("'{}' is not a corner of a face", Lines::Excerpt(word)),
                    "Check the file, or export it again");
       }
-      // Ids count from 1, and from the last vertex so far backwards when negative.
+      // Ids count from 1; negative ids count backward from the last vertex so far.
       if (id == 0)
         again.Fail("a face names vertex 0, but .obj counts from 1", "Check the exporter");
       AddPolygonId(scan, id > 0 ? id - 1 : static_cast<long long>(seen) + id, scan.positions.size(),
@@ -336,7 +336,7 @@ MeshScan ScanOff(std::string_view bytes, const std::string& name) {
 
 MeshScan ScanStl(std::string_view bytes, const std::string& name) {
   MeshScan scan;
-  // Binary files may begin with "solid" too: the size decides.
+  // Binary files may begin with "solid", too: the size decides.
   std::uint32_t count = 0;
   if (bytes.size() >= kStlHeader) std::memcpy(&count, bytes.data() + 80, sizeof count);
   const std::size_t promised = kStlHeader + std::size_t{count} * kStlTriangle;

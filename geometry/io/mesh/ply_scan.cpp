@@ -84,8 +84,8 @@ class PlyScanner {
 
   std::string_view Line() {
     if (position_ >= bytes_.size()) Fail("ends within its header", kTruncated);
-    // A header is short text: a "line" of megabytes is something else. Of some writers its lines
-    // end with a carriage return alone; the first line tells, for numbers may follow the last.
+    // A header is short text: a "line" of megabytes is something else. Some writers end its lines
+    // with a lone carriage return; the first line decides, since numbers may follow the last.
     const std::string_view ahead = bytes_.substr(position_, 4096);
     if (line_end_ == '\0') {
       const std::size_t first = ahead.find_first_of("\r\n");
@@ -317,7 +317,7 @@ class PlyScanner {
                                                 : -1;
         if (axis >= 0) p[axis] = value;
       }
-      // Meshes are written in single precision, so that is the range.
+      // Meshes are written in single precision, which limits the range.
       if (!p.cast<float>().allFinite()) {
         Fail(fmt::format("vertex {} has a coordinate that is not finite", v),
              "Remove the vertex, or export the mesh again");
@@ -358,8 +358,8 @@ class PlyScanner {
     }
   }
 
-  // Triangle strips: from the third corner on, each is one of a triangle with the two before it,
-  // every second the other way round; -1 begins another strip.
+  // Triangle strips: from the third corner on, each forms a triangle with the two before it, every
+  // second one with reversed orientation; -1 begins another strip.
   void ReadStrips(const Element& element) {
     if (std::count_if(element.properties.begin(), element.properties.end(), IsCornerList) != 1) {
       Fail("its strips do not have one list property vertex_indices", kExportAgain);
@@ -387,7 +387,7 @@ class PlyScanner {
           const int corner = static_cast<int>(id);
           if (++length >= 3) {
             const auto [a, b] = before;
-            if (a != b && b != corner && corner != a) {  // others turn the strip, and have no area
+            if (a != b && b != corner && corner != a) {  // others only turn the strip: no area
               const bool turned = length % 2 == 0;
               scan_.polygon_ids.insert(scan_.polygon_ids.end(),
                                        {turned ? b : a, turned ? a : b, corner});

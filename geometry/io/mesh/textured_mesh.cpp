@@ -36,7 +36,7 @@ std::string Trimmed(std::string text) {
   return text;
 }
 
-// The file that `name` means, beside the mesh or below it; empty where there is none.
+// Finds the file that `name` refers to, in the mesh's folder or below it; empty if there is none.
 fs::path FileBeside(const fs::path& folder, std::string name) {
   std::replace(name.begin(), name.end(), '\\', '/');
   const fs::path told(name);
@@ -49,7 +49,7 @@ fs::path FileBeside(const fs::path& folder, std::string name) {
   return {};
 }
 
-// What follows the options (-s 1 1 1, -clamp on) of a texture statement.
+// Returns the text after the options (-s 1 1 1, -clamp on) of a texture statement.
 std::string ImageName(std::istringstream& line) {
   std::string word, rest;
   while (line >> std::ws && line.peek() == '-') {
@@ -74,7 +74,7 @@ std::string ImageName(std::istringstream& line) {
 class ObjReader {
  public:
   explicit ObjReader(const fs::path& path) : folder_(path.parent_path()) {
-    ReadMeshFile(path);  // refuses what is malformed
+    ReadMeshFile(path);  // rejects malformed files
     std::istringstream lines(PlainLines(ReadFile(path), true));
     std::string text, keyword;
     while (std::getline(lines, text)) {
@@ -108,7 +108,7 @@ class ObjReader {
     all.faces = Eigen::Map<const Eigen::Matrix3Xi>(corners_.data(), 3,
                                                    static_cast<Eigen::Index>(faces_.size()));
     const ShadedMesh shaded = SplitAtCreases(all);
-    mesh_.materials.emplace_back();  // of faces without one
+    mesh_.materials.emplace_back();  // for faces without one
     std::vector<std::vector<Eigen::Index>> faces_of(mesh_.materials.size());
     for (std::size_t f = 0; f < faces_.size(); ++f) {
       const std::size_t last = faces_of.size() - 1;
@@ -122,7 +122,7 @@ class ObjReader {
   }
 
  private:
-  // Ids count from 1, and from the last one `seen` backwards when negative; -1 for none.
+  // Ids count from 1; negative ids count backward from the last one `seen`. -1 for none.
   static int Id(std::string_view word, std::size_t seen) {
     double id = 0;
     if (!ParseNumber(word, id) || id == 0) return -1;
@@ -201,7 +201,7 @@ class ObjReader {
     } else if (keyword == "Ns") {
       double exponent = 0;
       line >> exponent;
-      // As Blender takes it.
+      // As in Blender.
       if (std::isfinite(exponent)) {
         material.roughness = 1 - std::sqrt(std::clamp(exponent / 1000, 0.0, 1.0));
       }
@@ -228,7 +228,7 @@ class ObjReader {
     TexturedMesh::Part part;
     part.material = static_cast<int>(material);
     part.mesh.faces.resize(3, static_cast<Eigen::Index>(faces.size()));
-    std::map<std::pair<int, int>, int> vertex_of;  // of shading, of texture
+    std::map<std::pair<int, int>, int> vertex_of;  // by shaded vertex and texture coordinate
     std::vector<std::pair<int, int>> vertices;
     bool has_uv = false;
     for (Eigen::Index f = 0; f < part.mesh.faces.cols(); ++f) {

@@ -13,17 +13,17 @@
 
 namespace holdfast {
 
-/// How a surface looks, in glTF's terms.
+/// Appearance of a surface, in glTF's terms.
 struct Material {
   std::string name;
   Eigen::Vector4d color{0.8, 0.8, 0.8, 1.0};  ///< linear red, green, blue, and opacity
   double metallic = 0.0;
   double roughness = 0.5;
-  std::string image;  ///< a PNG or JPEG file's bytes, of the color; empty: none
+  std::string image;  ///< bytes of a PNG or JPEG file with the color; empty: none
 };
 
-/// A mesh for display: parts of one material each, vertices parted where normals or texture
-/// coordinates are.
+/// A mesh for display: parts of one material each, with separate vertices where normals or texture
+/// coordinates differ.
 struct TexturedMesh {
   struct Part {
     TriangleMesh mesh;         ///< meters
@@ -33,20 +33,20 @@ struct TexturedMesh {
   };
   std::vector<Material> materials;
   std::vector<Part> parts;
-  std::vector<std::string> notes;  ///< what of the file was left out, and why
+  std::vector<std::string> notes;  ///< what was left out of the file, and why
 };
 
-/// Whether a file begins as those do.
+/// Whether a file begins like a PNG or a JPEG.
 bool IsPngOrJpeg(std::string_view bytes);
 
-/// The images of one mesh's materials. Materials may share a file and each takes it whole, so a
-/// small file could ask for any amount of memory: together they get 256 MB.
+/// The images of one mesh's materials. Materials may share a file, of which each takes a copy, so a
+/// small file could demand any amount of memory: together they get 256 MB.
 class MaterialImages {
  public:
-  /// Whether more may be added.
+  /// Whether more images may be added.
   bool HasRoom() const { return room_ > 0; }
-  /// Gives the image to the material; says why in `notes` when it does not, and returns false.
-  /// `name` is what the notes call the image.
+  /// Gives the image to the material; if it cannot, returns false and adds the reason to `notes`.
+  /// `name` is the name of the image in the notes.
   bool Add(std::string bytes, std::string_view name, Material& material,
            std::vector<std::string>& notes);
 
@@ -54,19 +54,19 @@ class MaterialImages {
   std::size_t room_ = std::size_t{256} << 20;
 };
 
-/// Of objects that bring none.
+/// Material of objects that have none.
 inline Material ObjectMaterial() { return {"object", {0.16, 0.38, 0.62, 1}, 0, 0.45, {}}; }
 
-/// The mesh after x -> A x, its normals with it, faces outside out as before.
+/// Transforms a mesh by x -> A x, with its normals; faces stay oriented outward.
 void Transform(const Eigen::Matrix3d& A, TexturedMesh& mesh);
 
-/// A mesh in one material, creases kept sharp.
+/// Makes a mesh of one material; creases stay sharp.
 TexturedMesh PlainMesh(const TriangleMesh& mesh, Material material);
 
-/// Texture coordinates and materials of an .obj file, coordinates multiplied by `scale`; nothing
-/// for one that has neither. Of its .mtl files: Kd, d, Tr, Ns, Pr, Pm and map_Kd (PNG and JPEG);
-/// they and the images are looked for beside the mesh and below it, nowhere else. Throws Error for
-/// a file that ReadMeshFile refuses.
+/// Reads texture coordinates and materials of an .obj file, with positions multiplied by `scale`;
+/// nullopt for a file with neither. From its .mtl files: Kd, d, Tr, Ns, Pr, Pm and map_Kd (PNG and
+/// JPEG); these files and the images are searched in the mesh's folder and below it, nowhere else.
+/// Throws Error for a file that ReadMeshFile rejects.
 std::optional<TexturedMesh> ReadTexturedObj(const std::filesystem::path& path, double scale = 1.0);
 
 }  // namespace holdfast

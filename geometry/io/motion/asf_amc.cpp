@@ -27,7 +27,7 @@ constexpr std::string_view kFreedomNames[] = {"tx", "ty", "tz", "rx", "ry", "rz"
 
 struct Bone {
   std::string name;
-  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // skeleton axes, unit
+  Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // skeleton axes, unit length
   double length = 0;                                    // units of the file
   Eigen::Quaterniond axis = Eigen::Quaterniond::Identity();
   std::vector<Freedom> freedoms;
@@ -57,7 +57,7 @@ Eigen::Quaterniond Turn(int axis, double angle) {
   return Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(axis)));
 }
 
-// "XYZ": about x first, then y, then z, all about fixed axes.
+// "XYZ": rotates about x first, then y, then z, all about fixed axes.
 Eigen::Quaterniond EulerInOrder(TextScanner& scanner, std::string_view order,
                                 const Eigen::Vector3d& angles) {
   Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
@@ -162,7 +162,7 @@ void ReadBone(TextScanner& scanner, Skeleton& skeleton) {
     } else if (key.empty() || key.starts_with(':')) {
       scanner.Fail("ends inside a bone", "Close the bone with 'end'");
     } else {
-      // id, limits and their brackets, mass, offset of the body: of no account for the motion.
+      // id, limits and their brackets, mass, offset of the body: irrelevant for the motion.
       scanner.RestOfLine();
     }
   }
@@ -199,7 +199,7 @@ void ReadHierarchy(TextScanner& scanner, Skeleton& skeleton) {
   }
 }
 
-// Bones in an order where parents come first; loops and loose bones are found here.
+// Orders bones with parents first; detects loops and disconnected bones.
 std::vector<int> ParentsFirst(const TextScanner& scanner, const Skeleton& skeleton) {
   std::vector<std::vector<int>> children(skeleton.bones.size());
   for (std::size_t i = 1; i < skeleton.bones.size(); ++i) {
@@ -288,7 +288,7 @@ BonePose ReadBonePose(TextScanner& scanner, const Bone& bone, double angle_unit)
   return pose;
 }
 
-// Frame `number` of the motion: whole lines of "bone values" up to the next frame's number.
+// Reads a frame: its number, then whole lines of "bone values" up to the next frame's number.
 std::vector<BonePose> ReadFrame(TextScanner& scanner, const Skeleton& skeleton, double angle_unit) {
   std::vector<BonePose> poses(skeleton.bones.size());
   std::vector<bool> seen(skeleton.bones.size(), false);
@@ -315,7 +315,7 @@ std::vector<BonePose> ReadFrame(TextScanner& scanner, const Skeleton& skeleton, 
   return poses;
 }
 
-// Lines from here on that begin with a number: no frame begins elsewhere.
+// Counts the lines from here on that begin with a number: frames begin only there.
 std::size_t CountFrames(TextScanner ahead) {
   std::size_t frames = 0;
   double number = 0;
@@ -326,8 +326,8 @@ std::size_t CountFrames(TextScanner ahead) {
   return frames;
 }
 
-// Names, parents, offsets and end sites of joints in the order of `order`; `scale` is in meters
-// per unit.
+// Sets names, parents, offsets and end sites of the joints in the order of `order`; `scale` is in
+// meters per unit.
 void SetRestBones(const Skeleton& skeleton, const std::vector<int>& order, double scale,
                   SourceMotion& motion) {
   const int num_joints = static_cast<int>(order.size());
@@ -353,7 +353,7 @@ void SetRestBones(const Skeleton& skeleton, const std::vector<int>& order, doubl
   }
 }
 
-// The unit that the motion's head names, else the skeleton's.
+// Returns the angle unit that the motion's header names, else the skeleton's.
 double ReadAngleUnit(TextScanner& amc, double angle_unit) {
   while (amc.Peek().starts_with(':')) {
     const std::string_view word = amc.Next();

@@ -59,8 +59,8 @@ void ReadChannels(TextScanner& scanner, int joint, std::vector<Channel>& channel
   }
 }
 
-// Iterative: nesting as deep as the file likes costs a vector, not the stack.
-// Returns the channels of all joints in file order.
+// Iterative, so that deep nesting takes a vector, not the stack. Returns the channels of all joints
+// in file order.
 std::vector<Channel> ReadHierarchy(TextScanner& scanner, double scale, SourceMotion& motion) {
   scanner.Expect("HIERARCHY", "first word of a BVH file");
   std::vector<Channel> channels;
@@ -99,7 +99,7 @@ std::vector<Channel> ReadHierarchy(TextScanner& scanner, double scale, SourceMot
       scanner.Expect("}", "after the offset of an End Site");
     } else if (!open.empty() && word == "}") {
       open.pop_back();
-      // Some files hold a second skeleton, or a thing, as another root.
+      // Some files hold a second skeleton, or an object, as another root.
       if (open.empty() && !EqualIgnoringCase(scanner.Peek(), "ROOT")) break;
     } else {
       scanner.Fail(word.empty() ? "ends inside the hierarchy"
@@ -126,7 +126,7 @@ void ReadFrame(TextScanner& scanner, int frame, int num_frames, double scale,
     }
     const double value = scanner.Number(fmt::format("a value of frame {}", frame + 1));
     if (channel.rotates) {
-      // An angle is an angle modulo a turn: keeps sine and cosine exact for counters gone wild.
+      // Angles are taken modulo a turn, which keeps sine and cosine exact for huge values.
       const double angle = std::remainder(value, 360.0) * kDegree;
       local[channel.joint] =
           local[channel.joint] * Eigen::AngleAxisd(angle, Eigen::Vector3d::Unit(channel.axis));
@@ -163,7 +163,7 @@ bool IsNumberWith(char point, std::string_view word) {
   return ParseNumber(plain, value);
 }
 
-// The text with decimal points, when its numbers have decimal commas and none has a point.
+// Returns the text with decimal points if its numbers have decimal commas and none has a point.
 std::optional<std::string> WithDecimalPoints(std::string_view text) {
   if (text.find(',') == text.npos) return std::nullopt;
   std::string result(text);
@@ -179,7 +179,7 @@ std::optional<std::string> WithDecimalPoints(std::string_view text) {
   return result;
 }
 
-// Of several roots the first with the most joints: its joints in the old order.
+// Of several roots, keeps the first with the most joints, and the order of its joints.
 void KeepLargestTree(SourceMotion& motion) {
   const int joints = motion.NumJoints();
   std::vector<int> root(static_cast<std::size_t>(joints)), size(root.size(), 0);
@@ -238,14 +238,14 @@ SourceMotion ParsePlain(std::string_view text, std::string name, double meters_p
   const double whole = std::round(motion.frame_rate);
   if (whole > 0 && std::abs(motion.frame_rate - whole) < 2e-3 * whole) motion.frame_rate = whole;
 
-  // The header's count is only believed as far as the text can bear it: a number takes two bytes.
+  // The header's count is trusted only as far as the text allows: a number takes two bytes.
   const std::size_t bearable = text.size() / (2 * channels.size()) + 1;
   const std::size_t expected = std::min<std::size_t>(num_frames, bearable);
   CheckMemoryBudget(scanner, static_cast<double>(expected + 1), motion.NumJoints(), text.size());
-  motion.positions.reserve(expected + 1);  // some files have one frame more than they announce
+  motion.positions.reserve(expected + 1);  // some files have one frame more than they state
   motion.rotations.reserve((expected + 1) * motion.joint_names.size());
   for (int frame = 0; frame < num_frames; ++frame) {
-    // Exporters miscount, and clips are cut by hand; whole frames are taken as they are.
+    // Exporters miscount, and clips are cut by hand: the whole frames that exist are accepted.
     if (frame > 0 && scanner.AtEnd()) {
       motion.notes.push_back(fmt::format(
           "the header announces {} frames, {} are there{}", num_frames, frame,
@@ -294,7 +294,7 @@ constexpr double kDegreesPerRadian = 180 / std::numbers::pi;
 
 using Text = std::back_insert_iterator<std::string>;
 
-// (z, x, y) with R = Rz(z) Rx(x) Ry(y); of the many, the ones nearest to `previous`.
+// (z, x, y) with R = Rz(z) Rx(x) Ry(y); of all solutions, the one nearest to `previous`.
 Eigen::Vector3d EulerZxy(const Eigen::Matrix3d& R, const Eigen::Vector3d& previous) {
   const double sine = std::clamp(R(2, 1), -1.0, 1.0);
   const double cosine = std::hypot(R(0, 1), R(1, 1));
@@ -304,7 +304,7 @@ Eigen::Vector3d EulerZxy(const Eigen::Matrix3d& R, const Eigen::Vector3d& previo
     angles[0] = std::atan2(-R(0, 1), R(1, 1));
     angles[2] = std::atan2(-R(2, 0), R(2, 2));
   } else {
-    // Straight up or down only z + y or z - y counts: y stays, z takes the rest.
+    // Straight up or down, only z + y or z - y matters: y is kept, z takes the rest.
     angles[2] = previous[2];
     const double sum = std::atan2(R(1, 0), R(0, 0));
     angles[0] = sine > 0 ? sum - angles[2] : sum + angles[2];
@@ -327,7 +327,7 @@ void WriteOffset(const Eigen::Vector3d& offset_m, const std::string& indent, Tex
                  offset.z());
 }
 
-// Joints in the order of the file, depth first: that of the channels.
+// Writes a joint and its descendants, depth first, which gives the order of the channels.
 void WriteJoint(const BodySurface& surface, int joint, int depth, std::vector<int>& order,
                 Text out) {
   order.push_back(joint);
@@ -338,7 +338,7 @@ void WriteJoint(const BodySurface& surface, int joint, int depth, std::vector<in
   fmt::format_to(out, "{}{} {}\n{}{{\n", indent, parent < 0 ? "ROOT" : "JOINT", kJointNames[joint],
                  indent);
   if (parent < 0) {
-    // Programs differ in whether positions come in place of the offset or on top: both fit zero.
+    // Programs differ in whether positions replace the offset or are added: zero fits both.
     WriteOffset(Eigen::Vector3d::Zero(), inner, out);
     fmt::format_to(
         out, "{}CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation\n", inner);

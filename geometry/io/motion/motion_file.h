@@ -17,23 +17,23 @@
 
 namespace holdfast {
 
-/// Frames times joints a reader takes at most: about 2 GB in memory, an hour of a hundred joints at
-/// 80 Hz.
+/// Maximum of frames times joints that a reader accepts: about 2 GB in memory, an hour of a hundred
+/// joints at 80 Hz.
 inline constexpr double kMaxJointFrames = 3e7;
 
-/// A motion as a file tells it, on the file's own skeleton: lengths in meters, everything else
+/// A motion as stored in a file, on the file's own skeleton: lengths in meters, everything else
 /// (axes, rest pose, joint names) as found. Parents come before children; joint 0 is the root.
 struct SourceMotion {
   struct EndSite {
-    int parent;              ///< joint it hangs on
+    int parent;              ///< parent joint
     Eigen::Vector3d offset;  ///< in the parent's frame, meters
   };
 
-  /// A rigid thing that moves in the file beside the body.
+  /// A rigid object that moves in the file next to the body.
   struct Prop {
     std::string name;
-    TriangleMesh mesh;                          ///< in its own frame, meters; empty when not read
-    std::optional<TexturedMesh> look;           ///< of that mesh, where the file gives one
+    TriangleMesh mesh;                          ///< in its own frame, meters; empty if not read
+    std::optional<TexturedMesh> look;           ///< appearance of that mesh, if the file has one
     std::vector<Eigen::Quaterniond> rotations;  ///< per frame: x_world = q x + position
     Eigen::Matrix3Xd positions;                 ///< (3 x T) world, meters
   };
@@ -44,13 +44,13 @@ struct SourceMotion {
   Eigen::Matrix3Xd rest_offsets;         ///< (3 x J) from the parent, with all rotations zero
   std::vector<EndSite> end_sites;
   double frame_rate = 0;           ///< Hz
-  std::vector<std::string> notes;  ///< what was odd in the file and how it was taken
+  std::vector<std::string> notes;  ///< oddities of the file, and how they were handled
   /// World rotation of joint j in frame t, at [t * J + j]: x_world = q x_joint + position.
   std::vector<Eigen::Quaterniond> rotations;
   std::vector<Eigen::Matrix3Xd> positions;  ///< per frame, (3 x J) world, meters
-  std::map<std::string, int> humanoid;  ///< VRM's bones and their joints, where the file tells them
+  std::map<std::string, int> humanoid;      ///< VRM's bones and their joints, if the file has them
   std::optional<Prop> prop;
-  Eigen::VectorXd betas;           ///< of the body, where the file tells (Holdfast's own do)
+  Eigen::VectorXd betas;           ///< of the body, if the file has them (Holdfast's do)
   std::string gender, body_model;  ///< likewise
 
   int NumJoints() const { return static_cast<int>(joint_names.size()); }
@@ -60,17 +60,17 @@ struct SourceMotion {
   }
 };
 
-/// What a rotation and a position of a SourceMotion take.
+/// Bytes of a rotation and a position of a SourceMotion.
 inline constexpr std::size_t kJointFrameBytes = 56;
 
-/// A joint without channels costs nothing in a text, yet memory in every frame. Throws Error at the
-/// scanner's line when `frames` of `joints` would take more than ten times the text they come from
-/// and 60 MB, or more than kMaxJointFrames.
+/// A joint without channels takes no text, but memory in every frame. Throws Error at the scanner's
+/// line if `frames` of `joints` would take more than ten times the text they come from plus 60 MB,
+/// or more than kMaxJointFrames.
 void CheckMemoryBudget(const TextScanner& scanner, double frames, int joints,
                        std::size_t text_bytes);
 
-/// Throws Error (`where`, with the field and the frame) for the first number that is outside the
-/// ranges of geometry/value_ranges.h or no number.
+/// Throws Error (`where`, with the field and the frame) for the first value that is not a number or
+/// is outside the ranges of geometry/value_ranges.h.
 void RequireInRange(const SourceMotion& motion, std::string_view where);
 
 }  // namespace holdfast

@@ -17,7 +17,7 @@ namespace {
 
 using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// Columns of all poses, (T x 3 count).
+// Joints of all poses as (T x 3 count).
 RowMajor Joints(const Clip& clip, int begin, int count) {
   RowMajor values(clip.NumFrames(), 3 * count);
   for (int t = 0; t < clip.NumFrames(); ++t) {
@@ -87,7 +87,7 @@ void WritePackageJson(const Clip& clip, ModelKind kind, bool flat_hand_mean,
   WriteAtomically(path, JsonText(root) + "\n");
 }
 
-// AMASS's SMPL-H files: all 52 joints in one array.
+// AMASS's SMPL-H files have all 52 joints in one array.
 void WriteAmassSmplh(const Clip& clip, const std::filesystem::path& path) {
   RowMajor poses(clip.NumFrames(), 156);
   poses << Joints(clip, 0, kNumBodyJoints), Joints(clip, kLeftHandBegin, 2 * kJointsPerHand);

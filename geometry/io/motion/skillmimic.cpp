@@ -19,7 +19,7 @@ namespace {
 constexpr double kSkillMimicRate = 60.0;
 constexpr double kBallRadius = 0.12;  // meters
 constexpr int kBodies = 53;
-// Where the parts of a frame begin.
+// Offsets of the parts of a frame.
 constexpr int kRootPosition = 0, kRootTurn = 3, kJointTurns = 9, kBodyPositions = 165, kBall = 324,
               kBallContact = 336;
 constexpr double kTouches = 0.5;
@@ -29,7 +29,7 @@ struct NamedBody {
   int parent;
 };
 
-// Depth first, as in the file; of each side after the other.
+// Depth first, as in the file; one side after the other.
 std::vector<NamedBody> Bodies() {
   std::vector<NamedBody> bodies = {{"Pelvis", -1}};
   const auto add = [&](const char* name, int parent) {
@@ -96,7 +96,7 @@ void AddRotations(const Eigen::MatrixXd& table, const std::vector<NamedBody>& bo
   }
 }
 
-// Directions in the parent's frame on average, at the lengths that the positions keep.
+// Mean directions in the parent's frame, at the mean lengths between the positions.
 void AddOffsets(const Eigen::MatrixXd& table, const std::vector<NamedBody>& bodies,
                 SourceMotion& motion) {
   motion.rest_offsets.setZero(3, kBodies);
@@ -114,7 +114,7 @@ void AddOffsets(const Eigen::MatrixXd& table, const std::vector<NamedBody>& bodi
   }
 }
 
-// Body and ball through the frames, from the file's world, z up, into one that is y up.
+// Positions of body and ball over the frames, from the file's z-up world to a y-up world.
 void AddPositions(const Eigen::MatrixXd& table, const std::vector<NamedBody>& bodies,
                   SourceMotion& motion) {
   const Eigen::Quaterniond upright(

@@ -35,7 +35,7 @@ std::span<const std::byte> AsBytes(std::string_view text) {
   return std::as_bytes(std::span(text.data(), text.size()));
 }
 
-// What people give by mistake, and what to do then.
+// Rejects files that users give by mistake, with a remedy.
 void RefuseKnownOthers(std::string_view head, const std::string& name) {
   struct Other {
     std::string_view begin, what, remedy;
@@ -70,13 +70,13 @@ bool BeginsAsJson(std::string_view head) {
   return at != std::string_view::npos && (head[at] == '{' || head[at] == '[');
 }
 
-// A zip archive as what it is for; throws Error when it is neither.
+// Detects whether a zip archive is of numpy or of torch. Throws Error if it is neither.
 DataFormat ZipFormat(const ZipArchive& archive) {
   const auto is_array = [](const ZipMember& member) { return member.name.ends_with(".npy"); };
   const auto& members = archive.Members();
   if (IsTorchArchive(archive)) return DataFormat::kTorchZip;
   if (std::any_of(members.begin(), members.end(), is_array)) return DataFormat::kNpz;
-  // Arrays that lost their ending; an archive of nothing is what numpy.savez() writes of nothing.
+  // Arrays may lack their suffix; numpy.savez() without arrays writes an empty archive.
   if (members.empty()) return DataFormat::kNpz;
   constexpr std::size_t kLooks = 16;
   for (std::size_t i = 0; i < std::min(members.size(), kLooks); ++i) {
@@ -88,7 +88,7 @@ DataFormat ZipFormat(const ZipArchive& archive) {
           .Read(std::as_writable_bytes(std::span(magic)));
       if (magic == kNpyMagic) return DataFormat::kNpz;
     } catch (const Error&) {
-      continue;  // another member may tell
+      continue;  // another member may decide
     }
   }
   std::vector<std::string_view> names;
@@ -101,9 +101,9 @@ DataFormat ZipFormat(const ZipArchive& archive) {
                           members.size() > names.size() ? ", ..." : ""));
 }
 
-// All values of `from` in `to`, which keeps them alive; returns where its value `index` lands.
+// Copies all values of `from` to `to`, which keeps them alive; returns the new index of `index`.
 NodeIndex Adopt(DataStore& to, const std::shared_ptr<const DataStore>& from, NodeIndex index) {
-  constexpr std::size_t kConstants = 3;  // None, False and True stand first in every store
+  constexpr std::size_t kConstants = 3;  // None, False and True come first in every store
   const std::size_t base = to.NumNodes();
   const auto moved = [&](NodeIndex i) {
     return i < kConstants ? i : static_cast<NodeIndex>(i - kConstants + base);
@@ -130,7 +130,7 @@ NodeIndex Adopt(DataStore& to, const std::shared_ptr<const DataStore>& from, Nod
       return to.AddArray(**array);
     }
     const auto* object = std::get_if<std::unique_ptr<ObjectNode>>(&node);
-    if (object == nullptr) return to.AddList();  // never: what else there is stands first
+    if (object == nullptr) return to.AddList();  // never: the other kinds come first
     ObjectNode copy = **object;
     if (copy.arguments) copy.arguments = moved(*copy.arguments);
     if (copy.fields) copy.fields = moved(*copy.fields);
@@ -173,8 +173,8 @@ struct DataFile::Content {
   std::filesystem::path path;
   DataFormat format = DataFormat::kPickle;
   std::uint64_t file_bytes = 0;
-  DataBytes unpacked;  // what a gzip'd file holds: the readers stand on it
-  // One of these four. Arrays are read on demand, all else is one value.
+  DataBytes unpacked;  // content of a gzipped file, used by the readers
+  // One of these four. Arrays are read on demand; anything else is one value.
   std::optional<NpzReader> npz;
   std::optional<SafetensorsReader> tensors;
   std::optional<NpyFile> npy;
@@ -251,7 +251,7 @@ struct DataFile::Content {
     return ArrayValue(std::move(array), path.string());
   }
 
-  // All bytes of the file, which is to hold one value.
+  // All bytes of the file, which must hold one value.
   DataBytes Whole(const ByteSource& source) const {
     if (unpacked.owner) return unpacked;
     std::vector<std::byte> bytes(static_cast<std::size_t>(source.Size()));
@@ -259,17 +259,17 @@ struct DataFile::Content {
     return OwnBytes(std::move(bytes));
   }
 
-  // Text and pickled numbers pack two to five times; a few kilobytes of zeros are refused.
+  // Text and pickled numbers compress two to five times; a few kilobytes of zeros are rejected.
   std::size_t GzipLimit() const {
     return (std::size_t{32} << 20) + 8 * static_cast<std::size_t>(file_bytes);
   }
 
-  // What the values of the file may take beside its bytes.
+  // Memory that the values of the file may take in addition to its bytes.
   std::size_t MemoryLimit() const {
     return DataStore::DefaultLimit(static_cast<std::size_t>(file_bytes)) - unpacked.view.size();
   }
 
-  // A pickle may be packed well within its file.
+  // A pickle may be well compressed within its file.
   PickleOptions Options(std::size_t packed_pickle_bytes) const {
     PickleOptions options;
     options.limits.max_memory = MemoryLimit() + 2 * packed_pickle_bytes;
@@ -306,7 +306,7 @@ struct DataFile::Content {
     return ReadObjectArray(OwnBytes(std::move(pickle)), npz->ReadHeader(name).where, options);
   }
 
-  // A member that is an array of numbers or text; nothing when it holds Python objects.
+  // Reads a member that is an array of numbers or text; nullopt if it holds Python objects.
   std::optional<NpyMember> PlainMember(std::string_view name) const {
     if (tensors) return tensors->Read(name);
     if (npz->ReadHeader(name).array.kind == 'O') return std::nullopt;
@@ -364,12 +364,12 @@ namespace {
 
 constexpr std::size_t kMaxDepth = 100;
 
-// Builds the values while the text is parsed, which goes without recursion.
+// Builds the values during parsing, which does not recurse.
 class Builder : public nlohmann::json_sax<nlohmann::json> {
  public:
   Builder(DataStore& store, std::string_view text) : store_(store), text_(text) {}
 
-  /// Where the text begins that is parsed next, in the whole one.
+  /// Sets where the text that is parsed next begins in the whole text.
   void BeginAt(std::size_t offset) { offset_ = offset; }
 
   NodeIndex Root() const { return root_; }
@@ -386,7 +386,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
     return Put(store_.AddReal(value));
   }
   bool string(string_t& text) override { return Put(store_.AddText(std::move(text))); }
-  bool binary(binary_t&) override { return false; }  // of other formats than JSON
+  bool binary(binary_t&) override { return false; }  // for formats other than JSON
   bool start_object(std::size_t) override { return Open(store_.AddDict(), true); }
   bool end_object() override { return Close(); }
   bool start_array(std::size_t) override { return Open(store_.AddList(), false); }
@@ -448,7 +448,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
   NodeIndex root_ = 0;
 };
 
-// The text of a line from `at` on, which moves behind it.
+// Returns the line that begins at `at`, and moves `at` behind it.
 std::string_view NextLine(std::string_view text, std::size_t& at) {
   const std::size_t end = std::min(text.find('\n', at), text.size());
   const std::string_view line = text.substr(at, end - at);

@@ -14,7 +14,7 @@
 namespace holdfast {
 namespace {
 
-// Calls `visit` with each value that another one holds.
+// Calls `visit` for each value that a node holds.
 template <typename Visit>
 void ForEachChild(const DataNode& node, Visit&& visit) {
   if (const auto* list = std::get_if<ListNode>(&node)) {
@@ -27,7 +27,7 @@ void ForEachChild(const DataNode& node, Visit&& visit) {
   }
 }
 
-// Level by level from the root; each value counts where it lies highest, so that loops end.
+// Level by level from the root; each value counts at its smallest depth, so that cycles end.
 void CheckDepth(DataStore& store, NodeIndex root, std::size_t max_depth) {
   store.Charge(store.NumNodes() * (1 + 2 * sizeof(NodeIndex)));
   std::vector<bool> seen(store.NumNodes(), false);
@@ -53,7 +53,7 @@ void CheckDepth(DataStore& store, NodeIndex root, std::size_t max_depth) {
 struct Reading {
   std::shared_ptr<const DataStore> store;
   NodeIndex root;
-  bool root_is_scalar;  ///< an array of objects that has no dimensions: its one item is meant
+  bool root_is_scalar;  ///< an array of objects without dimensions, which stands for its only item
 };
 
 Reading Read(DataBytes bytes, const std::string& where, const PickleOptions& options,

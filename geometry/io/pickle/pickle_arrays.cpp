@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::string_view kArrayClass = "numpy.ndarray";
 constexpr std::size_t kMaxItemSize = std::size_t{1} << 20;
-// A node of the map of dtypes, roughly.
+// Approximate size of a node in the map of dtypes.
 constexpr std::size_t kDtypeBytes = 96;
 
 }  // namespace
@@ -152,7 +152,7 @@ DataNode PickleNumpy::NestObjects(const std::vector<NodeIndex>& items,
   }
   context_.store.Charge(2 * sizeof(NodeIndex) * items.size());
   std::vector<NodeIndex> level = items;
-  // The last dimension's rows become lists, then theirs, up to the first.
+  // Rows of the last dimension become lists, then rows of the one before, up to the first.
   for (std::size_t d = shape.size(); d-- > 1 && shape[d] > 0;) {
     std::vector<NodeIndex> rows;
     for (std::size_t i = 0; i < level.size(); i += shape[d]) {
@@ -167,7 +167,7 @@ DataNode PickleNumpy::NestObjects(const std::vector<NodeIndex>& items,
 
 void PickleNumpy::SetArrayState(NodeIndex array, NodeIndex state) {
   const std::vector<NodeIndex>* parts = context_.ItemsAt(state);
-  // The version number was not there in numpy's earliest pickles.
+  // numpy's earliest pickles have no version number.
   if (parts == nullptr || parts->size() < 4 || parts->size() > 5) {
     context_.scanner.FailDamaged("has an array of unknown state");
   }
@@ -211,10 +211,10 @@ NodeIndex PickleNumpy::FromBuffer(const Arguments& arguments) {
 
 namespace {
 
-// A storage with its places in the tables, roughly.
+// Approximate size of a storage with its table entries.
 constexpr std::size_t kSourceBytes = 512;
 
-// One past the last element that a view touches; nothing when that is beyond all counting.
+// One past the last element that a view touches; nullopt on overflow.
 std::optional<std::size_t> EndOfView(const ArrayNode& array, std::size_t offset) {
   std::size_t last = offset;
   for (std::size_t d = 0; d < array.shape.size(); ++d) {
@@ -308,7 +308,7 @@ NodeIndex PickleTorch::StorageFromBytes(const Arguments& arguments) {
       std::as_bytes(std::span(file->bytes.data(), file->bytes.size())), source.request.element);
   source.request.count =
       source.bytes.view.size() / std::max<std::size_t>(1, source.request.element.size);
-  // Its bytes may be made anew each time the pickle names the same file.
+  // Its bytes may be allocated again each time the pickle names the same file.
   context_.store.Charge(source.bytes.view.size());
   return AddSource(std::move(source), "torch.Storage");
 }

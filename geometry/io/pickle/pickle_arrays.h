@@ -11,7 +11,7 @@
 
 namespace holdfast {
 
-/// How numpy writes dtypes, arrays and scalars into pickles, in its versions 1 and 2.
+/// Dtypes, arrays and scalars as numpy's versions 1 and 2 write them into pickles.
 class PickleNumpy {
  public:
   explicit PickleNumpy(PickleContext& context) : context_(context) {}
@@ -24,11 +24,11 @@ class PickleNumpy {
   /// (version, byte order, subdtype, names, fields, item size, ...)
   void SetDtypeState(NodeIndex dtype, NodeIndex state);
 
-  /// An array whose state is to follow.
+  /// An array whose state follows.
   NodeIndex EmptyArray();
   bool IsEmptyArray(NodeIndex index) const;
   /// (version, shape, dtype, is Fortran order, bytes or list). The node becomes the array; an array
-  /// of Python objects becomes a list, of lists where it has more dimensions.
+  /// of Python objects becomes a list, nested for several dimensions.
   void SetArrayState(NodeIndex array, NodeIndex state);
 
   /// Whether a list was an array of objects without dimensions.
@@ -42,7 +42,7 @@ class PickleNumpy {
  private:
   struct Layout {
     ElementType element;
-    std::string refused;  ///< why arrays of it cannot be read; empty when they can
+    std::string refused;  ///< why arrays of it cannot be read; empty if they can
   };
 
   Layout ParseDtype(std::string_view text) const;
@@ -56,8 +56,8 @@ class PickleNumpy {
   std::unordered_set<NodeIndex> object_scalars_;
 };
 
-/// How torch writes tensors into pickles: as views (offset, size, stride) of storages, whose
-/// numbers lie elsewhere. Several tensors may be views of one storage.
+/// Tensors as torch writes them into pickles: as views (offset, size, stride) of storages, whose
+/// numbers are stored elsewhere. Several tensors may be views of one storage.
 class PickleTorch {
  public:
   explicit PickleTorch(PickleContext& context) : context_(context) {}
@@ -66,20 +66,20 @@ class PickleTorch {
 
   /// ('storage', class, key, device, count)
   NodeIndex Storage(NodeIndex persistent_id);
-  /// What torch.storage._load_from_bytes(file) gives.
+  /// The result of torch.storage._load_from_bytes(file).
   NodeIndex StorageFromBytes(const Arguments& arguments);
   /// _rebuild_tensor(storage, offset, size, stride, ...)
   NodeIndex Tensor(const Arguments& arguments);
-  /// The same; the type of its elements is the seventh argument.
+  /// Same; the element type is the seventh argument.
   NodeIndex UntypedTensor(const Arguments& arguments);
 
-  /// After the pickle's end: asks for the storages and lays the tensors onto them.
+  /// To be called after the pickle's end: requests the storages and binds the tensors to them.
   void Bind();
 
  private:
   struct Source {
     TorchStorageRequest request;
-    DataBytes bytes;  ///< of a nested file; empty for those that are asked for
+    DataBytes bytes;  ///< of a nested file; empty for requested storages
     bool is_nested = false;
   };
   struct View {
@@ -99,7 +99,7 @@ class PickleTorch {
   std::vector<View> views_;
 };
 
-/// "f4" as an element; kind 'c' for complex numbers, which no array can have.
+/// Element type of a code such as "f4"; kind 'c' for complex numbers, which no array can have.
 ElementType ElementFromCode(std::string_view code);
 
 }  // namespace holdfast

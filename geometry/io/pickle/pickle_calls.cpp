@@ -8,7 +8,7 @@
 namespace holdfast {
 namespace {
 
-// A name of a pickle for an error: printable, and short.
+// A name from a pickle for an error message: printable and short.
 std::string Printable(std::string_view name) {
   constexpr std::size_t kLongest = 80;
   std::string text;
@@ -86,7 +86,7 @@ NodeIndex PickleCalls::Latin1(const Arguments& arguments) {
     context_.scanner.FailRefused(fmt::format("holds bytes encoded as '{}'", Printable(*encoding)),
                                  "Save it again with Python's own pickle");
   }
-  context_.store.Charge(text->size());  // what is made and thrown away costs time, too
+  context_.store.Charge(text->size());  // temporaries cost time, too
   auto bytes = EncodeLatin1(*text);
   if (!bytes) context_.scanner.FailDamaged("encodes what are not bytes");
   return context_.store.AddBytes(*std::move(bytes));
@@ -200,11 +200,11 @@ void PickleCalls::SetState(NodeIndex object, NodeIndex state) {
   if (numpy_.IsEmptyArray(object)) return numpy_.SetArrayState(object, state);
   if (numpy_.IsDtype(object)) return numpy_.SetDtypeState(object, state);
   ObjectNode* instance = context_.ObjectAt(object);
-  // Attributes of a dict or a list that is more than one (torch's OrderedDict) are not kept.
+  // Attributes of a subclass of dict or list (torch's OrderedDict) are not kept.
   if (context_.DictAt(object) != nullptr || context_.ItemsAt(object) != nullptr) return;
   if (instance == nullptr) context_.scanner.FailDamaged("gives fields to what has none");
   if (instance->is_class) context_.scanner.FailDamaged("gives fields to a class");
-  // Of classes with __slots__ the state is a pair of dicts.
+  // For classes with __slots__, the state is a pair of dicts.
   const std::vector<NodeIndex>* pair = context_.ItemsAt(state);
   const bool is_pair = pair != nullptr && pair->size() == 2;
   const NodeIndex parts[2] = {is_pair ? (*pair)[0] : state, is_pair ? (*pair)[1] : NodeIndex{0}};

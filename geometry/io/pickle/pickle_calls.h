@@ -12,21 +12,21 @@
 
 namespace holdfast {
 
-/// What a pickle asks to be called, as the data that the call describes.
+/// Turns the calls that a pickle requests into the data that they describe.
 class PickleCalls {
  public:
   explicit PickleCalls(PickleContext& context)
       : context_(context), numpy_(context), torch_(context) {}
 
-  /// The node that stands for a name. Throws Error, with the name, unless it is in the table.
+  /// Returns the node of a name. Throws Error with the name unless it is in the table.
   NodeIndex Global(std::string_view module, std::string_view name);
   NodeIndex Call(NodeIndex callee, NodeIndex arguments);
-  /// The state of what a call gave: fields of an instance, contents of an array.
+  /// Sets the state of a call's result: fields of an instance, contents of an array.
   void SetState(NodeIndex object, NodeIndex state);
   void SetItem(NodeIndex container, NodeIndex key, NodeIndex value);
   void Append(NodeIndex container, NodeIndex item);
   NodeIndex PersistentId(NodeIndex id) { return torch_.Storage(id); }
-  /// After the pickle's end.
+  /// To be called after the pickle's end.
   void Finish() { torch_.Bind(); }
   bool IsObjectScalar(NodeIndex value) const { return numpy_.IsObjectScalar(value); }
 
@@ -40,7 +40,7 @@ class PickleCalls {
   NodeIndex Latin1(const Arguments& arguments);
   NodeIndex Path(const Arguments& arguments);
   NodeIndex Reconstruct(const Arguments& arguments);
-  /// Follows calls that only say which call is meant, in place; true when there was one.
+  /// Resolves calls that only state which call is meant, in place; true if there was one.
   bool Redirect(const AllowedGlobal*& global, NodeIndex& callee, NodeIndex& arguments);
 
   PickleContext& context_;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <string>
 
-// The names that a pickle may use. To allow one more class whose instances are plain data, add a
-// row with kInstance: its fields become names of a DataValue. No row makes anything run.
+// The names that a pickle may use. To allow another class whose instances are plain data, add a row
+// with kInstance: its fields become names of a DataValue. No row executes anything.
 
 namespace holdfast {
 namespace {
@@ -13,7 +13,7 @@ namespace {
 using enum GlobalRole;
 
 constexpr AllowedGlobal kAllowed[] = {
-    // Python's own containers. Protocols before the fourth call sets by name.
+    // Python's own containers. Protocols before 4 call sets by name.
     {"builtins", "list", kList},
     {"builtins", "tuple", kList},
     {"builtins", "set", kList},
@@ -26,7 +26,7 @@ constexpr AllowedGlobal kAllowed[] = {
     {"builtins", "range", kInstance},
     {"builtins", "xrange", kInstance},
     {"builtins", "complex", kComplex},
-    // As the factory of a defaultdict.
+    // Factories of a defaultdict.
     {"builtins", "int", kClassOnly},
     {"builtins", "long", kClassOnly},
     {"builtins", "float", kClassOnly},
@@ -40,7 +40,7 @@ constexpr AllowedGlobal kAllowed[] = {
     {"copyreg", "_reconstructor", kReconstructor},
     {"copyreg", "__newobj__", kNewObject},
     {"_codecs", "encode", kLatin1},
-    // Settings that fitting codes keep beside their results.
+    // Settings that fitting codes store with their results.
     {"argparse", "Namespace", kInstance},
     {"types", "SimpleNamespace", kInstance},
     {"easydict", "EasyDict", kDict},
@@ -90,7 +90,7 @@ constexpr AllowedGlobal kAllowed[] = {
     {"scipy.sparse.arrays", "csr_array", kInstance},
     {"scipy.sparse.arrays", "coo_array", kInstance},
 
-    // chumpy, of which the first SMPL and MANO models are made (see chumpy_value.h)
+    // chumpy, used by the first SMPL and MANO models (see data_numbers.h)
     {"chumpy.ch", "Ch", kInstance},
     {"chumpy", "Ch", kInstance},
     {"chumpy.reordering", "Select", kInstance},

@@ -15,19 +15,19 @@
 
 namespace holdfast {
 
-/// What a name in a pickle stands for here: which data a call of it describes.
+/// What a name in a pickle stands for: the data that a call of it describes.
 enum class GlobalRole {
   kInstance,        ///< class whose instances are kept as their fields
   kClassOnly,       ///< class or constant that may be named, not called
-  kList,            ///< list, tuple, set: of the items of its argument
-  kDict,            ///< dict and its kin: of the pairs of its last argument
+  kList,            ///< list, tuple, set: the items of its argument
+  kDict,            ///< dict and similar: the pairs of its last argument
   kBytes,           ///< bytes and bytearray, of bytes or of a text and its encoding
   kLatin1,          ///< codecs.encode(text, "latin1"): bytes, in protocols 0 to 2
   kPath,            ///< parts of a path, as one text
-  kComplex,         ///< refused with a reason
+  kComplex,         ///< rejected with a reason
   kReconstructor,   ///< copyreg._reconstructor(class, base, state)
   kNewObject,       ///< copyreg.__newobj__(class, arguments ...)
-  kNdarray,         ///< numpy.ndarray and kin: an array whose state follows
+  kNdarray,         ///< numpy.ndarray and similar: an array whose state follows
   kReconstruct,     ///< numpy's _reconstruct(class, shape, type): the same
   kFromBuffer,      ///< numpy's _frombuffer(bytes, dtype, shape, order)
   kScalar,          ///< numpy's scalar(dtype, bytes)
@@ -47,20 +47,20 @@ struct AllowedGlobal {
   std::string_view element = {};  ///< "f4", "i8", "B2" (bfloat16), for storages and dtypes
 };
 
-/// The row of the table, or null: then the pickle is refused. Modules that were renamed count as
-/// one: __builtin__ and builtins, copy_reg and copyreg, numpy._core and numpy.core,
+/// Returns the row of the table, or null, in which case the pickle is rejected. Renamed modules
+/// count as one: __builtin__ and builtins, copy_reg and copyreg, numpy._core and numpy.core,
 /// scipy.sparse._csc and scipy.sparse.csc.
 const AllowedGlobal* FindAllowedGlobal(std::string_view module, std::string_view name);
 
-/// A node that is not there.
+/// Index of a missing node.
 inline constexpr NodeIndex kNoValue = std::numeric_limits<NodeIndex>::max();
 
-/// What the parts of the pickle reader share while one pickle is read.
+/// State that the parts of the pickle reader share while one pickle is read.
 struct PickleContext {
   DataStore& store;
   const PickleScanner& scanner;
   const PickleOptions& options;
-  /// Rows of the table of allowed names, by the node that stands for the name.
+  /// Rows of the table of allowed names, by the node of the name.
   std::unordered_map<NodeIndex, const AllowedGlobal*> globals = {};
 
   const AllowedGlobal* GlobalAt(NodeIndex index) const {
@@ -79,7 +79,7 @@ struct PickleContext {
     auto* object = std::get_if<std::unique_ptr<ObjectNode>>(&store[index]);
     return object == nullptr ? nullptr : object->get();
   }
-  /// Of texts and bytes alike: Python 2 has one type for both.
+  /// For texts and bytes alike: Python 2 has one type for both.
   std::optional<std::string_view> TextAt(NodeIndex index) const {
     if (const auto* text = std::get_if<TextNode>(&store[index])) return text->text;
     if (const auto* bytes = std::get_if<BytesNode>(&store[index])) return bytes->bytes;
@@ -96,11 +96,11 @@ struct PickleContext {
     const auto* boolean = std::get_if<bool>(&store[index]);
     return boolean != nullptr ? *boolean : IntegerAt(index).value_or(0) != 0;
   }
-  /// Sizes that are not negative, at most 32 of them.
+  /// Sizes that are not negative, at most 32.
   std::optional<std::vector<std::size_t>> SizesAt(NodeIndex index) const;
 };
 
-/// Product, or nothing when it does not fit.
+/// Product of `first` and all factors; nullopt on overflow.
 std::optional<std::size_t> CheckedProduct(std::span<const std::size_t> factors, std::size_t first);
 
 }  // namespace holdfast

@@ -11,11 +11,11 @@
 namespace holdfast {
 namespace {
 
-// Numbers of the memo this far beyond its end still make it longer.
+// Memo numbers up to this far beyond the memo's end extend it.
 constexpr std::uint64_t kMemoGap = 64;
 constexpr std::size_t kFarMemoEntry = 64;
 
-// Room for one more, charged before it is made.
+// Makes room for one more value, which is charged first.
 template <typename T>
 void Grow(std::vector<T>& values, DataStore& store) {
   if (values.size() < values.capacity()) return;

@@ -11,23 +11,23 @@
 
 namespace holdfast {
 
-/// The stack machine whose program a pickle is: one opcode after the other until STOP, with a stack
-/// of values, marks in it, and a memo of values by number. The opcodes are those that Python's
+/// The stack machine that runs a pickle: one opcode after the other until STOP, with a stack of
+/// values, marks in it, and a memo of values by number. The opcodes are those that Python's
 /// pickletools describes.
 class PickleMachine {
  public:
   PickleMachine(PickleScanner& scanner, PickleContext& context)
       : scanner_(scanner), store_(context.store), options_(context.options), calls_(context) {}
 
-  /// Runs to STOP; the value that is left.
+  /// Runs to STOP and returns the remaining value.
   NodeIndex Run();
-  /// To be called after it: asks for what lies outside the pickle.
+  /// To be called after Run(): requests what is stored outside the pickle.
   void Finish() { calls_.Finish(); }
   /// Whether a value is an array of one object without dimensions; it is a list of one.
   bool IsObjectScalar(NodeIndex value) const { return calls_.IsObjectScalar(value); }
 
  private:
-  // Each runs an opcode of its group, and states it; the groups are disjoint.
+  // Each returns whether the opcode is of its group, and runs it if so; the groups are disjoint.
   bool RunNumber(unsigned char opcode);
   bool RunText(unsigned char opcode);
   bool RunContainer(unsigned char opcode);
@@ -40,7 +40,7 @@ class PickleMachine {
   NodeIndex Pop();
   NodeIndex& Top();
   void PopMany(NodeIndex* values, int count);  ///< in the order they were pushed
-  /// What lies above the last mark, which goes too.
+  /// Removes the last mark and returns the values above it.
   std::vector<NodeIndex> PopToMark();
 
   void PushInteger(std::string_view decimal);
@@ -59,8 +59,8 @@ class PickleMachine {
   const PickleOptions& options_;
   PickleCalls calls_;
   std::vector<NodeIndex> stack_;
-  std::vector<std::size_t> marks_;  ///< heights of the stack
-  std::vector<NodeIndex> memo_;     ///< by number, for numbers that follow each other
+  std::vector<std::size_t> marks_;                         ///< heights of the stack
+  std::vector<NodeIndex> memo_;                            ///< by number, for consecutive numbers
   std::unordered_map<std::uint64_t, NodeIndex> far_memo_;  ///< for the others
   std::size_t memo_size_ = 0;
   std::size_t next_buffer_ = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-// What each opcode does, in groups; pickle_machine.cpp has the stack and the memo they work on.
+// Implements the opcodes, in groups; pickle_machine.cpp has the stack and the memo.
 #include <bit>
 #include <limits>
 
@@ -24,7 +24,7 @@ bool PickleMachine::RunNumber(unsigned char opcode) {
     case 0x89:
       Push(store_.AddBool(opcode == 0x88));
       return true;
-    case 'I': {  // also how protocol 0 writes booleans
+    case 'I': {  // also protocol 0's form of booleans
       const std::string_view line = scanner_.Line();
       if (line == "00" || line == "01") {
         Push(store_.AddBool(line == "01"));
@@ -39,7 +39,7 @@ bool PickleMachine::RunNumber(unsigned char opcode) {
     case 'J':
       Push(store_.AddInteger(static_cast<std::int32_t>(scanner_.Unsigned(4))));
       return true;
-    case 'K': {  // the most frequent by far: one node for each
+    case 'K': {  // by far the most frequent: one node per value
       const unsigned char value = scanner_.Byte();
       if (small_integers_.empty()) small_integers_.assign(256, kNoValue);
       NodeIndex& node = small_integers_[value];
@@ -118,7 +118,7 @@ bool PickleMachine::RunText(unsigned char opcode) {
     case 0x97:
       PushNextBuffer();
       return true;
-    case 0x98:  // marks a buffer as read-only, which all are here
+    case 0x98:  // marks a buffer as read-only, as all are here
       Top();
       return true;
     default:
@@ -226,7 +226,7 @@ bool PickleMachine::RunMemoOrStack(unsigned char opcode) {
       }
       return true;
     }
-    case 0x95: {  // says only how much may be read at once
+    case 0x95: {  // states only how much may be read at once
       const std::uint64_t length = scanner_.Unsigned(8);
       if (length > scanner_.Left()) {
         scanner_.FailDamaged(
@@ -259,7 +259,7 @@ bool PickleMachine::RunCall(unsigned char opcode) {
       Push(calls_.Call(call[0], call[1]));
       return true;
     }
-    case 0x92: {  // arguments by name say nothing about plain data
+    case 0x92: {  // keyword arguments do not matter for plain data
       NodeIndex call[3];
       PopMany(call, 3);
       Push(calls_.Call(call[0], call[1]));

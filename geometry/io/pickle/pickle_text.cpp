@@ -39,7 +39,7 @@ void AppendUtf8(std::string& text, unsigned code) {
   }
 }
 
-// Appends what the escape at the front of `rest` (after its backslash) stands for and removes it.
+// Appends what the escape at the front of `rest` (after its backslash) stands for, and removes it.
 bool TakeEscape(std::string_view& rest, std::string& text) {
   if (rest.empty()) return false;
   const char letter = rest.front();
@@ -126,7 +126,7 @@ std::optional<std::string> EncodeLatin1(std::string_view utf8) {
 }
 
 std::optional<PickleInteger> ParseDecimal(std::string_view digits) {
-  constexpr std::size_t kMaxDigits = 4300;  // as Python
+  constexpr std::size_t kMaxDigits = 4300;  // as in Python
   if (digits.ends_with('L')) digits.remove_suffix(1);
   while (digits.starts_with(' ')) digits.remove_prefix(1);
   while (digits.ends_with(' ')) digits.remove_suffix(1);
@@ -136,7 +136,7 @@ std::optional<PickleInteger> ParseDecimal(std::string_view digits) {
   const auto [stop, error] = std::from_chars(digits.data(), end, value);
   if (stop != end || error == std::errc::invalid_argument) return std::nullopt;
   if (error == std::errc()) return value;
-  double real = digits.front() == '-' ? -HUGE_VAL : HUGE_VAL;  // stays so beyond all doubles
+  double real = digits.front() == '-' ? -HUGE_VAL : HUGE_VAL;  // kept if beyond all doubles
   std::from_chars(digits.data(), end, real);
   return real;
 }
@@ -155,7 +155,7 @@ PickleInteger ParseTwosComplement(std::string_view bytes) {
     }
     return static_cast<std::int64_t>(value);
   }
-  // The sixteen highest bytes are more than a double can tell apart.
+  // A double cannot resolve more than the sixteen highest bytes.
   double value = negative ? -1.0 : 0.0;
   const std::size_t lowest = bytes.size() > 16 ? bytes.size() - 16 : 0;
   for (std::size_t i = bytes.size(); i-- > lowest;) {
@@ -194,7 +194,7 @@ std::string_view PickleScanner::Line() {
   if (end == std::string_view::npos) FailDamaged("ends within a line");
   std::string_view line = bytes_.substr(position_, end - position_);
   position_ = end + 1;
-  // Written as text on Windows by Python 2.
+  // Python 2 wrote this pickle as text on Windows.
   if (line.ends_with('\r')) line.remove_suffix(1);
   return line;
 }

@@ -10,32 +10,32 @@
 
 namespace holdfast {
 
-/// How pickles write texts and whole numbers. Functions give nothing for what cannot be read.
+/// Texts and whole numbers as pickles write them. Functions return nullopt for invalid input.
 
-/// A Python string literal, quotes and escapes included, as its bytes: 'a\x00\n'.
+/// Decodes a Python string literal, quotes and escapes included, to bytes: 'a\x00\n'.
 std::optional<std::string> DecodeStringLiteral(std::string_view literal);
 
-/// Latin-1 with \uXXXX and \UXXXXXXXX (Python's raw-unicode-escape), as UTF-8.
+/// Decodes Latin-1 with \uXXXX and \UXXXXXXXX (Python's raw-unicode-escape) to UTF-8.
 std::optional<std::string> DecodeRawUnicode(std::string_view line);
 
-/// Each character of a UTF-8 text as one byte; nothing when one is beyond 255. This is how Python 3
-/// writes bytes in protocols that know none.
+/// Encodes each character of a UTF-8 text as one byte; nullopt if one is beyond 255. Python 3
+/// writes bytes like this in protocols without a type for them.
 std::optional<std::string> EncodeLatin1(std::string_view utf8);
 
-/// A whole number; beyond 64 bits the nearest real one.
+/// A whole number; beyond 64 bits, the nearest real number.
 using PickleInteger = std::variant<std::int64_t, double>;
 
-/// Decimal digits, with Python 2's trailing L or not.
+/// Parses decimal digits, with or without Python 2's trailing L.
 std::optional<PickleInteger> ParseDecimal(std::string_view digits);
 
-/// Two's complement, little-endian, of any length; empty is 0.
+/// Parses a two's complement, little-endian, of any length; empty is 0.
 PickleInteger ParseTwosComplement(std::string_view bytes);
 
-/// As Python's float() takes it.
+/// Parses a number as Python's float() does.
 std::optional<double> ParseReal(std::string_view text);
 
-/// The bytes of a pickle, read from front to back and never beyond the end: a length is compared
-/// with what is left before anything is done with it. Throws Error with the position.
+/// Reads the bytes of a pickle from front to back and never beyond the end: a length is compared
+/// with the remaining bytes before it is used. Throws Error with the position.
 class PickleScanner {
  public:
   PickleScanner(std::span<const std::byte> bytes, const std::string& where)
@@ -46,16 +46,16 @@ class PickleScanner {
 
   std::uint8_t Byte();
   std::string_view Take(std::uint64_t count);
-  /// Up to the line's end, which is taken too.
+  /// Returns the text up to the line's end, and skips the line's end.
   std::string_view Line();
   /// Unsigned little-endian number of 1 to 8 bytes.
   std::uint64_t Unsigned(int bytes);
-  /// A number of so many bytes, and as many bytes as it says.
+  /// Reads a number of `bytes` bytes, then as many bytes as it states.
   std::string_view Counted(int bytes) { return Take(Unsigned(bytes)); }
 
-  /// What stands at the position is not what a pickle has.
+  /// Throws Error: the bytes at the position are not those of a pickle.
   [[noreturn]] void FailDamaged(std::string_view problem) const;
-  /// A pickle that is whole, and asks for what is not given.
+  /// Throws Error: the pickle is intact, but asks for something that is refused.
   [[noreturn]] void FailRefused(std::string_view problem, std::string_view remedy) const;
 
  private:

@@ -22,7 +22,7 @@ namespace {
 
 constexpr std::string_view kPickleName = "data.pkl";
 
-// The pickle of the archive: the one that lies least deep.
+// Finds the pickle of the archive: the one in the topmost folder.
 const ZipMember* FindPickle(const ZipArchive& archive) {
   const ZipMember* found = nullptr;
   for (const ZipMember& member : archive.Members()) {
@@ -66,7 +66,7 @@ class TorchArchive {
     return fmt::format("{}[{}]", archive_.Source().Name(), member.name);
   }
 
-  // Members may lie over each other in a hostile file: all of them together are bounded.
+  // Members may overlap in a hostile file: their total size is bounded.
   std::vector<std::byte> Take(const ZipMember& member) {
     std::vector<std::byte> data = archive_.Read(member, Where(member), budget_);
     budget_ -= data.size();
@@ -132,7 +132,7 @@ constexpr std::string_view kTextMagic("L119547037146038801333356L\n.");
 constexpr std::size_t kMagicWithin = 64;
 constexpr std::int64_t kProtocol = 1001;
 
-// Where the pickle of the magic number ends; nothing when the bytes begin in another way.
+// Returns where the magic number's pickle ends; nullopt if the bytes begin otherwise.
 std::optional<std::size_t> EndOfMagic(std::span<const std::byte> bytes) {
   const std::string_view head(reinterpret_cast<const char*>(bytes.data()),
                               std::min(bytes.size(), kMagicWithin));
@@ -168,9 +168,9 @@ class LegacyReader {
       throw Error(where_, "was written on a big-endian machine",
                   "Load it in torch and save it again");
     }
-    // The storages lie behind the object and the list of their names, one after the other, and what
-    // a number takes stands in the object alone: a first reading of it finds that out, a second
-    // takes the numbers from their places.
+    // The storages follow the object and the list of their names, one after the other, and only the
+    // object states the size of a number: a first reading determines the sizes, a second one takes
+    // the numbers from their positions.
     const std::size_t object = at_;
     NextPickle([this](const TorchStorageRequest& request) { return Note(request); });
     const DataValue names = NextPickle({});
@@ -206,7 +206,7 @@ class LegacyReader {
     return static_cast<std::size_t>(request.count) * request.element.size;
   }
 
-  // First reading: any bytes will do, none of them is looked at.
+  // First reading: any bytes will do, since none is used.
   DataBytes Note(const TorchStorageRequest& request) {
     storages_[request.key].request = request;
     return {file_.view.first(BytesOf(request)), file_.owner};

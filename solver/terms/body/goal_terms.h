@@ -14,12 +14,11 @@
 
 namespace holdfast {
 
-/// The head turns with what the hand goes to: as far off the goal as the captured head was off the
-/// captured one.
+/// Gaze: keeps the offset between head direction and reaching goal as it was in the capture.
 ///
-///   r = (f(x) - wanted) / sigma,   3 residuals; f: where the face points, world, unit
+///   r = (f(x) - wanted) / sigma,   3 residuals; f: face direction, world, unit
 ///
-/// x: the frame's change (UpperBodyDofs, 28). `wanted` is a unit vector; `sigma` about radians.
+/// x: the frame's change (UpperBodyDofs, 28). `wanted` is a unit vector; `sigma` is about radians.
 struct Gaze {
   static constexpr int kRows = 3;
   Eigen::Vector3d wanted = -Eigen::Vector3d::UnitY();
@@ -35,14 +34,14 @@ struct Gaze {
   }
 };
 
-/// A head keeps out of the way, and brings its lips to a place.
+/// Keeps points outside the head and moves the lips to a target.
 ///
-///   r_l = (p + R l - m) / sigma_lips                  3 residuals, where the lips are wanted
-///   r_i = max(0, margin - d(R^T (x_i - p))) / sigma   one a point
+///   r_l = (p + R l - m) / sigma_lips                  3 residuals, if the lips have a target
+///   r_i = max(0, margin - d(R^T (x_i - p))) / sigma   one per point
 ///
-/// p, R: the head joint in the world; l: lips in its frame; m: where they are wanted; x_i: points
-/// that keep out of the head, world; d: signed distance of the head's skin in its frame; meters.
-/// Block: q (n), of a pose whose root is held.
+/// p, R: head joint pose, world; l: lips in the head frame; m: target of the lips; x_i: points to
+/// keep outside the head, world; d: signed distance of the head's skin in the head frame; meters.
+/// Parameter block: q (n), of a pose with a fixed root.
 class HeadPlace final : public ceres::CostFunction {
  public:
   struct Head {
@@ -51,7 +50,7 @@ class HeadPlace final : public ceres::CostFunction {
     double lips_sigma_m = 0.003, margin_m = 0.003, sigma_m = 0.001;
   };
 
-  /// All but `points` must outlive it.
+  /// All arguments but `points` must outlive it.
   HeadPlace(const FreePose& free, const Eigen::Matrix3Xd& rest_joints,
             const Eigen::Matrix<double, 6, 1>& root, const Head& head,
             std::optional<Eigen::Vector3d> lips_at, Eigen::Matrix3Xd points)
@@ -92,7 +91,7 @@ class HeadPlace final : public ceres::CostFunction {
           head_.skin.Distance(R.transpose() * (points_.col(i) - p), &gradient) - head_.margin_m;
       residuals[row] = std::max(0.0, -off) / head_.sigma_m;
       if (!with_jacobian || off >= 0.0) continue;
-      // The point stays and the skin moves as what is fixed to the head there.
+      // The point is fixed; the skin moves like a point attached to the head there.
       J_point.setZero();
       state.AddPoseJacobian(kHead, points_.col(i), Eigen::Matrix3d::Identity(), J_point);
       J_q.row(row) = (R * gradient).transpose() * J_point / head_.sigma_m;
@@ -109,14 +108,14 @@ class HeadPlace final : public ceres::CostFunction {
   Eigen::Matrix3Xd points_;
 };
 
-/// The hand is where the world or the head wants it: what is held before the mouth goes where the
-/// mouth goes, and the mouth comes to it.
+/// Wrist target that blends from a place in the world to a place fixed to the head: an object at
+/// the mouth follows the mouth, and the mouth approaches the object.
 ///
 ///   r = (w(x) - (1 - s) q - s (h(x) + A(x) p)) / sigma,   3 residuals
 ///
-/// w: wrist joint, world; h, A: position and rotation of the head joint; q: place in the world;
-/// p: place in the head's frame; s: share of the head's. x: the frame's change (UpperBodyDofs, 28).
-/// Meters; `sigma_m` is one standard deviation.
+/// w: wrist joint, world; h, A: position and rotation of the head joint; q: target in the world; p:
+/// target in the head frame; s: weight of the head target. x: the frame's change (UpperBodyDofs,
+/// 28). Meters; `sigma_m` is the standard deviation.
 struct HeldAtFace {
   static constexpr int kRows = 3;
   double share = 0.0;
@@ -141,11 +140,11 @@ struct HeldAtFace {
   }
 };
 
-/// The wrist is where a path wants it.
+/// Wrist position target.
 ///
 ///   r = (w(x) - target) / sigma,   3 residuals; w: wrist joint, world, meters
 ///
-/// x: the frame's change (UpperBodyDofs, 28). `sigma_m`: meters that are one standard deviation.
+/// x: the frame's change (UpperBodyDofs, 28). `sigma_m`: standard deviation in meters.
 struct WristGoal {
   static constexpr int kRows = 3;
   Eigen::Vector3d target = Eigen::Vector3d::Zero();

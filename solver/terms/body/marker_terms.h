@@ -18,14 +18,14 @@
 
 namespace holdfast {
 
-/// A shape and a pose's freedom that the terms of all frames share.
+/// Body shape and degrees of freedom shared by the terms of all frames.
 struct MarkedBody {
   FreePose free;
   Eigen::Matrix3Xd rest_joints;  ///< (3 x 55) at betas zero, meters
   Eigen::MatrixXd J_rest;        ///< d rest joints / d betas (165 x B)
-  std::vector<int> joint;        ///< that each of M markers follows
-  /// Joints that the skin below a marker follows, with shares that sum to 1 (linear blend
-  /// skinning); a marker without (or all, where this is empty) follows its joint alone.
+  std::vector<int> joint;        ///< that each of the M markers follows
+  /// Per marker, joints that the skin below it follows, with weights that sum to 1 (linear blend
+  /// skinning). A marker with an empty list (or all, if `shares` is empty) follows its joint alone.
   std::vector<std::vector<std::pair<int, double>>> shares;
 
   std::vector<std::pair<int, double>> SharesOf(int marker) const {
@@ -34,7 +34,7 @@ struct MarkedBody {
     }
     return shares[static_cast<std::size_t>(marker)];
   }
-  /// Where a pose takes a marker; `rest` as RestJoints, `place` in its joint's frame in the T-pose.
+  /// World position of a marker; `rest` as RestJoints, `place` in its joint's frame in the T-pose.
   Eigen::Vector3d Carry(const BodyState& state, const Eigen::Matrix3Xd& rest, int marker,
                         const Eigen::Vector3d& place) const {
     Eigen::Vector3d world = Eigen::Vector3d::Zero();
@@ -54,11 +54,11 @@ struct MarkedBody {
   }
 };
 
-/// Markers seen in a frame.
+/// Markers observed in a frame.
 struct SeenMarkers {
-  std::vector<int> marker;      ///< of the M
+  std::vector<int> marker;      ///< index among the M markers
   Eigen::Matrix3Xd place;       ///< world, meters
-  std::vector<double> sigma_m;  ///< one standard deviation of each
+  std::vector<double> sigma_m;  ///< standard deviation of each
 
   int Count() const { return static_cast<int>(marker.size()); }
   void Add(int m, const Eigen::Vector3d& at, double sigma) {
@@ -69,7 +69,7 @@ struct SeenMarkers {
   }
 };
 
-/// The markers of a frame by the joint that they follow.
+/// Groups the markers of a frame by the joint that they follow.
 inline std::vector<SeenMarkers> ByJoint(const MarkedBody& body, const SeenMarkers& seen) {
   std::vector<SeenMarkers> groups;
   for (int k = 0; k < seen.Count(); ++k) {
@@ -82,20 +82,20 @@ inline std::vector<SeenMarkers> ByJoint(const MarkedBody& body, const SeenMarker
   return groups;
 }
 
-/// Markers of one joint are where the body carries them (Loper et al. 2014, eq. 4), far ones count
-/// little:
+/// Distance between observed markers of one joint and their positions on the body (Loper et al.
+/// 2014, eq. 4), robust to outliers:
 ///
 ///   r_k = g(|d_k|) d_k / sigma_k,  d_k = sum_j w_kj (p_j + R_j (x_k + J - J_j)) - m_k
 ///   g(s) = c sqrt(log(1 + s^2/c^2)) / s
 ///
-/// 3 residuals a seen marker, meters over meters; |r|^2 is Cauchy's loss with scale c. p, R: joints
-/// that the skin below the marker follows, by shares w (MarkedBody); J_j their places at rest, J
-/// that of the markers' joint, x_k a marker's place from there in the T-pose. Blocks, as Blocks()
-/// has them: root (6), what is free on the way from those joints to the root (3 a joint, then a
-/// hand's numbers), betas (B), the place of each marker (3).
+/// 3 residuals per observed marker, meters over meters; |r|^2 is Cauchy's loss with scale c. p, R:
+/// joints that the skin below the marker follows, with weights w (MarkedBody); J_j: their rest
+/// positions; J: that of the markers' joint; x_k: offset of a marker from it in the T-pose.
+/// Parameter blocks, as returned by Blocks(): root (6), the free parameters on the path from those
+/// joints to the root (3 per joint, then those of a hand), betas (B), offset of each marker (3).
 class MarkerDistance final : public ceres::CostFunction {
  public:
-  /// Markers that have the same joint, one or more. `body` must outlive it.
+  /// One or more markers of the same joint. `body` must outlive it.
   MarkerDistance(const MarkedBody& body, SeenMarkers seen, double scale_m)
       : body_(body), joint_(body.joint[seen.marker[0]]), seen_(std::move(seen)), scale_(scale_m) {
     set_num_residuals(3 * seen_.Count());
@@ -107,7 +107,7 @@ class MarkerDistance final : public ceres::CostFunction {
         for (int a = joint; a > 0; a = kJointParents[a]) used[a] = true;
       }
     }
-    std::array<int, kNumJoints> at{};  // links by joint; parents come before children
+    std::array<int, kNumJoints> at{};  // links by joint; parents precede children
     for (int j = 1; j < kNumJoints; ++j) {
       if (!used[j]) continue;
       links_.push_back({j, at[kJointParents[j]]});
@@ -140,7 +140,7 @@ class MarkerDistance final : public ceres::CostFunction {
     sizes.insert(sizes.end(), seen_.marker.size(), 3);
   }
 
-  /// Where the blocks are in root (6), q (n), betas (B) and places (3 M).
+  /// Parameter blocks within root (6), q (n), betas (B) and places (3 M).
   std::vector<double*> Blocks(double* root, double* q, double* betas, double* places) const {
     std::vector<double*> blocks = {root};
     for (const Link& link : links_) {
@@ -161,7 +161,7 @@ class MarkerDistance final : public ceres::CostFunction {
     std::vector<Matrix3B> by_shape;
     if (J != nullptr && J[betas_] != nullptr) by_shape = ShapeJacobians(at);
     const Eigen::Vector3d rest = RestJoint(joint_, x[betas_]);
-    // Of what follows each link: its shares, and the places of those weighted with them.
+    // Per link, the weights of its descendants and the weighted positions.
     std::array<double, kNumJoints> share_below;
     std::array<Eigen::Vector3d, kNumJoints> place_below;
     for (int k = 0; k < seen_.Count(); ++k) {
@@ -216,12 +216,12 @@ class MarkerDistance final : public ceres::CostFunction {
 
   struct Link {
     int joint;
-    int parent;       // link before it, from 1; 0 is the root
-    int column = -1;  // of its three numbers in q
-    int finger = -1;  // number of a finger's joint in its hand
-    int block = -1;   // parameter block; none at rest
+    int parent;       // preceding link, from 1; 0 is the root
+    int column = -1;  // first of its three parameters in q
+    int finger = -1;  // index of a finger joint in its hand
+    int block = -1;   // parameter block; none: fixed at rest
   };
-  // Root and links; `turn`: the rotation vector in the world by the axis-angle.
+  // Root and links; `turn`: derivative of the world rotation vector by the axis-angle.
   struct Posed {
     Eigen::Matrix3d rotation, turn;
     Eigen::Vector3d place, rest;
@@ -262,7 +262,7 @@ class MarkerDistance final : public ceres::CostFunction {
     }
   }
 
-  // Of a point that is fixed in each link's frame, at the T-pose's place of the markers' joint.
+  // Jacobians of a point fixed in each link's frame, at the rest position of the markers' joint.
   std::vector<Matrix3B> ShapeJacobians(const std::array<Posed, kNumJoints>& at) const {
     const auto of_rest = [&](int joint) { return body_.J_rest.middleRows<3>(3 * joint); };
     std::vector<Matrix3B> J = {of_rest(0)};
@@ -293,25 +293,25 @@ class MarkerDistance final : public ceres::CostFunction {
   SeenMarkers seen_;
   double scale_;
   std::vector<Link> links_;                                  // parents first
-  std::vector<std::vector<std::pair<int, double>>> shares_;  // of links, of each marker
+  std::vector<std::vector<std::pair<int, double>>> shares_;  // links and weights per marker
   const FreePose::Hand* hand_ = nullptr;
-  int betas_ = 0;  // block
+  int betas_ = 0;  // block index
 };
 
-/// The skin about a marker in the T-pose, in the frame of the joint that the marker follows.
+/// Skin around a marker in the T-pose, in the frame of the joint that the marker follows.
 struct SkinPatch {
-  std::vector<int> ids;       ///< n vertices of the body
+  std::vector<int> ids;       ///< n body vertices
   Eigen::Matrix3Xd vertices;  ///< (3 x n) at betas zero, meters
   Eigen::MatrixXd J_betas;    ///< (3 n x B)
   Eigen::Matrix3Xi faces;
 };
 
-/// A marker that is glued to the skin is as high over it as the others of its size.
+/// Height of a marker on the skin equals that of the other markers of its size.
 ///
 ///   r = (s(x, betas) - h) / sigma    1 residual, meters over meters
 ///
-/// s: distance of place x from the patch in the T-pose, positive outside. Blocks: betas (B), height
-/// h (1), place x (3).
+/// s: signed distance of place x from the patch in the T-pose, positive outside. Parameter blocks:
+/// betas (B), height h (1), place x (3).
 class MarkerOnSkin final : public ceres::CostFunction {
  public:
   /// `patch` must outlive it.
@@ -345,13 +345,13 @@ class MarkerOnSkin final : public ceres::CostFunction {
     const Eigen::Vector3d normal = ab.cross(ac).normalized();
     const double sign = (place - point).dot(normal) < 0.0 ? -1.0 : 1.0;
     const double distance = std::sqrt(nearest2);
-    // On the surface the normal is the limit of the direction to it.
+    // On the surface, the normal is the limit of the direction to the marker.
     const Eigen::Vector3d out =
         distance > 1e-9 ? Eigen::Vector3d(sign / distance * (place - point)) : normal;
     residuals[0] = (sign * distance - x[1][0]) / sigma_;
     if (J != nullptr && J[0] != nullptr) {
-      // The nearest point moves with its triangle; where it is on it does not matter to first
-      // order.
+      // The nearest point moves with its triangle; to first order, its motion within the triangle
+      // does not matter.
       Eigen::Matrix<double, 3, 2> edges;
       edges << ab, ac;
       const Eigen::Vector2d uv = edges.colPivHouseholderQr().solve(point - a);
@@ -372,14 +372,14 @@ class MarkerOnSkin final : public ceres::CostFunction {
   double sigma_;
 };
 
-/// A marker sits about where its name says.
+/// Prior on a marker's place, from its label.
 ///
 ///   r = (x - a - A betas) / sigma    3 residuals, meters over meters
 ///
 /// x: place in the frame of the joint that the marker follows. Blocks: betas (B), place x (3).
 class MarkerPlacePrior final : public ceres::CostFunction {
  public:
-  /// `J_usual` (3 x B).
+  /// `J_usual` is (3 x B).
   MarkerPlacePrior(const Eigen::Vector3d& usual, Eigen::Matrix3Xd J_usual, double sigma_m)
       : usual_(usual), J_usual_(std::move(J_usual)), sigma_m_(sigma_m) {
     set_num_residuals(3);

@@ -19,19 +19,19 @@
 
 namespace holdfast {
 
-/// The body's weight stays over the feet as it was in the capture, bent as it may be.
+/// Balance: keeps the center of mass above the feet as in the capture, however far the body bends.
 ///
 ///   r = (c(x) - captured) / sigma,   2 residuals (ground plane)
 ///
-/// c: the middle of trunk, head and reaching arm, weighed by their share of an adult's mass (de
-/// Leva 1996; the legs, which follow, count with the pelvis by half). x: the frame's change
-/// (UpperBodyDofs, 28); meters.
+/// c: weighted mean of trunk, head and reaching arm, with weights from an adult's segment masses
+/// (de Leva 1996; half of the legs' mass is added to the pelvis, as they follow it). x: the frame's
+/// change (UpperBodyDofs, 28); meters.
 struct Balance {
   static constexpr int kRows = 2;
   Eigen::Vector2d captured = Eigen::Vector2d::Zero();
   double sigma_m = 0.04;
 
-  /// Joints and weights, of sum 1.
+  /// Joints with weights of sum 1.
   static std::array<std::pair<int, double>, 5> Masses(const UpperBodyChain& chain) {
     return {{{0, 0.42},
              {9, 0.38},
@@ -59,13 +59,13 @@ struct Balance {
   }
 };
 
-/// Joints bend no farther than captured bodies bend them; the elbow between straight and folded.
+/// Joint limits taken from captured bodies; the elbow is limited between straight and fully flexed.
 ///
 ///   r_j = max(0, |log(S_j exp(x_j))| - limit_j) / sigma   8 residuals: spine1, spine2, spine3,
 ///                                                         collar, shoulder, neck, head, (elbow)
 ///   r_elbow = (max(0, f - highest) - max(0, lowest - f)) / sigma,  f = captured flexion + x
 ///
-/// x: the frame's change (UpperBodyDofs, 28); radians. Where the capture itself is beyond a limit,
+/// x: the frame's change (UpperBodyDofs, 28); radians. Where the capture itself exceeds a limit,
 /// the limit is the captured angle: see Of.
 struct JointRange {
   static constexpr int kRows = 8;
@@ -84,7 +84,7 @@ struct JointRange {
     return {3, 6, 9, chain.CollarJoint(), chain.ShoulderJoint(), 12, 15};
   }
 
-  /// `limits`: greatest angle of each of the 22 joints, radians.
+  /// `limits`: maximum angle of each of the 22 joints, radians.
   static JointRange Of(const UpperBodyChain& chain, const BodyFrame& frame,
                        const std::array<double, kNumBodyJoints>& limits) {
     JointRange range;
@@ -124,13 +124,13 @@ struct JointRange {
   }
 };
 
-/// The hips stay where the legs reach the ankles, which do not move: neither too far nor folded.
+/// Keeps the hips where the legs reach the fixed ankles: neither too far nor too near.
 ///
 ///   r_k = max(0, |h_k(x) - a_k| - longest_k) / sigma                 2 residuals (left, right)
 ///   r_k+2 = max(0, shortest - |h_k(x) - a_k|) / sigma                2 residuals
 ///
-/// x: the frame's change (UpperBodyDofs, 28); meters. `longest` of a frame whose captured leg is
-/// straighter than a limit is the captured length.
+/// x: the frame's change (UpperBodyDofs, 28); meters. If the captured leg is straighter than the
+/// limit, `longest` is the captured length.
 struct LegReach {
   static constexpr int kRows = 4;
   std::array<Eigen::Vector3d, 2> ankle = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
@@ -138,7 +138,7 @@ struct LegReach {
   double shortest = 0.3;
   double sigma_m = 0.004;
 
-  /// Of a captured frame whose feet shall be at `feet`: knees between 4 and 140 degrees bent.
+  /// For a captured frame with target feet `feet`: knee flexion between 4 and 140 degrees.
   static LegReach Of(const UpperBodyChain& chain, const BodyPlacement& placed,
                      const FeetTarget& feet) {
     LegReach legs;
@@ -174,11 +174,11 @@ struct LegReach {
   }
 };
 
-/// A pelvis that no marker shows stands or sits upright.
+/// Keeps the pelvis upright (standing or sitting) when no marker shows it.
 ///
-///   r = (R e_y - e_z) / sigma,   3 residuals; sigma about radians
+///   r = (R e_y - e_z) / sigma,   3 residuals; sigma is about radians
 ///
-/// Block: root (6) of FreePose; R = exp(its last three numbers). World z is up.
+/// Parameter block: root (6) of FreePose; R = exp(its last three entries). World z is up.
 class PelvisUpright final : public ceres::SizedCostFunction<3, 6> {
  public:
   explicit PelvisUpright(double sigma) : sigma_(sigma) {}
@@ -199,12 +199,12 @@ class PelvisUpright final : public ceres::SizedCostFunction<3, 6> {
   double sigma_;
 };
 
-/// Joints do not jerk: what is not seen for a while goes on as it went.
+/// Smoothness: a joint that is not observed for a while continues its motion.
 ///
 ///   r = (q_t-1 - 2 q_t + q_t+1) / sigma,   n residuals
 ///
-/// q: numbers of a pose (FreePose) in three frames, one block each; sigma (n): acceleration of one
-/// standard deviation times the square of the time between frames, radians or meters.
+/// q: pose parameters (FreePose) in three frames, one block each; sigma (n): standard deviation of
+/// the acceleration times the square of the frame interval, radians or meters.
 class PoseAcceleration final : public ceres::CostFunction {
  public:
   explicit PoseAcceleration(Eigen::VectorXd sigma) : weight_(sigma.cwiseInverse()) {
@@ -230,20 +230,20 @@ class PoseAcceleration final : public ceres::CostFunction {
   Eigen::VectorXd weight_;
 };
 
-/// A limit of a joint: low <= axis^T q_j <= high.
+/// Joint limit: low <= axis^T q_j <= high.
 struct PoseLimit {
-  int column = 0;                                   ///< of the first of `axis` in q
+  int column = 0;                                   ///< of the first entry of `axis` in q
   Eigen::VectorXd axis = Eigen::Vector3d::UnitY();  ///< unit
   double low = 0.0, high = 0.0;                     ///< radians
 };
 
-/// What is not marked rests, and joints bend no farther than joints do.
+/// Rest pose prior for unobserved joints, and joint limits.
 ///
 ///   r   = W (q - rest)                                                  n residuals
-///   r_l = (max(0, a_l - high_l) - max(0, low_l - a_l)) / sigma          one a limit
+///   r_l = (max(0, a_l - high_l) - max(0, low_l - a_l)) / sigma          one per limit
 ///
-/// a_l: the limit's component of q (FreePose), radians; W: the square root of the inverse
-/// covariance. Block: q (n).
+/// a_l: the limit's component of q (FreePose), radians; W: square root of the inverse covariance.
+/// Parameter block: q (n).
 class PoseRest final : public ceres::CostFunction {
  public:
   PoseRest(Eigen::VectorXd rest, Eigen::MatrixXd root_information, std::vector<PoseLimit> limits,
@@ -286,11 +286,11 @@ class PoseRest final : public ceres::CostFunction {
   double sigma_;
 };
 
-/// The chest leans and turns as it is asked to.
+/// Target orientation of the chest.
 ///
 ///   r = [u(x) - up;  f(x) - forward] / sigma,   6 residuals; u, f: the chest's y and z axes, world
 ///
-/// x: the frame's change (UpperBodyDofs, 28). `up` and `forward` are unit vectors; `sigma` about
+/// x: the frame's change (UpperBodyDofs, 28). `up` and `forward` are unit vectors; `sigma` is about
 /// radians.
 struct TrunkLean {
   static constexpr int kRows = 6;

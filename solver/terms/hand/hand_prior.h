@@ -23,14 +23,14 @@ namespace holdfast {
 
 /// Weights of HandPriorTerm, all per radian.
 struct HandPriorWeights {
-  double limits = 10.0;    ///< an angle beyond its range
-  double coupling = 0.5;   ///< last joint away from 2/3 of the middle one
-  double neighbors = 1.0;  ///< finger roots whose flexions differ by more than 50 degrees
-  double stay = 0.2;       ///< any angle away from the preferred pose
-  double spread = 0.0;     ///< in addition, spread and twist away from it
+  double limits = 10.0;    ///< angle beyond its range
+  double coupling = 0.5;   ///< deviation of the last joint from 2/3 of the middle one
+  double neighbors = 1.0;  ///< flexion difference of adjacent finger roots above 50 degrees
+  double stay = 0.2;       ///< deviation of any angle from the preferred pose
+  double spread = 0.0;     ///< additional, deviation of spread and twist from it
 };
 
-/// What fingers do by themselves. With angles a = HandAxes::AnglesOf(P), 97 residuals:
+/// Prior on finger angles. With a = HandAxes::AnglesOf(P), 97 residuals:
 ///
 ///   45  w_limits  (a - clamp(a))
 ///    4  w_coupling ((a_dip + rest_dip) - 2/3 (a_pip + rest_pip))    fingers, not the thumb
@@ -51,7 +51,7 @@ class HandPriorTerm final : public ceres::SizedCostFunction<97, kHandDofs> {
         jacobians && jacobians[0] ? jacobians[0] : nullptr);
     const bool with_jacobian = jacobians && jacobians[0];
     if (with_jacobian) J.setZero();
-    // One angle's axis is its row of the Jacobian.
+    // The axis of an angle is its row of the Jacobian.
     const auto add = [&](int row, double scale, int angle_row, int joint) {
       if (with_jacobian) {
         J.block<1, 3>(row, 3 * joint) += scale * axes_.Axes(joint).col(angle_row).transpose();
@@ -104,13 +104,13 @@ class HandPriorTerm final : public ceres::SizedCostFunction<97, kHandDofs> {
   HandPriorWeights weights_;
 };
 
-/// E_w: the hands stay where the clip has them. With the offset B so far (in the body already) and
-/// the unknown offset (C, c) on top of it,
+/// E_w: keeps the hands where they are in the input clip. With the current offset B (already
+/// applied to the body) and the unknown offset (C, c) on top of it,
 ///
 ///   E_w = |c_B + B c|^2 + l^2 |log(B C)|^2,   l = 0.1 m
 ///
-/// 6 residuals, meters: a turn counts as what it moves at l, the length of a hand's palm. Parameter
-/// blocks: C (4, x y z w, with RotationManifold), c (3, meters), both in the wrist's frame. Weight:
+/// 6 residuals, meters: a rotation counts as the displacement at l, the length of a palm. Parameter
+/// blocks: C (4, x y z w, with RotationManifold), c (3, meters), both in the wrist frame. Weight:
 /// lambda_w, on the sum; residuals are scaled by its square root. Not part of the paper's energy.
 class WristPrior final : public ceres::SizedCostFunction<6, 4, 3> {
  public:
@@ -139,7 +139,7 @@ class WristPrior final : public ceres::SizedCostFunction<6, 4, 3> {
   double scale_;
 };
 
-/// A finger joint keeps to its range.
+/// Joint limits of one finger joint.
 ///
 ///   r = sqrt(w) (a - clamp(a)),   3 residuals, radians
 ///
@@ -169,7 +169,7 @@ class AngleRangeTerm final : public ceres::SizedCostFunction<3, 3> {
   double scale_;
 };
 
-/// Fingers stay out of each other: for pairs of finger balls with centers c,
+/// Collision between fingers: for pairs of finger balls with centers c,
 ///
 ///   r = w max(0, free_distance - |c_1 - c_2|)
 ///

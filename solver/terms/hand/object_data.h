@@ -13,15 +13,15 @@
 
 namespace holdfast {
 
-/// The object, or what is fixed to it at F = (R_f, f) in its frame, stays close to a given pose
-/// (R0, T0): that of a recording, or of where it lies.
+/// Keeps the object, or a frame F = (R_f, f) fixed to it, close to a given pose (R0, T0): that of a
+/// recording or its resting pose.
 ///
 ///   E = |R f + T - T0|^2 + l^2 |log(R0^T R R_f)|^2,   m^2,   l = 0.1 m
 ///
-/// 6 residuals, meters: a turn counts as what it moves at l, about a handheld object's size; with
-/// l = 0 the place alone counts.
-/// Parameter blocks: orientation q (4, x y z w, with RotationManifold), translation T (3, meters).
-/// `weight` (1/m^2) on the sum; residuals are scaled by its square root.
+/// 6 residuals, meters: a rotation counts as the displacement at l, about the size of a handheld
+/// object; with l = 0 only the position counts. Parameter blocks: orientation q (4, x y z w, with
+/// RotationManifold), translation T (3, meters). `weight` (1/m^2) on the sum; residuals are scaled
+/// by its square root.
 class ObjectData final : public ceres::SizedCostFunction<6, 4, 3> {
  public:
   static constexpr double kLever = 0.1;  // meters

@@ -16,13 +16,13 @@
 namespace holdfast {
 namespace {
 
-// A sample counts when it is inside, that is, nearer to a vertex than half a finger is thick and
-// half an edge is long. Lists stay valid while no vertex moves more than their margin.
+// A sample counts if it is inside the hand: nearer to a vertex than half a finger's thickness and
+// half an edge length. Lists stay valid while no vertex moves by more than their margin.
 constexpr double kReach = 0.014;
 constexpr double kWatchMargin = 0.002;
 constexpr double kNearMargin = 0.010;
 
-// How far the vertex went that went farthest.
+// Maximum displacement of a vertex.
 double Movement(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
   if (from.cols() != to.cols()) return std::numeric_limits<double>::infinity();
   return std::sqrt((from - to).colwise().squaredNorm().maxCoeff());
@@ -30,13 +30,13 @@ double Movement(const Eigen::Matrix3Xd& from, const Eigen::Matrix3Xd& to) {
 
 }  // namespace
 
-// The triangle nearest to a sample, of those that it is shown.
+// Nearest triangle to a sample, among those passed to Show().
 class ObjectInHand::Nearest {
  public:
   Nearest(const Eigen::Matrix3Xd& z, const Eigen::Matrix3Xi& faces, const Eigen::Vector3d& sample)
       : z_(z), faces_(faces), sample_(sample) {}
 
-  // Returns the triangle's squared distance.
+  // Returns the squared distance of the triangle.
   double Show(int f) {
     const Eigen::Vector3d a = z_.col(faces_(0, f)), b = z_.col(faces_(1, f)),
                           c = z_.col(faces_(2, f));
@@ -55,10 +55,10 @@ class ObjectInHand::Nearest {
     return squared;
   }
 
-  int Face() const { return face_; }  // -1 when none was shown
+  int Face() const { return face_; }  // -1 if Show() was not called
   const Eigen::Vector3d& Point() const { return point_; }
   double Squared() const { return nearest_; }
-  // Below the skin, negative outside, meters.
+  // Depth below the skin, negative outside, meters.
   double Depth() const {
     return std::sqrt(nearest_) * (normal_.dot(sample_ - point_) < 0.0 ? 1.0 : -1.0);
   }
@@ -70,7 +70,7 @@ class ObjectInHand::Nearest {
   double nearest_ = std::numeric_limits<double>::infinity();
   int face_ = -1;
   Eigen::Vector3d point_ = Eigen::Vector3d::Zero();
-  Eigen::Vector3d normal_ = Eigen::Vector3d::Zero();  // of all triangles that hold the point
+  Eigen::Vector3d normal_ = Eigen::Vector3d::Zero();  // of all triangles that contain the point
 };
 
 ObjectInHand::ObjectInHand(const HandModel& hand, const Eigen::Matrix3Xd& samples, double give_m,
@@ -145,8 +145,8 @@ void ObjectInHand::BoundClumps(const Eigen::Matrix3Xd& z) {
   }
 }
 
-// The distance of the nearest vertex and which it is, where it is nearer than `within`; else any
-// number that is not.
+// Distance and index of the nearest vertex if it is nearer than `within`; else any distance not
+// below `within`.
 double ObjectInHand::NearestVertex(const Eigen::Matrix3Xd& z, const Eigen::Vector3d& o,
                                    double within, int& vertex) const {
   double nearest = within, squared = within * within;
@@ -203,7 +203,7 @@ bool ObjectInHand::Watch(const Eigen::Matrix3Xd& z) {
       candidates_.push_back({f, std::sqrt(nearest.Show(f))});
     }
     const double depth = nearest.Depth();
-    // The skin may move by the margin, and so may what is nearest to the sample.
+    // The skin may move by the margin, and so may the nearest point.
     const double within = depth < -2.0 * kWatchMargin ? -1.0 : std::abs(depth) + 2.0 * kWatchMargin;
     const auto first = candidates_.begin() + static_cast<std::ptrdiff_t>(begin);
     candidates_.erase(std::remove_if(first, candidates_.end(),
@@ -234,7 +234,7 @@ double ObjectInHand::Add(const Eigen::Matrix3Xd& z, SkinRows& rows) const {
     }
     const double depth = nearest.Depth();
     if (depth <= give_m_) continue;
-    // The distance changes with the nearest point as if that were fixed in its triangle.
+    // The distance changes as if the nearest point were fixed in its triangle.
     const Eigen::Vector3i corner = faces.col(nearest.Face());
     const Eigen::Vector3d a = z.col(corner(0)), b = z.col(corner(1)), c = z.col(corner(2));
     const Eigen::Vector3d n = (b - a).cross(c - a);

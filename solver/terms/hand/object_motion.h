@@ -16,11 +16,11 @@
 
 namespace holdfast {
 
-/// What the object's movement is measured in, per frame: the world, or the wrist that carries it.
-/// world_from_carrier.
+/// Reference frame of the object's motion, per frame: the world, or the wrist that holds the
+/// object. world_from_carrier.
 using Carrier = Eigen::Isometry3d;
 
-/// The turn from one frame to the next seen from its carriers, log(R_a^T F_a F_b^T R_b), radians,
+/// Object rotation between two frames relative to the carrier, log(R_a^T F_a F_b^T R_b), radians,
 /// and its derivatives by right increments of R_a and R_b.
 struct CarriedTurn {
   CarriedTurn(const double* q_a, const double* q_b, const Carrier& a, const Carrier& b)
@@ -33,13 +33,13 @@ struct CarriedTurn {
   Eigen::Matrix3d d_a, d_b;
 };
 
-/// Little change of the object's pose between two frames a and b, both unknown:
+/// Penalizes the change of the object pose between two frames a and b, both unknown:
 ///
 ///   E = |T'_b - T'_a|^2 + l^2 |log(R'_a^T R'_b)|^2
 ///
-/// with R' = F^T R and T' = F^-1 T the pose seen from the carrier. 6 residuals. Parameter blocks:
-/// q_a (4, x y z w, with RotationManifold), T_a (3, meters, world), q_b, T_b. With the world as
-/// carrier and l = 1 this is the object's part of the paper's E_t. `weight` on the sum.
+/// with the pose relative to the carrier, R' = F^T R and T' = F^-1 T. 6 residuals. Parameter
+/// blocks: q_a (4, x y z w, with RotationManifold), T_a (3, meters, world), q_b, T_b. With the
+/// world as carrier and l = 1, this is the object's part of the paper's E_t. `weight` on the sum.
 class ObjectVelocity final : public ceres::SizedCostFunction<6, 4, 3, 4, 3> {
  public:
   ObjectVelocity(const Carrier& a, const Carrier& b, double lever_m, double weight)
@@ -68,12 +68,12 @@ class ObjectVelocity final : public ceres::SizedCostFunction<6, 4, 3, 4, 3> {
   double lever_, scale_;
 };
 
-/// Little change of the object's velocity over three frames a, b, c:
+/// Penalizes the change of the object's velocity over three frames a, b, c:
 ///
 ///   E = |T'_c - 2 T'_b + T'_a|^2 + l^2 |log(R'_b^T R'_c) - log(R'_a^T R'_b)|^2
 ///
-/// as ObjectVelocity has it; second differences per frame. 6 residuals. Parameter blocks: q_a, T_a,
-/// q_b, T_b, q_c, T_c. `weight` on the sum; not part of the paper's energy.
+/// with R' and T' as in ObjectVelocity; second differences per frame. 6 residuals. Parameter
+/// blocks: q_a, T_a, q_b, T_b, q_c, T_c. `weight` on the sum; not part of the paper's energy.
 class ObjectAcceleration final : public ceres::SizedCostFunction<6, 4, 3, 4, 3, 4, 3> {
  public:
   ObjectAcceleration(const Carrier& a, const Carrier& b, const Carrier& c, double lever_m,
@@ -108,7 +108,7 @@ class ObjectAcceleration final : public ceres::SizedCostFunction<6, 4, 3, 4, 3, 
 
 /// Differences of finger poses over frames, E = |sum_k c_k P_k|^2: {-1, 1} is the fingers' part of
 /// the paper's E_t with both frames unknown, {1, -2, 1} that of acceleration. 45 residuals, radians
-/// times `lever`. Parameter blocks: one P (45) for each coefficient. `weight` on the sum.
+/// times `lever`. Parameter blocks: one P (45) per coefficient. `weight` on the sum.
 class FingerDifference final : public ceres::CostFunction {
  public:
   FingerDifference(std::vector<double> coefficients, double lever, double weight)
@@ -136,17 +136,17 @@ class FingerDifference final : public ceres::CostFunction {
   double scale_;
 };
 
-/// An object on a table or the ground does not sink into it. Over its vertices o_j,
+/// Keeps an object on a table or the ground from sinking into it. Over its vertices o_j,
 ///
 ///   E = sum_j max(0, height - (R o_j + T).z)^2,   m^2
 ///
-/// One residual a vertex, meters. Parameter blocks: orientation q (4, x y z w, with
-/// RotationManifold), translation T (3, meters, world). `weight` (1/m^2) on the sum. Where the
-/// object lies meanwhile is ObjectData towards its resting pose.
+/// One residual per vertex, meters. Parameter blocks: orientation q (4, x y z w, with
+/// RotationManifold), translation T (3, meters, world). `weight` (1/m^2) on the sum. The resting
+/// pose itself is imposed by ObjectData.
 class Support final : public ceres::CostFunction {
  public:
-  /// `vertices` (3 x n) in the object's frame; `height_m` of the support, world z. `vertices` must
-  /// outlive the term.
+  /// `vertices` (3 x n): object frame; `height_m`: of the support, world z. `vertices` must outlive
+  /// the term.
   Support(const Eigen::Matrix3Xd& vertices, double height_m, double weight)
       : vertices_(vertices), height_(height_m), scale_(std::sqrt(weight)) {
     set_num_residuals(static_cast<int>(vertices.cols()));

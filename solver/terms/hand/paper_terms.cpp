@@ -35,7 +35,7 @@ template <typename Real>
 double HandObjectDistance::AddPairs(const Pairs<Real>& pairs, const Eigen::Matrix3Xd& z,
                                     std::span<VertexQuadratic> quadratics) const {
   assert(pairs.reference.size() == static_cast<std::size_t>(z.cols()) * pairs.targets.Stride());
-  constexpr Eigen::Index kAtOnce = 64;  // their sums stay in the first-level cache
+  constexpr Eigen::Index kAtOnce = 64;  // their sums stay in the L1 cache
   std::array<PairSums, kAtOnce> sums;
   Eigen::Matrix<Real, 3, kAtOnce> points;
   double energy = 0.0;

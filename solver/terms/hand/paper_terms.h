@@ -17,31 +17,30 @@
 
 namespace holdfast {
 
-/// Arithmetic of the pair loop. Single precision moves the optimum by about 1e-8 of its energy and
-/// runs twice as fast; sums over vertices are double either way.
+/// Precision of the pair loop. Single precision changes the optimal energy by about 1e-8 (relative)
+/// and is twice as fast; sums over vertices are double in both cases.
 enum class PairPrecision { kSingle, kDouble };
 
-/// E_d: hand and object keep the distances they had in the first frame (IMoS, Ghosh et al. 2023,
+/// E_d: keeps the distances between hand and object of the first frame (IMoS, Ghosh et al. 2023,
 /// eq. 7, read as the squared Frobenius norm).
 ///
 ///   E_d = sum_ij ( |v_i(P) - (R o_j + T)| - D_ij )^2
 ///
-/// N x M residuals, meters, of one hand's N vertices and the object's M (300). In the object's
-/// frame the residuals of vertex i depend on z_i alone, so that they sum up exactly to a 3 x 3
-/// Hessian, a gradient and a cost: one streaming pass over the pairs, nothing approximated. Where a
-/// hand and an object vertex coincide the direction is taken as zero. Weight: lambda_d, on the sum.
+/// N x M residuals, meters, for N vertices of one hand and M (300) of the object. In the object
+/// frame the residuals of vertex i depend on z_i only, so they sum up exactly to a 3 x 3 Hessian, a
+/// gradient and a cost: one streaming pass over the pairs, without approximation. Where a hand
+/// vertex and an object vertex coincide, the direction is taken as zero. Weight: lambda_d, on the
+/// sum.
 class HandObjectDistance final : public VertexTerm {
  public:
-  /// `object` is (3 x M), in the object's frame; `reference` (M x N) holds D, column i for hand
-  /// vertex i.
+  /// `object` is (3 x M), object frame; `reference` (M x N) holds D, column i for hand vertex i.
   HandObjectDistance(const Eigen::Matrix3Xd& object, const Eigen::MatrixXd& reference,
                      double weight, PairPrecision precision = PairPrecision::kSingle,
                      Isa isa = BestIsa());
 
   double Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const override;
 
-  /// D for hand vertices `z` (3 x N) and object vertices (3 x M), both in the object's frame: (M x
-  /// N).
+  /// D (M x N) for hand vertices `z` (3 x N) and object vertices (3 x M), both in the object frame.
   static Eigen::MatrixXd Distances(const Eigen::Matrix3Xd& z, const Eigen::Matrix3Xd& object);
 
  private:
@@ -57,20 +56,20 @@ class HandObjectDistance final : public VertexTerm {
 
   double weight_;
   Isa isa_;
-  std::variant<Pairs<float>, Pairs<double>> pairs_;  // in the precision asked for
+  std::variant<Pairs<float>, Pairs<double>> pairs_;  // in the requested precision
 };
 
-/// E_c: what touched in the first frame stays together (IMoS, Ghosh et al. 2023, eq. 8).
+/// E_c: keeps contacts of the first frame together (IMoS, Ghosh et al. 2023, eq. 8).
 ///
 ///   E_c = sum_ij S_ij |v_i(P) - (R o_j + T)|^2,   S_ij = 1 where D_ij < tau, else 0
 ///
-/// Residuals z_i - o_j, meters, in the object's frame, three a contact pair. In closed form, with
-/// n_i pairs at vertex i and m_i the mean of their o_j: sum_j |z - o_j|^2 = n_i |z - m_i|^2 +
-/// const, so there is neither a pair loop nor the singularity that scalar distances have at zero.
+/// Residuals z_i - o_j, meters, object frame, three per contact pair. In closed form, with n_i
+/// pairs at vertex i and m_i the mean of their o_j: sum_j |z - o_j|^2 = n_i |z - m_i|^2 + const.
+/// Hence there is neither a pair loop nor the singularity that scalar distances have at zero.
 /// Weight: lambda_c, on the sum.
 class Contact final : public VertexTerm {
  public:
-  /// `object` (3 x M) in the object's frame; `reference` (M x N) first-frame distances; tau meters.
+  /// `object` (3 x M): object frame; `reference` (M x N): first-frame distances; tau: meters.
   Contact(const Eigen::Matrix3Xd& object, const Eigen::MatrixXd& reference, double tau_m,
           double weight)
       : weight_(weight) {
@@ -122,15 +121,15 @@ class Contact final : public VertexTerm {
   std::vector<Anchor> anchors_;
 };
 
-/// E_t: little change from the previous frame (IMoS, Ghosh et al. 2023, eq. 9, E_r there, read as a
-/// sum of squared norms, the rotation's on SO(3)).
+/// E_t: penalizes the change from the previous frame (IMoS, Ghosh et al. 2023, eq. 9, where it is
+/// E_r; read as a sum of squared norms, the rotation's on SO(3)).
 ///
 ///   E_t = |log(R_prev^T R)|^2 + |T - T_prev|^2 + |P - P_prev|^2
 ///
-/// 51 residuals: log of the rotation since the previous frame (radians, object's frame),
-/// translation (meters, world), finger axis-angles (radians). Parameter blocks: orientation q (4, x
-/// y z w, with RotationManifold), translation T (3), fingers P (45). Weight: lambda_t, on the sum;
-/// residuals are scaled by its square root.
+/// 51 residuals: log of the rotation since the previous frame (radians, object frame), translation
+/// (meters, world), finger axis-angles (radians). Parameter blocks: orientation q (4, x y z w, with
+/// RotationManifold), translation T (3), fingers P (45). Weight: lambda_t, on the sum; residuals
+/// are scaled by its square root.
 class Temporal final : public ceres::SizedCostFunction<51, 4, 3, kHandDofs> {
  public:
   Temporal(const Eigen::Quaterniond& orientation, const Eigen::Vector3d& translation,
@@ -169,7 +168,7 @@ class Temporal final : public ceres::SizedCostFunction<51, 4, 3, kHandDofs> {
     return true;
   }
 
-  /// The energy as the paper writes it, without weight.
+  /// The energy as in the paper, without weight.
   static double Energy(const Eigen::Quaterniond& orientation_prev,
                        const Eigen::Vector3d& translation_prev, const FingerPose& fingers_prev,
                        const Eigen::Quaterniond& orientation, const Eigen::Vector3d& translation,
@@ -185,8 +184,8 @@ class Temporal final : public ceres::SizedCostFunction<51, 4, 3, kHandDofs> {
   double scale_;
 };
 
-/// The fingers' part of E_t alone, for a second hand that holds the same object: 45 residuals,
-/// radians. Parameter block: fingers P (45).
+/// Only the fingers' part of E_t, for a second hand on the same object: 45 residuals, radians.
+/// Parameter block: fingers P (45).
 class FingerTemporal final : public ceres::SizedCostFunction<kHandDofs, kHandDofs> {
  public:
   FingerTemporal(const FingerPose& fingers, double weight)

@@ -19,13 +19,13 @@
 
 namespace holdfast {
 
-/// What penetration and contact have in common: one residual for each of some points x of the skin,
-/// a function of its signed distance d to the object's surface,
+/// Common base of penetration and contact terms: one residual per skin point x, a function of its
+/// signed distance d to the object's surface,
 ///
 ///   r_i = Shape(d(z_i)),   z_i = R^T (x_i(P) - T)
 ///
 /// Parameter blocks: object rotation R (unit quaternion x, y, z, w with RotationManifold), object
-/// translation T (3, meters, the frame of the hand), finger pose P (45, radians).
+/// translation T (3, meters, frame of the hand), finger pose P (45, radians).
 ///
 /// `Shape` is a callable: double distance -> {residual, d residual / d distance}.
 template <typename Shape>
@@ -79,8 +79,8 @@ class SkinDistanceTerm : public ceres::CostFunction {
   }
 
  private:
-  // The grid's distance, interpolated, changes by less than twice what the point moves: where the
-  // shape is flat for all that it can have become it is not asked for.
+  // The interpolated distance of the grid changes by less than twice the displacement of the point.
+  // If the shape is flat over that range, the distance is not queried.
   std::pair<double, double> ShapedAt(std::size_t i, const Eigen::Vector3d& z) const {
     Known& known = known_[i];
     if (known.room > 0.0 && (z - known.at).squaredNorm() < known.room * known.room) return {};
@@ -95,7 +95,7 @@ class SkinDistanceTerm : public ceres::CostFunction {
   }
   struct Known {
     Eigen::Vector3d at;
-    double room = 0.0;  // around it the residual and its slope are zero
+    double room = 0.0;  // radius within which residual and slope are zero
   };
 
   HandEvaluation& hand_;
@@ -105,8 +105,8 @@ class SkinDistanceTerm : public ceres::CostFunction {
   mutable std::vector<Known> known_{points_.size()};
 };
 
-/// r = w max(0, clearance - d): skin below the surface by more than -clearance is pushed out.
-/// A negative clearance is what soft tissue may give.
+/// r = w max(0, clearance - d): pushes out skin that is deeper than -clearance. A negative
+/// clearance is the compression that soft tissue allows.
 struct PenetrationShape {
   double weight = 1.0;     ///< per meter
   double clearance = 0.0;  ///< meters
@@ -118,18 +118,18 @@ struct PenetrationShape {
   }
 };
 
-/// Hand in object, as a residual block of its own: E = sum_i w^2 max(0, clearance - d_i)^2 over
-/// points of the skin. For grasps, where the points are few.
+/// Hand in object as a separate residual block: E = sum_i w^2 max(0, clearance - d_i)^2 over skin
+/// points. For grasps, where the points are few.
 using PenetrationTerm = SkinDistanceTerm<PenetrationShape>;
 
-/// Hand in object, for the fit: the same energy over all skin points (vertices and middles of
-/// edges, so that nothing thicker than about 3 mm passes between them),
+/// Hand in object, for the fit: the same energy over all skin points (vertices and edge midpoints,
+/// so that nothing thicker than about 3 mm passes between them),
 ///
 ///   E_p = sum_i max(0, -d(z_i) - give)^2,   m^2
 ///
-/// d the object's signed distance (negative inside) at skin point z_i in the object's frame, give
-/// the depth that soft tissue takes. One row for each point that is deeper. Weight: lambda_p, on
-/// the sum; not part of the paper's energy.
+/// d: the object's signed distance (negative inside) at skin point z_i in the object frame; give:
+/// depth that soft tissue allows. One row per point that is deeper. Weight: lambda_p, on the sum;
+/// not part of the paper's energy.
 class Penetration final : public SkinTerm {
  public:
   /// `landmarks` and `object` must outlive the term.
@@ -139,12 +139,13 @@ class Penetration final : public SkinTerm {
     for (const SkinPoint& point : landmarks.Skin()) watched_.push_back({point, 0.0});
   }
 
-  /// Keeps the points near the surface. Does nothing while the hand has hardly moved on the object
-  /// since the last call.
+  /// Keeps the points near the surface. Does nothing while the hand has hardly moved relative to
+  /// the object since the last call.
   bool Watch(const Eigen::Matrix3Xd& z) override {
-    constexpr double kMargin = 0.002;    // of movement before points are chosen anew
+    constexpr double kMargin = 0.002;    // displacement that triggers a new selection
     constexpr double kReach = 0.006;     // of one frame's solve, from anywhere within the margin
-    constexpr double kHalfEdge = 0.004;  // an edge's middle is nearer than its ends by this at most
+    constexpr double kHalfEdge = 0.004;  // maximum by which an edge midpoint is nearer than its
+                                         // ends
     if (watched_at_.cols() == z.cols() &&
         (watched_at_ - z).colwise().squaredNorm().maxCoeff() < kMargin * kMargin) {
       return false;
@@ -167,7 +168,7 @@ class Penetration final : public SkinTerm {
     const bool chosen = watched_at_.cols() == z.cols();
     for (const Watched& watched : watched_) {
       const SkinPoint& point = watched.point;
-      // The grid's distance, interpolated, changes by less than twice what the point moves.
+      // The interpolated distance of the grid changes by less than twice the point's displacement.
       const double room = 0.5 * (watched.distance - shape_.clearance);
       if (chosen && room > 0.0 &&
           (At(z, point) - At(watched_at_, point)).squaredNorm() < room * room) {
@@ -193,7 +194,7 @@ class Penetration final : public SkinTerm {
  private:
   struct Watched {
     SkinPoint point;
-    double distance;  // where the hand was at watched_at_
+    double distance;  // at watched_at_
   };
   static Eigen::Vector3d At(const Eigen::Matrix3Xd& z, const SkinPoint& point) {
     return 0.5 * (z.col(point.a) + z.col(point.b));
@@ -207,22 +208,21 @@ class Penetration final : public SkinTerm {
   Eigen::Matrix3Xd watched_at_;
 };
 
-/// A place o of the object's surface that is in the hand, and the skin over it: a place of one
-/// triangle.
+/// A surface point o of the object inside the hand, and the skin over it: a point of one triangle.
 struct Intrusion {
-  Eigen::Vector3d point;       ///< o, object's frame, meters
+  Eigen::Vector3d point;       ///< o, object frame, meters
   std::array<int, 3> corners;  ///< vertices of the triangle
-  Eigen::Vector3d shares;      ///< of the corners in its place, sum 1
-  Eigen::Vector3d outward;     ///< unit, from o to there, frame of the hand
+  Eigen::Vector3d shares;      ///< barycentric coordinates of the skin point, sum 1
+  Eigen::Vector3d outward;     ///< unit, from o to the skin point, hand frame
 };
 
-/// Edges and thin walls of the object that lie in the hand without a point of the skin inside them
-/// (as ObjectInHand, for a few iterations around one pose): the skin goes back over each,
+/// Edges and thin walls of the object inside the hand without a skin point inside them (like
+/// ObjectInHand, for a few iterations around one pose). The skin is moved back over each,
 ///
 ///   r_j = w max(0, n_j . (s_j(P) - R o_j - T)),   s_j = sum_k shares_jk x_k(P)
 ///
 /// Parameter blocks: object rotation R (unit quaternion x, y, z, w with RotationManifold), object
-/// translation T (3, meters, the frame of the hand), finger pose P (45, radians).
+/// translation T (3, meters, frame of the hand), finger pose P (45, radians).
 class IntrusionTerm final : public ceres::CostFunction {
  public:
   /// `hand` must outlive the term. `weight` is per meter.

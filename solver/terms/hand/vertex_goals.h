@@ -15,15 +15,15 @@
 
 namespace holdfast {
 
-/// A hand that is to be where another hand, or another object, had it.
+/// Target positions for hand vertices, from another hand or another object.
 ///
 ///   E = sum_i w_i |z_i - x_i|^2
 ///
-/// Residuals z_i - x_i, meters, in the object's frame, three for each vertex; x_i is the vertex's
-/// goal and w_i (no unit) what it counts. Never returns false. Weight: on the sum.
+/// Residuals z_i - x_i, meters, object frame, three per vertex; x_i is the vertex's target and w_i
+/// (unitless) its weight. Never returns false. Weight: on the sum.
 class VertexGoals final : public VertexTerm {
  public:
-  /// `goals` (3 x N) in the object's frame, `weights` (N), zero for vertices without a goal.
+  /// `goals` (3 x N): object frame; `weights` (N): zero for vertices without a target.
   VertexGoals(Eigen::Matrix3Xd goals, Eigen::VectorXd weights, double weight)
       : goals_(std::move(goals)), weights_(std::move(weights)), weight_(weight) {}
 
@@ -48,7 +48,7 @@ class VertexGoals final : public VertexTerm {
   double weight_;
 };
 
-/// r = w (d - target): points of a pad are drawn onto the surface from either side.
+/// r = w (d - target): attracts points of a pad to the surface from either side.
 struct GraspContactShape {
   double weight = 1.0;  ///< per meter
   double target = 0.0;  ///< meters; slightly negative presses the pad's soft tissue
@@ -58,23 +58,23 @@ struct GraspContactShape {
   }
 };
 
-/// Pads on the surface: E = sum_i w^2 (d_i - target)^2 over the points chosen to touch.
+/// Pads on the surface: E = sum_i w^2 (d_i - target)^2 over the points selected to touch.
 using GraspContactTerm = SkinDistanceTerm<GraspContactShape>;
 
-/// E_s: contacts travel along the surface, not off it. In place of E_d and E_c for objects that are
-/// turned or squeezed in the fingers. Over the hand vertices that touched when the hand took hold,
+/// E_s: contacts slide along the surface, not off it. Replaces E_d and E_c for objects that are
+/// turned or squeezed in the fingers. Over the hand vertices in contact at the start of the hold,
 ///
 ///   E_s = sum_i (d(z_i) - d_i0)^2 + share |(I - n_i n_i^T)(z_i - y_i)|^2,   m^2
 ///
-/// d the object's signed distance, d_i0 that of the vertex when the hand took hold, y_i where the
-/// vertex was on the object in the last solved frame and n_i the surface's normal there. The second
-/// part is a weak drag: among all ways along the surface the shortest is taken, and an object that
-/// is free in the fingers goes with them. It needs no friction model and knows no forces.
-/// Weight: lambda_s, on the sum; not part of the paper's energy.
+/// d: the object's signed distance; d_i0: that of the vertex at the start of the hold; y_i:
+/// position of the vertex on the object in the last solved frame; n_i: surface normal there. The
+/// second part is a weak drag: it selects the shortest of all motions along the surface, and an
+/// object that is free in the fingers moves with them. No friction model and no forces are
+/// involved. Weight: lambda_s, on the sum; not part of the paper's energy.
 class Slip final : public VertexTerm {
  public:
-  /// `z` (3 x N, object's frame, meters) is the hand as it takes hold; its vertices touch that are
-  /// no farther than `touch_m` beyond the nearest one. `object` must outlive the term.
+  /// `z` (3 x N, object frame, meters): the hand at the start of the hold. Contacts are the
+  /// vertices at most `touch_m` farther than the nearest one. `object` must outlive the term.
   Slip(const DistanceGrid& object, const Eigen::Matrix3Xd& z, double touch_m, double weight,
        double drag_share)
       : object_(object), weight_(weight), drag_(drag_share) {
@@ -91,12 +91,12 @@ class Slip final : public VertexTerm {
     MoveTo(z);
   }
 
-  /// Where a contact was on the object: y_i and n_i.
+  /// Position y_i and normal n_i of a contact on the object.
   struct Mark {
     Eigen::Vector3d at, normal;
   };
 
-  /// The marks that a hand at `z` leaves, one for each contact.
+  /// Marks of a hand at `z`, one per contact.
   std::vector<Mark> MarksOf(const Eigen::Matrix3Xd& z) const {
     std::vector<Mark> marks;
     for (const Contact& contact : contacts_) {
@@ -107,9 +107,9 @@ class Slip final : public VertexTerm {
     }
     return marks;
   }
-  /// Drag from here on is towards these.
+  /// Sets the drag targets from here on.
   void SetMarks(std::vector<Mark> marks) { marks_ = std::move(marks); }
-  /// The frame is solved: drag from here on is towards where the vertices are now.
+  /// Call when the frame is solved: sets the drag targets to the current vertices.
   void MoveTo(const Eigen::Matrix3Xd& z) { SetMarks(MarksOf(z)); }
 
   double Add(const Eigen::Matrix3Xd& z, std::span<VertexQuadratic> quadratics) const override {
@@ -131,7 +131,7 @@ class Slip final : public VertexTerm {
     return energy;
   }
 
-  int NumContacts() const { return static_cast<int>(contacts_.size()); }  ///< vertices that touched
+  int NumContacts() const { return static_cast<int>(contacts_.size()); }  ///< vertices in contact
 
  private:
   struct Contact {
@@ -144,7 +144,7 @@ class Slip final : public VertexTerm {
   const DistanceGrid& object_;
   double weight_, drag_;
   std::vector<Contact> contacts_;
-  std::vector<Mark> marks_;  // one for each contact
+  std::vector<Mark> marks_;  // one per contact
 };
 
 }  // namespace holdfast

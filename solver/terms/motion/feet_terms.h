@@ -11,12 +11,12 @@
 
 namespace holdfast {
 
-/// Not both feet leave the floor: of all foot joints the lowest stays low.
+/// Penalizes both feet leaving the floor: the lowest foot joint must stay low.
 ///
 ///   r = sqrt(w) max(0, min_k (q_k,z - rest_k) - allowed),   one residual, meters
 ///
 /// Parameter blocks: positions q_k of the foot joints of one frame (3 each, world, meters);
-/// `resting` their heights with the soles on the floor.
+/// `resting`: their heights with the soles on the floor.
 class Airborne final : public ceres::CostFunction {
  public:
   Airborne(std::vector<double> resting_m, double allowed_m, double weight)
@@ -52,7 +52,7 @@ class Airborne final : public ceres::CostFunction {
   double allowed_, scale_;
 };
 
-/// A joint does not sink below the height that it has when its foot stands on the floor.
+/// Keeps a joint from sinking below its height with the foot on the floor.
 ///
 ///   r = sqrt(w) max(0, lowest - q_z),   one residual, meters
 ///
@@ -76,19 +76,19 @@ class FloorContact final : public ceres::SizedCostFunction<1, 3> {
   double lowest_, scale_;
 };
 
-/// A foot on the floor stays where it is.
+/// Foot skate: a foot on the floor must not slide.
 ///
 ///   r = sqrt(w) S (q' - q),   S = diag(1, 1),   2 residuals, meters per frame
 ///
-/// Parameter blocks: positions of a foot's joint in one frame and the next (3 each, world, meters).
-/// Contact-aware by the weight: w c with c = PlantedShare(height of the joint above where it is
-/// with the sole on the floor), found anew as the motion changes and constant in between. A robust
-/// loss lets a foot swing past the floor.
+/// Parameter blocks: positions of a foot joint in two successive frames (3 each, world, meters).
+/// Contact-aware by the weight w c with c = PlantedShare(height of the joint above its height with
+/// the sole on the floor), updated as the motion changes and constant in between. A robust loss
+/// lets a foot swing past the floor.
 class FootSkate final : public ceres::SizedCostFunction<2, 3, 3> {
  public:
   explicit FootSkate(double weight) : scale_(std::sqrt(weight)) {}
 
-  /// 1 up to 2 cm, 0 from 6 cm on, smooth in between.
+  /// 1 up to 2 cm, 0 from 6 cm, smooth in between.
   static double PlantedShare(double height_m) {
     constexpr double kPlanted = 0.02, kLifted = 0.06;
     const double u = (height_m - kPlanted) / (kLifted - kPlanted);
@@ -113,7 +113,7 @@ class FootSkate final : public ceres::SizedCostFunction<2, 3, 3> {
   double scale_;
 };
 
-/// Who walks does so on legs that are nearly straight: the pelvis stays above some height.
+/// Minimum pelvis height, since people walk on nearly straight legs.
 ///
 ///   r = sqrt(w) max(0, lowest - q_z),   one residual, meters
 ///

@@ -11,7 +11,7 @@
 
 namespace holdfast {
 
-/// The forearm points where the hand is to come from.
+/// Direction of the forearm, for the approach of the hand.
 ///
 ///   r = sqrt(w) ((q_wrist - q_elbow) / |q_wrist - q_elbow| - a),   3 residuals
 ///
@@ -44,18 +44,18 @@ class ApproachDirection final : public ceres::SizedCostFunction<3, 3, 3> {
   double scale_;
 };
 
-/// A joint comes to a place at some time of a window: the soft minimum of its distance over n
+/// A joint reaches a target at some time within a window: soft minimum of its distance over n
 /// frames,
 ///
 ///   s^2 = -tau^2 log( sum_t exp(-|q_t - G|^2 / tau^2) / n ),   r = sqrt(w) s
 ///
-/// One residual, meters; never less than the least distance, and near it for small tau. The
-/// gradient of s^2 / 2 is sum_t p_t (q_t - G) with p = softmax(-|q_t - G|^2 / tau^2): frames share
-/// it by how close they are. Parameter blocks: the joint's positions q_t (n times 3, world,
-/// meters). Leaves the time of arrival open.
+/// One residual, meters; never less than the minimum distance, and close to it for small tau. The
+/// gradient of s^2 / 2 is sum_t p_t (q_t - G) with p = softmax(-|q_t - G|^2 / tau^2): frames are
+/// weighted by their proximity. Parameter blocks: the joint's positions q_t (n times 3, world,
+/// meters). The time of arrival is free.
 class FirstArrival final : public ceres::CostFunction {
  public:
-  /// `tau_m` as a distance, meters.
+  /// `tau_m`: tau as a distance, meters.
   FirstArrival(const Eigen::Vector3d& goal, int num_frames, double tau_m, double weight)
       : goal_(goal), tau_(tau_m), scale_(std::sqrt(weight)) {
     set_num_residuals(1);
@@ -91,7 +91,7 @@ class FirstArrival final : public ceres::CostFunction {
   double tau_, scale_;
 };
 
-/// A joint is at a place.
+/// Target position of a joint.
 ///
 ///   r = sqrt(w) (q - G),   3 residuals, meters
 ///
@@ -117,12 +117,12 @@ class JointGoal final : public ceres::SizedCostFunction<3, 3> {
   double scale_;
 };
 
-/// Who reaches stands near: the pelvis is within an arm's reach of the goal, as seen from above.
+/// Penalizes a horizontal pelvis-to-goal distance beyond arm's reach.
 ///
 ///   r = sqrt(w) max(0, |S (q - G)| - farthest),   S = diag(1, 1, 0),   one residual, meters
 ///
-/// Parameter block: the pelvis (3, world, meters). Without it a body that came to a halt too early
-/// bends over what it lacks.
+/// Parameter block: the pelvis (3, world, meters). Without this term, a body that stopped too early
+/// bends to cover the remaining distance.
 class StandNear final : public ceres::SizedCostFunction<1, 3> {
  public:
   StandNear(const Eigen::Vector3d& goal, double farthest_m, double weight)
@@ -145,12 +145,12 @@ class StandNear final : public ceres::SizedCostFunction<1, 3> {
   double farthest_, scale_;
 };
 
-/// The face is turned to a place.
+/// Turns the face to a target.
 ///
 ///   r = sqrt(w) (A e_z - g),   g = (G - q) / |G - q|,   3 residuals, about radians
 ///
-/// Parameter blocks: the head's rotation A to the world (9, row by row; SMPL-X faces look along its
-/// z), the head's position q (3, world, meters).
+/// Parameter blocks: the head's rotation A to the world (9, row-major; SMPL-X faces look along z),
+/// the head's position q (3, world, meters).
 class LookAt final : public ceres::SizedCostFunction<3, 9, 3> {
  public:
   LookAt(const Eigen::Vector3d& goal, double weight) : goal_(goal), scale_(std::sqrt(weight)) {}
@@ -179,12 +179,12 @@ class LookAt final : public ceres::SizedCostFunction<3, 9, 3> {
   double scale_;
 };
 
-/// Who walks faces where the way goes.
+/// Heading along the path while walking.
 ///
 ///   r = sqrt(w) atan2(h x d, h . d),   h = S A e_z,   S = diag(1, 1, 0),   one residual, radians
 ///
-/// Parameter block: the pelvis' rotation to the world (9, row by row; SMPL-X faces along its z); d
-/// is the direction of the way. Returns false for a pelvis that faces straight up or down.
+/// Parameter block: the pelvis' rotation to the world (9, row-major; SMPL-X faces along z); d is
+/// the direction of the path. Returns false for a pelvis that faces straight up or down.
 class HeadingAlong final : public ceres::SizedCostFunction<1, 9> {
  public:
   HeadingAlong(const Eigen::Vector2d& direction, double weight)
@@ -208,14 +208,14 @@ class HeadingAlong final : public ceres::SizedCostFunction<1, 9> {
   double scale_;
 };
 
-/// Nobody is asked to spin.
+/// Limits the turning rate of the pelvis.
 ///
 ///   r = sqrt(w) max(0, |a| / dt - fastest),   one residual, rad/s
 ///   a = atan2(h x h', h . h'),   h = S A e_z,   S = diag(1, 1, 0)
 ///
-/// Parameter blocks: the pelvis' rotation to the world in one frame and a later one (9 each, row by
-/// row; SMPL-X faces along its z); dt between them, seconds. Returns false for a pelvis that faces
-/// straight up or down.
+/// Parameter blocks: the pelvis' rotation to the world in one frame and a later one (9 each,
+/// row-major; SMPL-X faces along z); dt: time between them, seconds. Returns false for a pelvis
+/// that faces straight up or down.
 class HeadingTurn final : public ceres::SizedCostFunction<1, 9, 9> {
  public:
   HeadingTurn(double fastest_rad_s, double dt_s, double weight)

@@ -14,14 +14,14 @@
 
 namespace holdfast {
 
-/// A person who stands does not tip over: the middle of the body's mass is over the feet.
+/// Static balance: the center of mass of a standing body stays above the feet.
 ///
 ///   r = sqrt(w) max(0, |S (c - m)| - allowed),   S = diag(1, 1, 0),   one residual, meters
 ///
-/// c = sum_k mu_k q_k over kMasses (shares of an adult's mass, de Leva 1996, gathered at joints), m
-/// the mean of kFeet. Parameter blocks: positions of the joints of kMasses, then of kFeet, in one
-/// frame (3 each, world, meters). For frames in which the pelvis hardly moves: who walks falls from
-/// step to step.
+/// c = sum_k mu_k q_k over kMasses (fractions of an adult's mass, de Leva 1996, assigned to
+/// joints), m: mean of kFeet. Parameter blocks: positions of the joints of kMasses, then of kFeet,
+/// in one frame (3 each, world, meters). For frames in which the pelvis hardly moves: walking is
+/// not statically balanced.
 class StandingBalance final : public ceres::CostFunction {
  public:
   static constexpr std::array<std::pair<int, double>, 9> kMasses = {{{0, 0.14},  // pelvis
@@ -65,12 +65,12 @@ class StandingBalance final : public ceres::CostFunction {
   double allowed_, scale_;
 };
 
-/// Who walks holds the trunk upright.
+/// Keeps the trunk upright while walking.
 ///
 ///   r = sqrt(w) max(0, |S (n - q)| - farthest),   S = diag(1, 1, 0),   one residual, meters
 ///
-/// Parameter blocks: pelvis q and neck n (3 each, world, meters). A trunk is half a meter long:
-/// five centimeters are six degrees.
+/// Parameter blocks: pelvis q and neck n (3 each, world, meters). The trunk is half a meter long,
+/// so 5 cm are 6 degrees.
 class UprightTrunk final : public ceres::SizedCostFunction<1, 3, 3> {
  public:
   UprightTrunk(double farthest_m, double weight)
@@ -94,11 +94,11 @@ class UprightTrunk final : public ceres::SizedCostFunction<1, 3, 3> {
   double farthest_, scale_;
 };
 
-/// A joint turns no farther than captured bodies turn it.
+/// Joint limit taken from captured bodies.
 ///
 ///   r = sqrt(w) max(0, angle(R) - limit),   cos(angle) = (tr R - 1) / 2,   one residual, radians
 ///
-/// Parameter block: the joint's rotation R relative to its parent (9, row by row).
+/// Parameter block: the joint's rotation R relative to its parent (9, row-major).
 class RotationRange final : public ceres::SizedCostFunction<1, 9> {
  public:
   RotationRange(double limit_rad, double weight) : limit_(limit_rad), scale_(std::sqrt(weight)) {}
@@ -122,13 +122,13 @@ class RotationRange final : public ceres::SizedCostFunction<1, 9> {
   double limit_, scale_;
 };
 
-/// Latents stay near the sample that they come from.
+/// Prior that keeps latents near their initial sample.
 ///
 ///   r = sqrt(lambda) (z - z_0),   n residuals
 ///
-/// Parameter block: latents z (n), of one step or of all. With z_0 a sample of N(0, I) the result
-/// stays at the radius where samples are; with z_0 = 0 this is the paper's prior, and draws motions
-/// towards the mean one.
+/// Parameter block: latents z (n), of one step or of all. With z_0 a sample of N(0, I), the result
+/// stays at the typical radius of samples; with z_0 = 0 this is the paper's prior, which biases
+/// motions towards the mean.
 class LatentPrior final : public ceres::CostFunction {
  public:
   LatentPrior(Eigen::VectorXd center, double weight)
@@ -153,12 +153,11 @@ class LatentPrior final : public ceres::CostFunction {
   double scale_;
 };
 
-/// A joint's motion is smooth.
+/// Smoothness of a joint's motion.
 ///
 ///   r = sqrt(w) (q_0 - 2 q_1 + q_2) / dt^2,   3 residuals, m/s^2
 ///
-/// Parameter blocks: the joint's positions in three frames that follow each other (3 each, world,
-/// meters).
+/// Parameter blocks: the joint's positions in three successive frames (3 each, world, meters).
 class JointAcceleration final : public ceres::SizedCostFunction<3, 3, 3, 3> {
  public:
   JointAcceleration(double dt_s, double weight) : scale_(std::sqrt(weight) / (dt_s * dt_s)) {}
@@ -181,12 +180,12 @@ class JointAcceleration final : public ceres::SizedCostFunction<3, 3, 3, 3> {
   double scale_;
 };
 
-/// A joint keeps out of a solid.
+/// Keeps a joint outside a solid.
 ///
 ///   r = sqrt(w) max(0, clearance - phi(q)),   one residual, meters
 ///
 /// phi: signed distance to the solid, positive outside. Parameter block: the joint's position q (3,
-/// world, meters). `clearance_m` is how thick the body is about the joint. `solid` must outlive it.
+/// world, meters). `clearance_m`: thickness of the body around the joint. `solid` must outlive it.
 class Obstacle final : public ceres::SizedCostFunction<1, 3> {
  public:
   Obstacle(const DistanceGrid& solid, double clearance_m, double weight)
@@ -209,13 +208,13 @@ class Obstacle final : public ceres::SizedCostFunction<1, 3> {
   double clearance_, scale_;
 };
 
-/// Steps take the time that they are to take: a step later the feet have changed places.
+/// Step-period prior: one step later, the feet have swapped places.
 ///
 ///   r = sqrt(w) d . ((a - b) + (a' - b')),   one residual, meters
 ///
-/// Parameter blocks: the ankles a and b in one frame, and a' and b' one step later (3 each, world,
-/// meters); d is the direction of the way, of unit length. Shorter and quicker steps at the same
-/// speed have feet out of turn there.
+/// Parameter blocks: ankles a and b in one frame, and a' and b' one step later (3 each, world,
+/// meters); d: unit direction of the path. Shorter, quicker steps at the same speed are out of
+/// phase there.
 class Cadence final : public ceres::SizedCostFunction<1, 3, 3, 3, 3> {
  public:
   Cadence(const Eigen::Vector2d& direction, double weight)
@@ -240,11 +239,11 @@ class Cadence final : public ceres::SizedCostFunction<1, 3, 3, 3, 3> {
   Eigen::Vector3d along_;
 };
 
-/// The pelvis is on its way: near where a walk at an even pace would have it.
+/// Keeps the pelvis near its position in a walk at constant speed.
 ///
 ///   r = sqrt(w) S (q - reference),   2 residuals, meters
 ///
-/// Parameter block: the pelvis (3, world, meters). Keeps progress spread over the time, so that a
+/// Parameter block: the pelvis (3, world, meters). Distributes progress over time, so that the
 /// motion does not stand first and rush later.
 class PelvisPath final : public ceres::SizedCostFunction<2, 3> {
  public:
@@ -266,12 +265,13 @@ class PelvisPath final : public ceres::SizedCostFunction<2, 3> {
   double scale_;
 };
 
-/// Nobody is asked to run.
+/// Limits the horizontal speed of the pelvis.
 ///
 ///   r = sqrt(w) max(0, |S (q' - q)| / dt - fastest),   S = diag(1, 1, 0),   one residual, m/s
 ///
-/// Parameter blocks: pelvis in one frame and a later one (3 each, world, meters); dt between them,
-/// seconds. Steps make the pelvis' speed waver: a third of a second apart is a fair measure.
+/// Parameter blocks: pelvis in one frame and a later one (3 each, world, meters); dt: time between
+/// them, seconds. Steps make the pelvis speed oscillate; an interval of 1/3 s gives a fair
+/// estimate.
 class PelvisSpeed final : public ceres::SizedCostFunction<1, 3, 3> {
  public:
   PelvisSpeed(double fastest_m_s, double dt_s, double weight)

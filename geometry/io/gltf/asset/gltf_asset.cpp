@@ -28,7 +28,7 @@ constexpr std::int64_t kMaxInteger = std::int64_t{1} << 53;
 constexpr std::string_view kExportAgain =
     "Export the file again (the Khronos validator tells more)";
 
-// One entry of a list of the file, with checked access to its fields.
+// One entry of a list in the file, with checked access to its fields.
 class Entry {
  public:
   Entry(const json& value, const std::string& file, std::string place)
@@ -46,7 +46,7 @@ class Entry {
     return found == value_->end() || found->is_null() ? nullptr : &*found;
   }
 
-  // A whole number in [0, limit); `fallback` where the file has none.
+  // Whole number in [0, limit); `fallback` if the file has none.
   std::int64_t Integer(const char* key, std::int64_t fallback, std::int64_t limit) const {
     const json* found = Find(key);
     if (found == nullptr) return fallback;
@@ -62,7 +62,7 @@ class Entry {
     if (number.is_number_unsigned()) {
       const auto raw = number.get<std::uint64_t>();
       if (raw < static_cast<std::uint64_t>(kMaxInteger)) value = static_cast<std::int64_t>(raw);
-    } else if (number.is_number_float()) {  // "3.0" of careless writers
+    } else if (number.is_number_float()) {  // "3.0" from careless writers
       const auto raw = number.get<double>();
       if (raw >= 0 && raw < static_cast<double>(kMaxInteger) && raw == std::floor(raw)) {
         value = static_cast<std::int64_t>(raw);
@@ -106,7 +106,7 @@ class Entry {
     return found != nullptr && found->is_string() ? found->get<std::string>() : std::string();
   }
 
-  // A list of the file's own, empty where there is none.
+  // A list in the file; empty if there is none.
   const json& List(const char* key) const {
     static const json kEmpty = json::array();
     const json* found = Find(key);
@@ -133,14 +133,14 @@ class Entry {
   std::string place_;
 };
 
-// As scale, rotation and translation; a mirror goes into the scale of x.
+// Splits a matrix into scale, rotation and translation; a reflection goes into the scale of x.
 void TakeMatrix(const Eigen::Matrix4d& matrix, GltfNode& node) {
   Eigen::Matrix3d linear = matrix.topLeftCorner<3, 3>();
   node.translation = matrix.topRightCorner<3, 1>();
   node.scale = linear.colwise().norm();
   if (linear.determinant() < 0) node.scale.x() = -node.scale.x();
   for (int c = 0; c < 3; ++c) {
-    if (std::abs(node.scale[c]) < 1e-12) return;  // flat: shown as nothing
+    if (std::abs(node.scale[c]) < 1e-12) return;  // flat: invisible
     linear.col(c) /= node.scale[c];
   }
   node.rotation = Eigen::Quaterniond(linear).normalized();
@@ -259,7 +259,7 @@ class GltfParser {
       std::string where = fmt::format("{}[buffers][{}]", asset_.where_, index);
       GltfAsset::Buffer buffer;
       if (uri == nullptr) {
-        // The chunk of a .glb, or a placeholder that a compressed buffer decodes into.
+        // The chunk of a .glb, or a placeholder that a compressed buffer is decoded into.
         if (index == 0 && has_chunk) {
           buffer.source = GltfAsset::Buffer::kChunk;
         } else {
@@ -348,7 +348,7 @@ class GltfParser {
     asset_.images.push_back(std::move(image));
   }
 
-  // One without a source is in a format of an extension.
+  // A texture without a source is in a format of an extension.
   void Texture(const Entry& entry) {
     image_of_texture_.push_back(static_cast<int>(entry.Integer("source", -1, Size(asset_.images))));
   }
@@ -447,7 +447,7 @@ class GltfParser {
     }
   }
 
-  // Whatever no root reaches goes round in a circle.
+  // Nodes that no root reaches form a cycle.
   void Order() {
     std::vector<int>& order = asset_.order;
     order.reserve(asset_.nodes.size());
@@ -517,7 +517,7 @@ class GltfParser {
 
   GltfAsset& asset_;
   const std::filesystem::path& folder_;
-  std::vector<int> image_of_texture_;  // -1: none that is read
+  std::vector<int> image_of_texture_;  // -1: no readable image
 };
 
 GltfAsset GltfAsset::Read(const std::filesystem::path& path) {

@@ -13,9 +13,9 @@
 
 namespace holdfast {
 
-/// A node as the file poses it, relative to its parent.
+/// A node in the pose of the file, relative to its parent.
 struct GltfNode {
-  std::string name;  ///< empty where the file gives none
+  std::string name;  ///< empty if the file has none
   int parent = -1;
   std::vector<int> children;
   Eigen::Vector3d translation = Eigen::Vector3d::Zero();
@@ -27,7 +27,7 @@ struct GltfNode {
 
 struct GltfBufferView {
   int buffer = 0;
-  std::size_t offset = 0, bytes = 0, stride = 0;  ///< stride 0: elements lie side by side
+  std::size_t offset = 0, bytes = 0, stride = 0;  ///< stride 0: elements are contiguous
   bool compressed = false;                        ///< EXT_meshopt_compression
 };
 
@@ -37,7 +37,7 @@ struct GltfAccessor {
   int component = 0;  ///< 5120 int8, 5121 uint8, 5122 int16, 5123 uint16, 5125 uint32, 5126 float
   int rows = 1;       ///< numbers per element: 1 SCALAR, 2 to 4 VEC, 16 MAT4, ...
   bool normalized = false;
-  std::size_t sparse_count = 0;  ///< elements that are given apart
+  std::size_t sparse_count = 0;  ///< elements that are stored separately
   int sparse_index_view = -1, sparse_index_component = 0, sparse_value_view = -1;
   std::size_t sparse_index_offset = 0, sparse_value_offset = 0;
 };
@@ -51,7 +51,7 @@ struct GltfSkin {
 enum class GltfPath { kTranslation, kRotation, kScale };
 enum class GltfInterpolation { kLinear, kStep, kCubicSpline };
 
-/// What moves one property of one node.
+/// Animation of one property of one node.
 struct GltfChannel {
   int node;
   GltfPath path;
@@ -61,17 +61,17 @@ struct GltfChannel {
 
 struct GltfAnimation {
   std::string name;
-  std::vector<GltfChannel> channels;  ///< of nodes; morph weights and pointers are left out
+  std::vector<GltfChannel> channels;  ///< of nodes; morph weights and pointers are ignored
 };
 
 struct GltfPrimitive {
   int positions = -1, indices = -1, normals = -1;  ///< accessors
-  int uv = -1;                                     ///< accessor, of the set that the material asks
+  int uv = -1;                                     ///< accessor of the set that the material uses
   int material = -1;
   int mode = 4;  ///< 4: triangles
 };
 
-/// Colors as factors: an image multiplies them.
+/// Colors are factors: an image multiplies them.
 struct GltfMaterial {
   std::string name;
   Eigen::Vector4d color = Eigen::Vector4d::Ones();  ///< linear red, green, blue, and opacity
@@ -80,10 +80,10 @@ struct GltfMaterial {
   int uv_set = 0;
 };
 
-/// Where an image's bytes are.
+/// Location of an image's bytes.
 struct GltfImage {
   int view = -1;
-  std::string uri;  ///< else here
+  std::string uri;  ///< used without a view
 };
 
 struct GltfMesh {
@@ -91,28 +91,28 @@ struct GltfMesh {
   std::vector<GltfPrimitive> primitives;
 };
 
-/// What Holdfast's own files say about their clip in `asset.extras`; empty in all others.
+/// What Holdfast's own files state about their clip in `asset.extras`; empty for other files.
 struct GltfProvenance {
-  double frame_rate = 0;  ///< Hz, 0 when not told
+  double frame_rate = 0;  ///< Hz, 0 if not stated
   Eigen::VectorXd betas;
   std::string gender, body_model;
 };
 
-/// The parts of a glTF 2.0 file that move a body, and what a thing in its hands looks like: nodes,
-/// skins, animations, materials of one color or image, and the numbers behind them. Cameras and
-/// lights are never looked at. All indices are in range and nodes form trees; accessors are checked
-/// against their buffers when they are used (GltfNumbers). No memory is taken for what a file only
-/// promises.
+/// The parts of a glTF 2.0 file that move a body and show an object in its hands: nodes, skins,
+/// animations, materials of one color or image, and the numbers behind them. Cameras and lights are
+/// ignored. All indices are in range and nodes form trees; accessors are checked against their
+/// buffers when they are used (GltfNumbers). No memory is allocated for data that a file only
+/// announces.
 class GltfAsset {
  public:
-  /// Reads a file (plain or gzip'd). Throws Error.
+  /// Reads a file (plain or gzipped). Throws Error.
   static GltfAsset Read(const std::filesystem::path& path);
-  /// The same for a file's bytes; buffers with a file name are looked for in `folder`.
+  /// Same for a file's bytes; buffers with a file name are searched in `folder`.
   static GltfAsset Parse(std::string bytes, const std::string& where,
                          const std::filesystem::path& folder);
 
   const std::string& Where() const { return where_; }
-  /// Size of the file and the buffers beside it.
+  /// Size of the file and its separate buffers.
   std::size_t NumBytes() const { return num_bytes_; }
 
   std::vector<GltfNode> nodes;
@@ -126,13 +126,13 @@ class GltfAsset {
   std::vector<GltfAccessor> accessors;
   std::vector<GltfBufferView> views;
   GltfProvenance provenance;
-  std::map<std::string, int> humanoid;  ///< bone to node, as VRM's extension tells; else empty
+  std::map<std::string, int> humanoid;  ///< bone to node by VRM's extension; else empty
 
   const GltfNode& NodeAt(int node) const { return nodes[static_cast<std::size_t>(node)]; }
   std::string_view BufferBytes(int buffer) const;
-  /// The file of an image, as it is. Throws Error for one that is not there or lies elsewhere.
+  /// Returns an image file unchanged. Throws Error if it is missing or outside the folder.
   std::string ImageBytes(int image) const;
-  /// "'hips' (node 3)", for messages.
+  /// Node for messages: "'hips' (node 3)".
   std::string NodeText(int node) const;
 
  private:
@@ -142,22 +142,22 @@ class GltfAsset {
   std::size_t num_bytes_ = 0;
   struct Buffer {
     enum { kMissing, kChunk, kOwn, kSame } source = kMissing;
-    std::string bytes;        // of kOwn
-    std::size_t same_as = 0;  // of kSame
+    std::string bytes;        // for kOwn
+    std::size_t same_as = 0;  // for kSame
   };
   std::string bytes_;                                 // the file
-  std::size_t binary_offset_ = 0, binary_bytes_ = 0;  // of the .glb's chunk within it
+  std::size_t binary_offset_ = 0, binary_bytes_ = 0;  // the .glb's binary chunk in the file
   std::vector<Buffer> buffers_;
 };
 
 /// Numbers of an accessor, decoded one at a time from the buffer.
 class GltfNumbers {
  public:
-  /// Throws Error when the accessor does not have `rows` numbers per element.
+  /// Throws Error unless the accessor has `rows` numbers per element.
   GltfNumbers(const GltfAsset& asset, int accessor, int rows);
 
   std::size_t Count() const { return count_; }
-  /// Number `row` of element `i`; normalized integers as the fractions they stand for.
+  /// Number `row` of element `i`; normalized integers become the fractions they represent.
   double operator()(std::size_t i, int row) const;
 
  private:

@@ -20,7 +20,7 @@ constexpr std::uint32_t kBinaryChunk = 0x004E4942;
 constexpr std::string_view kKeepTogether =
     "Keep the .bin file beside the .gltf under the name it gives, or export a .glb";
 
-// Little-endian, as the format has it on every machine.
+// Little-endian on every machine, as the format requires.
 std::uint32_t Word(std::string_view bytes, std::size_t offset) {
   std::uint32_t word = 0;
   for (std::size_t k = 0; k < 4; ++k) {
@@ -29,7 +29,7 @@ std::uint32_t Word(std::string_view bytes, std::size_t offset) {
   return word;
 }
 
-// The value of a base64 digit, -1 for any other character.
+// Value of a base64 digit; -1 for any other character.
 int Base64Digit(char c) {
   if (c >= 'A' && c <= 'Z') return c - 'A';
   if (c >= 'a' && c <= 'z') return c - 'a' + 26;
@@ -58,7 +58,7 @@ std::string DecodeBase64(std::string_view text, const std::string& where) {
   return bytes;
 }
 
-// "%20" and the like.
+// Decodes "%20" and similar.
 std::string DecodePercent(std::string_view text, const std::string& where) {
   const auto hex = [](char c) {
     if (c >= '0' && c <= '9') return c - '0';
@@ -74,7 +74,7 @@ std::string DecodePercent(std::string_view text, const std::string& where) {
     }
     const int high = i + 2 < text.size() ? hex(text[i + 1]) : -1;
     const int low = high >= 0 ? hex(text[i + 2]) : -1;
-    // A name may well hold a percent sign that means itself.
+    // A name may contain a literal percent sign.
     if (low < 0) {
       plain.push_back('%');
       continue;
@@ -109,7 +109,7 @@ std::filesystem::path InsideFolder(const std::string& name, const std::filesyste
   if (error || !fs::is_regular_file(target, error)) {
     throw Error(where, fmt::format("its file '{}' is not there", name), kKeepTogether);
   }
-  // A link may lead anywhere.
+  // A link may point anywhere.
   const auto [end, rest] = std::mismatch(base.begin(), base.end(), target.begin(), target.end());
   if (end != base.end()) {
     throw Error(where, fmt::format("its file '{}' leads out of the glTF's folder", name),
@@ -191,7 +191,7 @@ std::size_t ComponentBytes(int component) {
   return component >= 5125 ? 4 : component >= 5122 ? 2 : 1;
 }
 
-// `count` elements of `element` bytes, `stride` apart, from `offset` of a view.
+// Locates `count` elements of `element` bytes, `stride` apart, from `offset` of a view.
 const char* Locate(const GltfAsset& asset, int view_index, std::size_t offset, std::size_t count,
                    std::size_t element, std::size_t stride, const std::string& where) {
   const GltfBufferView& view = asset.views[static_cast<std::size_t>(view_index)];
@@ -201,7 +201,7 @@ const char* Locate(const GltfAsset& asset, int view_index, std::size_t offset, s
   }
   const std::string_view bytes = asset.BufferBytes(view.buffer);
   const bool view_fits = view.offset <= bytes.size() && view.bytes <= bytes.size() - view.offset;
-  // Counts come from the file: no product of theirs is formed before it is known to be small.
+  // Counts come from the file: they are not multiplied before they are known to be small.
   const bool fits = view_fits && offset <= view.bytes &&
                     (count == 0 || (element <= view.bytes - offset &&
                                     (count - 1) <= (view.bytes - offset - element) / stride));
@@ -252,7 +252,7 @@ GltfNumbers::GltfNumbers(const GltfAsset& asset, int index, int rows) {
     stride_ = stride > 0 ? stride : element_;
     dense_ = Locate(asset, accessor.view, accessor.offset, count_, element_, stride_, where);
   }
-  // Zeros cost a file nothing, going through them does.
+  // Zeros take no bytes in a file, but reading through them takes time.
   if (accessor.view < 0 && count_ > asset.NumBytes()) {
     throw Error(where, fmt::format("tells of {} elements and holds none", count_), kFetchAgain);
   }
@@ -278,7 +278,7 @@ GltfNumbers::GltfNumbers(const GltfAsset& asset, int index, int rows) {
 }
 
 double GltfNumbers::Decode(const char* at) const {
-  // Normalized integers: the fractions of glTF 2.0, section 3.11.
+  // Normalized integers are fractions by glTF 2.0, section 3.11.
   switch (component_) {
     case 5120: {
       const double value = Load<std::int8_t>(at);
