@@ -6,8 +6,7 @@
 namespace holdfast {
 
 /// Inspects any file that is neither a motion, a mesh nor a body model that Holdfast reads: reports
-/// what the file is and what to do about it. Pickles and torch archives are searched for names,
-/// never loaded. Adds to `inspection`.
+/// what the file is and what to do about it. Adds to `inspection`.
 void InspectOtherFile(Inspection& inspection);
 
 /// Inspects a surface mesh (.obj .ply .stl .off .glb .gltf by content): size, unit, whether it is

@@ -90,7 +90,7 @@ class JobOwner {
   /// Releases the lock. Call it when the work is done and every process can see the result.
   void Unlock(const std::string& key);
 
-  /// Removes files of dead owners on this machine. Must not run while other processes may start.
+  /// Removes files of dead owners. Must not run while other processes may start.
   void RemoveDead();
 
  private:

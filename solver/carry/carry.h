@@ -25,11 +25,6 @@
 #include "solver/handover/handover_search.h"
 #include "solver/handover/holds.h"
 
-/// The complete pipeline: finds the holding hands and the grasp, and fits every frame.
-///
-///   LoadedClip motion = LoadClip("walk.npz");
-///   CarryReport carried = CarryObject(motion.clip, motion.body, PrepareObject(LoadObject("mug")));
-///   WriteClip(carried.clip, "held.npz");
 namespace holdfast {
 
 enum class CarryHands { kAuto, kRight, kLeft, kBoth };
@@ -116,7 +111,11 @@ std::string WhyNewGrasp(const Clip& clip, const LoadedObject& object, const std:
 /// Fits the object to the clip. An object trajectory in the clip is kept as data; without one, a
 /// hand grasps the object in the first frame and holds it. `body` is the clip's (BodyOfClip).
 /// Throws Error for hands that the body lacks, an object that no hand holds, and what GraspPlace,
-/// FindHandovers and FitClip throw.
+/// FindHandovers and FitClip throw. The stages, in order, are in Carrier::Run (carry.cpp).
+///
+///   LoadedClip motion = LoadClip("walk.npz");
+///   CarryReport carried = CarryObject(motion.clip, motion.body, PrepareObject(LoadObject("mug")));
+///   WriteClip(carried.clip, "held.npz");
 CarryReport CarryObject(const Clip& clip, const ClipBody& body, const PreparedObject& object,
                         const CarryOptions& options = {}, const StagedProgress& progress = {});
 

@@ -60,7 +60,7 @@ std::string JsonText(const Json& value, int indent = -1) {
   }
 }
 
-/// Parses JSON whose values take at most ten times `file_bytes` plus 32 MB of memory; a text of
+/// Parses JSON whose values take at most eight times `file_bytes` plus 32 MB of memory; a text of
 /// "{},{},{}," alone would take thirty times its size. Throws Error if they take more, for text
 /// that is not JSON (with the position) and for nesting deeper than 100. For library sources only.
 nlohmann::json ParseJsonWithin(std::string_view text, const std::string& where,

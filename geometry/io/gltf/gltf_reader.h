@@ -25,7 +25,8 @@ struct GltfMotionOptions {
 /// or gzipped) and samples it at a frame rate. Rotations are relative to the bind pose (the skin's
 /// inverse bind matrices, else the pose of the file): with all rotations zero, the character rests
 /// as it was skinned. A mesh without skin that moves outside the skeleton becomes the motion's
-/// prop. Materials, images, morph targets, cameras and lights are ignored.
+/// prop, with its materials and images. Those of the character, morph targets, cameras and lights
+/// are ignored.
 ///
 /// Throws Error for files that are malformed or hold no animation or no character, for names that
 /// do not exist, for several characters if none is named, and for motions whose frames would take

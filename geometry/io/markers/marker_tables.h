@@ -10,7 +10,7 @@ namespace holdfast {
 
 /// Markers in text, one line per frame. All functions throw Error, named "`where`:line", for a line
 /// with another number of fields than the head, a field that is not a number, and a missing part of
-/// the head. Empty fields (for Qualisys also "nan", or 0 0 0) are markers not seen.
+/// the head. A marker whose fields are empty, "nan" or 0 0 0 is not seen.
 
 /// OpenSim's TRC: PathFileType, DataRate and Units in the second and third line, names at every
 /// third field of the fourth.

@@ -125,7 +125,7 @@ DataValue ReadTorchArchive(const ZipArchive& archive) {
 
 namespace {
 
-// 0x1950a86a20f9469cfc6c, as pickle protocols 1 and up write it (LONG1, ten bytes, STOP) and as
+// 0x1950a86a20f9469cfc6c, as pickle protocols 2 and up write it (LONG1, ten bytes, STOP) and as
 // protocol 0 does.
 constexpr std::string_view kMagic("\x8a\x0a\x6c\xfc\x9c\x46\xf9\x20\x6a\xa8\x50\x19.", 13);
 constexpr std::string_view kTextMagic("L119547037146038801333356L\n.");
