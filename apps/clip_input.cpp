@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "generator/wandr/network.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
@@ -131,6 +132,44 @@ void AddClipInputOptions(CLI::App& command, ClipInputOptions& options) {
   command.add_option("--body", options.body,
                      "Body model in place of the embedded one: SMPL-X, SMPL-H or MANO, .npz or "
                      ".pkl");
+}
+
+namespace {
+
+const char* LayoutName(wandr::IntentionLayout layout) {
+  switch (layout) {
+    case wandr::IntentionLayout::kPaper:
+      return "paper";
+    case wandr::IntentionLayout::kFlagged:
+      return "flagged";
+    case wandr::IntentionLayout::kBounded:
+      return "bounded";
+  }
+  return "";
+}
+
+}  // namespace
+
+ReachNetwork LoadReachNetwork(const std::string& path, const CommonOptions& common) {
+  ReachNetwork network = holdfast::LoadReachNetwork(path);
+  WarnOfOldPelvis(path, network.weights.notes, common);
+  return network;
+}
+
+nlohmann::json NetworkJson(const ReachNetwork& network) {
+  return {{"weights", network.source},
+          {"checksum", network.checksum},
+          {"intention", LayoutName(network.weights.layout)},
+          {"notes", network.weights.notes}};
+}
+
+void AddWeightsOption(CLI::App& command, std::string& path) {
+  const bool embedded = wandr::HasDefaultNetwork();
+  command
+      .add_option("--weights", path,
+                  embedded ? "Network (.safetensors) in place of the embedded one"
+                           : "Network (.safetensors); this program was built without one")
+      ->required(!embedded);
 }
 
 }  // namespace holdfast::apps

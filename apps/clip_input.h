@@ -6,9 +6,12 @@
 #include <optional>
 #include <string>
 
+#include <nlohmann/json.hpp>
+
 #include "apps/common.h"
+#include "generator/wandr/network.h"
 #include "geometry/import/load_clip.h"
-#include "geometry/report/report_facts.h"
+#include "geometry/report/report_page.h"
 
 namespace holdfast::apps {
 
@@ -50,5 +53,14 @@ ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions&
 
 /// Adds --body, --object and --object-scale.
 void AddClipInputOptions(CLI::App& command, ClipInputOptions& options);
+
+/// Calls LoadReachNetwork; warns if the network has to be retrained.
+ReachNetwork LoadReachNetwork(const std::string& path, const CommonOptions& common);
+
+/// Returns source, checksum, layout and notes.
+nlohmann::json NetworkJson(const ReachNetwork& network);
+
+/// Adds --weights, which is required if there are no embedded weights.
+void AddWeightsOption(CLI::App& command, std::string& path);
 
 }  // namespace holdfast::apps

@@ -13,7 +13,7 @@
 #include "geometry/clip/clip.h"
 #include "solver/carry/fit_job.h"
 #include "solver/fit/prepared_object.h"
-#include "solver/grasp/grasp_place.h"
+#include "solver/grasp/grasp_placement.h"
 
 namespace holdfast::apps {
 

@@ -7,6 +7,7 @@
 #include <exception>
 #include <functional>
 #include <mutex>
+#include <string_view>
 #include <thread>
 #include <utility>
 #include <vector>
@@ -85,5 +86,12 @@ inline double CoreSeconds() {
 /// Progress callback, never called concurrently, with the stage of the work ("grasp", "fit",
 /// "metrics") and its progress. Returning false stops the work.
 using StagedProgress = std::function<bool(const char* stage, int done, int total)>;
+
+/// Instruction sets that the hot loops are compiled for; the best one is selected at run time.
+enum class Isa { kScalar, kSse2, kAvx2, kAvx512 };
+
+Isa BestIsa();
+bool IsSupported(Isa isa);
+std::string_view IsaName(Isa isa);
 
 }  // namespace holdfast

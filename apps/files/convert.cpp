@@ -8,7 +8,7 @@
 #include "apps/common.h"
 #include "generator/body/hand_onto_body.h"
 #include "geometry/error.h"
-#include "geometry/io/motion/parameter_writer.h"
+#include "geometry/io/motion/motion_file.h"
 #include "geometry/retarget/convert_parameters.h"
 
 namespace holdfast::apps {

@@ -14,7 +14,6 @@
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/markers/marker_json.h"
-#include "solver/markers/repaired_markers.h"
 
 namespace holdfast::apps {
 namespace {

@@ -11,7 +11,6 @@
 
 #include "apps/charts.h"
 #include "apps/output.h"
-#include "apps/page.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/parallel.h"
 #include "geometry/render/image.h"

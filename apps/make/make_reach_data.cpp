@@ -3,9 +3,9 @@
 
 #include <fmt/format.h>
 
+#include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/reach_network.h"
-#include "generator/wandr/reach_network.h"
+#include "generator/wandr/network.h"
 #include "solver/body_ik/make_reach_data.h"
 #include "solver/reach/optimized_reaches.h"
 

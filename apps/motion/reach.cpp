@@ -11,11 +11,10 @@
 #include "apps/common.h"
 #include "apps/motion/reach_take.h"
 #include "apps/output.h"
-#include "apps/reach_network.h"
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/mesh.h"
-#include "geometry/value_ranges.h"
+#include "geometry/options.h"
 #include "solver/reach/reach_and_take.h"
 #include "solver/reach/walk_and_reach.h"
 

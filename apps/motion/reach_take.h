@@ -8,8 +8,8 @@
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
 
+#include "apps/clip_input.h"
 #include "apps/common.h"
-#include "apps/reach_network.h"
 #include "solver/reach/goal_track.h"
 #include "solver/reach/reach_and_take.h"
 

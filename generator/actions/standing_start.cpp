@@ -13,7 +13,7 @@
 
 #include "generator/body/limb_ik.h"
 #include "generator/matching/capture_set.h"
-#include "generator/walk_statistics/motion_set.h"
+#include "generator/walk_statistics/motion_metrics.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "generator/matching/body_frame.h"
-#include "generator/matching/leg_placement.h"
+#include "generator/matching/foot_lock.h"
 #include "generator/scripted/reach_motion.h"
 #include "geometry/body/body_model.h"
 

@@ -9,7 +9,6 @@
 #include "generator/nn/random_stream.h"
 #include "geometry/error.h"
 #include "geometry/io/container/safetensors.h"
-#include "geometry/isa.h"
 #include "geometry/parallel.h"
 
 namespace holdfast::imos {

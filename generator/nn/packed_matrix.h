@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "generator/nn/kernels/layer_arguments.h"
-#include "geometry/isa.h"
+#include "geometry/parallel.h"
 
 namespace holdfast::nn {
 

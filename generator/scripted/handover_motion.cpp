@@ -9,7 +9,6 @@
 
 #include <fmt/format.h>
 
-#include "generator/body/finger_pose.h"
 #include "generator/body/limb_ik.h"
 #include "generator/body/pose_builder.h"
 #include "generator/scripted/minimum_jerk.h"

@@ -2,13 +2,49 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <span>
 
+#include <Eigen/Core>
+
 #include "geometry/body/body_model.h"
-#include "geometry/body/vertex_adjoint.h"
-#include "geometry/isa.h"
+#include "geometry/parallel.h"
 
 namespace holdfast {
+
+/// Derivatives of a scalar with respect to the inputs of a body model, in the layout of the inputs.
+struct BodyGradient {
+  JointPose pose;                                    ///< axis-angle of each joint
+  Eigen::Vector3d trans;                             ///< trans
+  Eigen::Matrix3Xd rest_vertices;                    ///< v_s of the surface (3 x n), pose fixed
+  Eigen::Matrix<double, 3, kNumJoints> rest_joints;  ///< J, v_s fixed
+};
+
+/// Computes the vector-Jacobian product of the body model in one sweep from the vertices to the
+/// root: VertexJacobian' d_vertices + JointJacobian' d_joints, without the Jacobians. `d_vertices`
+/// are the derivatives by state.vertices (3 x n), or none (3 x 0); `d_joints` those by state.joints
+/// (3 x 55). `state` must hold Forward's result for the same surface. Allocates on first use only.
+void VertexAdjoint(const BodySurface& surface, const BodyState& state,
+                   const Eigen::Ref<const Eigen::Matrix3Xd>& d_vertices,
+                   const Eigen::Ref<const Eigen::Matrix<double, 3, kNumJoints>>& d_joints,
+                   BodyGradient& gradient);
+
+/// Derivatives passed from skinning and pose blend shapes to the joints: with respect to G_j^R
+/// without the part through A_j^t, to R_j, and to A_j^t.
+struct SkinGradient {
+  std::array<Eigen::Matrix3d, kNumJoints> world, local;
+  Eigen::Matrix<double, 3, kNumJoints> offset;
+};
+
+/// Second half of VertexAdjoint, from `skin` down the tree: everything but rest_vertices.
+void JointAdjoint(const BodySurface& surface, const BodyState& state, SkinGradient& skin,
+                  const Eigen::Ref<const Eigen::Matrix<double, 3, kNumJoints>>& d_joints,
+                  BodyGradient& gradient);
+
+/// Derivatives with respect to the first `count` betas, from those of rest_vertices and rest_joints
+/// (or their sums over frames). Zero for a subject's own surface and beyond the model's shape.
+Eigen::VectorXd ShapeGradient(const BodySurface& surface, const Eigen::Matrix3Xd& rest_vertices,
+                              const Eigen::Matrix<double, 3, kNumJoints>& rest_joints, int count);
 
 /// Number of frames that are efficiently posed together; more gain little.
 inline constexpr int kFramesTogether = 64;

@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: MIT
+#include "geometry/body/body_kinematics.h"
+
 #include <algorithm>
 #include <array>
 #include <numeric>
@@ -251,6 +253,19 @@ void BodySurface::BuildPoseDirs() {
     }
     pose_dirs_.push_back(std::move(block));
   }
+}
+
+Eigen::Vector3d EndSite(const BodySurface& surface, int joint) {
+  Eigen::Vector3d farthest = Eigen::Vector3d::Zero();
+  for (int v = 0; v < surface.NumVertices(); ++v) {
+    for (const auto& [other, weight] : surface.Weights(v)) {
+      if (other != joint || weight <= 0.5) continue;
+      const Eigen::Vector3d offset =
+          surface.RestVertices().col(v) - surface.RestJoints().col(joint);
+      if (offset.squaredNorm() > farthest.squaredNorm()) farthest = offset;
+    }
+  }
+  return farthest;
 }
 
 }  // namespace holdfast

@@ -12,7 +12,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/byte_source.h"
 #include "geometry/io/pickle/data_file.h"
-#include "geometry/value_ranges.h"
+#include "geometry/options.h"
 
 namespace holdfast {
 namespace {

@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "geometry/isa.h"
+#include "geometry/parallel.h"
 #include "geometry/rotation.h"
 
 #if defined(__x86_64__)

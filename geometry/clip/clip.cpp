@@ -22,8 +22,8 @@
 #include "geometry/error.h"
 #include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/npz.h"
+#include "geometry/options.h"
 #include "geometry/rotation.h"
-#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {

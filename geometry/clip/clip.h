@@ -77,12 +77,12 @@ struct Clip {
 
 /// Reads a clip. `poses (T,165)` (AMASS's concatenated form) is accepted in place of the parts.
 /// Throws Error, naming file and field, for missing fields, wrong shapes, unequal lengths, values
-/// that are NaN, infinite or out of range (geometry/value_ranges.h), and no frames.
+/// that are NaN, infinite or out of range (geometry/options.h), and no frames.
 Clip ReadClip(const std::filesystem::path& path);
 Clip ReadClip(const NpzReader& archive);
 
 /// Throws Error (`where`, with field and frame) for the first number that is NaN or outside the
-/// ranges of geometry/value_ranges.h.
+/// ranges of geometry/options.h.
 void RequireInRange(const Clip& clip, std::string_view where);
 
 /// Writes a clip (float64), atomically. The bytes are deterministic.

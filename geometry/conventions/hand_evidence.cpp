@@ -6,7 +6,6 @@
 #include <cmath>
 
 #include "geometry/body/hand_model.h"
-#include "geometry/conventions/series.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

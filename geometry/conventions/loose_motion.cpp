@@ -11,8 +11,8 @@
 
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
+#include "geometry/options.h"
 #include "geometry/rotation.h"
-#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {

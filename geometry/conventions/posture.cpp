@@ -10,7 +10,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/body/skeleton.h"
-#include "geometry/conventions/series.h"
+#include "geometry/conventions/hand_evidence.h"
 #include "geometry/error.h"
 #include "geometry/retarget/ground_contact.h"
 #include "geometry/rotation.h"

@@ -12,8 +12,8 @@
 
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_arrays.h"
+#include "geometry/conventions/hand_evidence.h"
 #include "geometry/conventions/posture.h"
-#include "geometry/conventions/series.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
 #include "geometry/inspect/clip_findings.h"

@@ -8,8 +8,8 @@
 
 #include <Eigen/Core>
 
-#include "geometry/isa.h"
 #include "geometry/mesh/signed_distance.h"
+#include "geometry/parallel.h"
 
 namespace holdfast {
 

@@ -8,7 +8,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/error.h"
-#include "geometry/value_ranges.h"
+#include "geometry/options.h"
 
 namespace holdfast {
 

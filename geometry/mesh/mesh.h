@@ -38,7 +38,7 @@ Eigen::Matrix3Xd VertexNormals(const TriangleMesh& mesh);
 Eigen::Vector3d Extent(const TriangleMesh& mesh);
 
 /// Throws Error (`where`, with the vertex) for the first coordinate that is not finite or outside
-/// the range of geometry/value_ranges.h.
+/// the range of geometry/options.h.
 void RequireInRange(const TriangleMesh& mesh, std::string_view where);
 
 /// Appends the vertices and faces of another mesh. The meshes may overlap; nothing is merged.

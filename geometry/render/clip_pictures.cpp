@@ -16,7 +16,6 @@
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/mesh/mesh_topology.h"
 #include "geometry/parallel.h"
-#include "geometry/render/contact_sheet.h"
 #include "geometry/render/image.h"
 #include "geometry/rotation.h"
 

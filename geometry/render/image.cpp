@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/render/image.h"
 
+#include <algorithm>
+#include <cctype>
+
 #include <fmt/format.h>
 #include <png.h>
 
@@ -59,6 +62,137 @@ Image DecodePng(std::string_view bytes, std::string_view where) {
 
 void WritePng(const Image& image, const std::filesystem::path& path) {
   WriteAtomically(path, EncodePng(image));
+}
+
+Image ContactSheet(std::span<const Image> tiles, std::span<const std::string> labels, int columns) {
+  if (tiles.empty() || columns < 1) {
+    throw Error("contact sheet", "has no tiles or no columns", "Give at least one of each.");
+  }
+  constexpr int kGap = 2;  // white between the tiles, pixels
+  int cell_width = 0;
+  int cell_height = 0;
+  for (const Image& tile : tiles) {
+    cell_width = std::max(cell_width, tile.width);
+    cell_height = std::max(cell_height, tile.height);
+  }
+  const int count = static_cast<int>(tiles.size());
+  const int used_columns = std::min(columns, count);
+  const int rows = (count + columns - 1) / columns;
+  Image sheet(used_columns * (cell_width + kGap) - kGap, rows * (cell_height + kGap) - kGap);
+  std::fill(sheet.rgb.begin(), sheet.rgb.end(), std::uint8_t{255});
+  const int scale = std::clamp(cell_height / 160, 1, 4);
+  for (int t = 0; t < count; ++t) {
+    const Image& tile = tiles[t];
+    const int left = t % columns * (cell_width + kGap);
+    const int top = t / columns * (cell_height + kGap);
+    for (int y = 0; y < tile.height; ++y) {
+      std::copy_n(tile.Pixel(0, y), 3 * tile.width, sheet.Pixel(left, top + y));
+    }
+    if (t < static_cast<int>(labels.size())) {
+      DrawLabel(sheet, left + 4 * scale, top + 4 * scale, labels[t], scale);
+    }
+  }
+  return sheet;
+}
+
+namespace {
+
+constexpr int kColumns = 5;
+constexpr int kRows = 7;
+constexpr int kAdvance = kColumns + 1;
+
+struct Glyph {
+  char character;
+  std::string_view rows;  // seven rows of five dots, top first
+};
+
+constexpr Glyph kGlyphs[] = {
+    {' ', "..... ..... ..... ..... ..... ..... ....."},
+    {'0', ".###. #...# #..## #.#.# ##..# #...# .###."},
+    {'1', "..#.. .##.. ..#.. ..#.. ..#.. ..#.. .###."},
+    {'2', ".###. #...# ....# ..##. .#... #.... #####"},
+    {'3', ".###. #...# ....# ..##. ....# #...# .###."},
+    {'4', "...#. ..##. .#.#. #..#. ##### ...#. ...#."},
+    {'5', "##### #.... ####. ....# ....# #...# .###."},
+    {'6', "..##. .#... #.... ####. #...# #...# .###."},
+    {'7', "##### ....# ...#. ..#.. ..#.. .#... .#..."},
+    {'8', ".###. #...# #...# .###. #...# #...# .###."},
+    {'9', ".###. #...# #...# .#### ....# ...#. .##.."},
+    {'A', ".###. #...# #...# ##### #...# #...# #...#"},
+    {'B', "####. #...# #...# ####. #...# #...# ####."},
+    {'C', ".###. #...# #.... #.... #.... #...# .###."},
+    {'D', "####. #...# #...# #...# #...# #...# ####."},
+    {'E', "##### #.... #.... ####. #.... #.... #####"},
+    {'F', "##### #.... #.... ####. #.... #.... #...."},
+    {'G', ".###. #...# #.... #.### #...# #...# .####"},
+    {'H', "#...# #...# #...# ##### #...# #...# #...#"},
+    {'I', ".###. ..#.. ..#.. ..#.. ..#.. ..#.. .###."},
+    {'J', "..### ...#. ...#. ...#. ...#. #..#. .##.."},
+    {'K', "#...# #..#. #.#.. ##... #.#.. #..#. #...#"},
+    {'L', "#.... #.... #.... #.... #.... #.... #####"},
+    {'M', "#...# ##.## #.#.# #.#.# #...# #...# #...#"},
+    {'N', "#...# ##..# #.#.# #..## #...# #...# #...#"},
+    {'O', ".###. #...# #...# #...# #...# #...# .###."},
+    {'P', "####. #...# #...# ####. #.... #.... #...."},
+    {'Q', ".###. #...# #...# #...# #.#.# #..#. .##.#"},
+    {'R', "####. #...# #...# ####. #.#.. #..#. #...#"},
+    {'S', ".#### #.... #.... .###. ....# ....# ####."},
+    {'T', "##### ..#.. ..#.. ..#.. ..#.. ..#.. ..#.."},
+    {'U', "#...# #...# #...# #...# #...# #...# .###."},
+    {'V', "#...# #...# #...# #...# #...# .#.#. ..#.."},
+    {'W', "#...# #...# #...# #.#.# #.#.# ##.## #...#"},
+    {'X', "#...# #...# .#.#. ..#.. .#.#. #...# #...#"},
+    {'Y', "#...# #...# .#.#. ..#.. ..#.. ..#.. ..#.."},
+    {'Z', "##### ....# ...#. ..#.. .#... #.... #####"},
+    {'.', "..... ..... ..... ..... ..... .##.. .##.."},
+    {',', "..... ..... ..... ..... .##.. ..#.. .#..."},
+    {':', "..... .##.. .##.. ..... .##.. .##.. ....."},
+    {';', "..... .##.. .##.. ..... .##.. ..#.. .#..."},
+    {'-', "..... ..... ..... ##### ..... ..... ....."},
+    {'+', "..... ..#.. ..#.. ##### ..#.. ..#.. ....."},
+    {'/', "....# ....# ...#. ..#.. .#... #.... #...."},
+    {'_', "..... ..... ..... ..... ..... ..... #####"},
+    {'=', "..... ..... ##### ..... ##### ..... ....."},
+    {'%', "##..# ##..# ...#. ..#.. .#... #..## #..##"},
+    {'(', "...#. ..#.. .#... .#... .#... ..#.. ...#."},
+    {')', ".#... ..#.. ...#. ...#. ...#. ..#.. .#..."},
+    {'#', ".#.#. .#.#. ##### .#.#. ##### .#.#. .#.#."},
+    {'<', "...#. ..#.. .#... #.... .#... ..#.. ...#."},
+    {'>', ".#... ..#.. ...#. ....# ...#. ..#.. .#..."},
+    {'*', "..... ..#.. #.#.# .###. #.#.# ..#.. ....."},
+    {'\'', "..#.. ..#.. .#... ..... ..... ..... ....."},
+};
+constexpr std::string_view kUnknown = "##### #...# #...# #...# #...# #...# #####";
+
+std::string_view Rows(char character) {
+  const char capital = static_cast<char>(std::toupper(static_cast<unsigned char>(character)));
+  for (const Glyph& glyph : kGlyphs) {
+    if (glyph.character == capital) return glyph.rows;
+  }
+  return kUnknown;
+}
+
+}  // namespace
+
+int LabelWidth(std::string_view text, int scale) {
+  return text.empty() ? 0 : scale * (static_cast<int>(text.size()) * kAdvance - 1);
+}
+
+int LabelHeight(int scale) { return scale * kRows; }
+
+void DrawLabel(Image& image, int x, int y, std::string_view text, int scale, std::uint8_t gray) {
+  for (const char character : text) {
+    const std::string_view rows = Rows(character);
+    for (int py = 0; py < kRows * scale; ++py) {
+      for (int px = 0; px < kColumns * scale; ++px) {
+        if (rows[static_cast<std::size_t>(py / scale * kAdvance + px / scale)] != '#') continue;
+        if (x + px < 0 || x + px >= image.width || y + py < 0 || y + py >= image.height) continue;
+        std::uint8_t* const pixel = image.Pixel(x + px, y + py);
+        pixel[0] = pixel[1] = pixel[2] = gray;
+      }
+    }
+    x += kAdvance * scale;
+  }
 }
 
 }  // namespace holdfast

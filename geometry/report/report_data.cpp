@@ -15,7 +15,7 @@
 #include "geometry/mesh/mesh_topology.h"
 #include "geometry/mesh/signed_distance.h"
 #include "geometry/parallel.h"
-#include "geometry/report/report_facts.h"
+#include "geometry/report/report_page.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "geometry/report/report_facts.h"
 #include "geometry/report/report_page.h"
 
 namespace holdfast {

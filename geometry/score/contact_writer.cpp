@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-#include "geometry/body/end_site.h"
+#include "geometry/body/body_kinematics.h"
 #include "geometry/body/hand_model.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/npz.h"

@@ -18,7 +18,7 @@
 #include "geometry/import/load_clip.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/options.h"
-#include "geometry/report/report_facts.h"
+#include "geometry/report/report_page.h"
 
 namespace holdfast::python {
 

@@ -9,7 +9,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include "generator/body/hand_onto_body.h"
-#include "geometry/io/motion/parameter_writer.h"
+#include "geometry/io/motion/motion_file.h"
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"

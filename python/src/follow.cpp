@@ -6,7 +6,7 @@
 
 #include "generator/body/rest_pelvis_note.h"
 #include "generator/wandr/motion_states.h"
-#include "generator/wandr/reach_network.h"
+#include "generator/wandr/network.h"
 #include "geometry/rotation.h"
 #include "python/src/bindings.h"
 #include "python/src/fit.h"

@@ -5,8 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/options.h"
 #include "geometry/rotation.h"
-#include "geometry/value_ranges.h"
 #include "python/src/custom_term.h"
 #include "python/src/fit.h"
 #include "python/src/numpy.h"

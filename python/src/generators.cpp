@@ -16,7 +16,7 @@
 #include "generator/walk_statistics/hand_way.h"
 #include "generator/walk_statistics/reach_faults.h"
 #include "generator/wandr/motion_states.h"
-#include "generator/wandr/reach_network.h"
+#include "generator/wandr/network.h"
 #include "generator/wandr/reach_outcome.h"
 #include "generator/wandr/reach_protocol.h"
 #include "generator/wandr/rollout.h"

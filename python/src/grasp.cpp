@@ -15,7 +15,7 @@
 #include "solver/fit/clip_state.h"
 #include "solver/grasp/grasp_both.h"
 #include "solver/grasp/grasp_set.h"
-#include "solver/trial/trial_grasps.h"
+#include "solver/trial/trial.h"
 
 namespace holdfast::python {
 namespace {

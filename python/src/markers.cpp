@@ -18,7 +18,6 @@
 #include "python/src/numpy.h"
 #include "python/src/run.h"
 #include "solver/markers/marker_json.h"
-#include "solver/markers/repaired_markers.h"
 
 namespace holdfast::python {
 namespace {

@@ -7,10 +7,10 @@
 #include <pybind11/stl.h>
 
 #include "generator/body/rest_pelvis_note.h"
-#include "generator/wandr/reach_network.h"
+#include "generator/wandr/network.h"
 #include "geometry/error.h"
+#include "geometry/options.h"
 #include "geometry/rotation.h"
-#include "geometry/value_ranges.h"
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"

@@ -17,7 +17,6 @@
 #include "python/src/run.h"
 #include "solver/robot/robot_baselines.h"
 #include "solver/trial/robot_scene.h"
-#include "solver/trial/robot_trial.h"
 
 namespace holdfast::python {
 namespace {

@@ -23,7 +23,6 @@
 #include "solver/markers/marker_json.h"
 #include "solver/score/score_output.h"
 #include "solver/trial/trial_clip.h"
-#include "solver/trial/trial_film.h"
 
 namespace holdfast::python {
 namespace {

@@ -9,7 +9,7 @@
 #include "generator/body/rest_pelvis_note.h"
 #include "generator/imos/synthesis_network.h"
 #include "geometry/error.h"
-#include "geometry/value_ranges.h"
+#include "geometry/options.h"
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "geometry/isa.h"
 #include "geometry/parallel.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"

@@ -4,7 +4,7 @@
 #include <algorithm>
 
 #include "generator/actions/action_strokes.h"
-#include "generator/body/finger_pose.h"
+#include "generator/body/pose_builder.h"
 #include "generator/imos/vocabulary.h"
 #include "generator/nn/random_stream.h"
 #include "geometry/clip/clip_arrays.h"

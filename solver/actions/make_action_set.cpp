@@ -14,7 +14,7 @@
 
 #include "generator/actions/action_catalog.h"
 #include "generator/imos/vocabulary.h"
-#include "generator/matching/set_manifest.h"
+#include "generator/matching/capture_set.h"
 #include "generator/nn/random_stream.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"

@@ -9,7 +9,6 @@
 
 #include "generator/matching/body_frame.h"
 #include "generator/matching/foot_lock.h"
-#include "generator/matching/leg_placement.h"
 
 namespace holdfast {
 

@@ -8,8 +8,8 @@
 
 #include <fmt/format.h>
 
-#include "generator/body/finger_pose.h"
-#include "generator/matching/set_manifest.h"
+#include "generator/body/pose_builder.h"
+#include "generator/matching/capture_set.h"
 #include "geometry/io/container/json_file.h"
 #include "geometry/parallel.h"
 #include "geometry/seed.h"

@@ -18,7 +18,6 @@
 #include "solver/body_ik/foot_lift.h"
 #include "solver/body_ik/frame_pose.h"
 #include "solver/body_ik/reach_warp.h"
-#include "solver/body_ik/straighten_trunk.h"
 
 namespace holdfast {
 namespace {

@@ -11,7 +11,7 @@
 #include <ceres/version.h>
 #include <fmt/format.h>
 
-#include "geometry/conventions/series.h"
+#include "geometry/conventions/hand_evidence.h"
 #include "geometry/rotation.h"
 #include "solver/fit/frame_fitter.h"
 

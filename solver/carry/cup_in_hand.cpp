@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "solver/grasp/grasp_assessment.h"
-#include "solver/grasp/grasp_refinement.h"
+#include "solver/grasp/grasp_stages.h"
 
 namespace holdfast {
 namespace {

@@ -13,7 +13,7 @@
 #include "geometry/body/body_model.h"
 #include "geometry/rotation.h"
 #include "solver/grasp/grasp_candidates.h"
-#include "solver/grasp/grasp_place.h"
+#include "solver/grasp/grasp_placement.h"
 
 namespace holdfast {
 namespace {

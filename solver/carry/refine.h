@@ -8,7 +8,7 @@
 #include "geometry/clip/clip_body.h"
 #include "geometry/score/contact_score.h"
 #include "solver/carry/carry.h"
-#include "solver/carry/refine_ball.h"
+#include "solver/carry/follow.h"
 #include "solver/fit/clip_refinement.h"
 #include "solver/fit/finger_repair.h"
 

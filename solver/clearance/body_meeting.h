@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -8,12 +9,15 @@
 #include <string_view>
 #include <vector>
 
+#include <ceres/cost_function.h>
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
 #include "geometry/body/body_model.h"
 #include "geometry/body/own_body.h"
 #include "geometry/mesh/mesh.h"
+#include "geometry/rotation.h"
+#include "solver/clearance/arm_spline.h"
 
 namespace holdfast {
 
@@ -67,6 +71,151 @@ class BodyCollisionDetector {
   Clusters object_clusters_;
   std::array<Clusters, 2> skin_clusters_;
   std::array<std::optional<OwnBody>, 4> obstacles_;  // by the excluded arms
+};
+
+/// Keeps points of the object, the hand and the forearm outside the person's own body: each beyond
+/// the tangent plane of the nearest skin.
+///
+///   r_i = max(0, n_i . (s_i - p_i(x)) + margin) / sigma,   one residual per point
+///
+/// s_i: nearest skin point; n_i: unit, out of the body; both fixed (OwnBody). p_i: the point,
+/// world, meters, which follows the wrist or, on the forearm, partly the elbow. x: the arm's change
+/// (12). Linear in p: the planes are updated for the new arm pose.
+struct DepthInBody {
+  struct Plane {
+    Eigen::Vector3d in_elbow, in_wrist;  ///< the point, meters
+    double wrist_share;                  ///< 1: fixed to the wrist
+    Eigen::Vector3d surface, normal;
+  };
+  std::vector<Plane> planes;
+  double margin_m = 0.003;
+  double sigma_m = 0.001;
+
+  int Rows() const { return static_cast<int>(planes.size()); }
+
+  template <typename Residuals, typename Jacobian>
+  void Evaluate(const ArmState& state, Residuals&& residuals, Jacobian&& J_residuals_change) const {
+    for (int i = 0; i < Rows(); ++i) {
+      const Plane& plane = planes[i];
+      const Eigen::Vector3d by_wrist = state.WorldFrom(kArmWrist) * plane.in_wrist;
+      const Eigen::Vector3d by_elbow = state.WorldFrom(kArmElbow) * plane.in_elbow;
+      const Eigen::Vector3d point =
+          plane.wrist_share * by_wrist + (1.0 - plane.wrist_share) * by_elbow;
+      const double within = plane.normal.dot(plane.surface - point) + margin_m;
+      residuals(i) = std::max(0.0, within) / sigma_m;
+      J_residuals_change.row(i).setZero();
+      if (within <= 0.0) continue;
+      const Eigen::RowVector3d slope = -plane.normal.transpose() / sigma_m;
+      J_residuals_change.row(i) =
+          plane.wrist_share * slope * state.PointJacobian(kArmWrist, by_wrist);
+      if (plane.wrist_share < 1.0) {
+        J_residuals_change.row(i) +=
+            (1.0 - plane.wrist_share) * slope * state.PointJacobian(kArmElbow, by_elbow);
+      }
+    }
+  }
+};
+
+/// Keeps the relative pose of two hands that hold one rigid object: the left wrist follows the
+/// right.
+///
+///   (R, p) = W_right(x) C,   r = [(p_left(y) - p) / sigma_m;  log(R_left(y) R^T) / sigma_rad]
+///
+/// 6 residuals, world. C: the left wrist in the right wrist's frame, from the clip, meters; x, y:
+/// the changes of the right and the left arm (12 each).
+struct HandClosure {
+  static constexpr int kRows = 6;
+  Eigen::Isometry3d right_from_left = Eigen::Isometry3d::Identity();  ///< C
+  double sigma_m = 2e-4;
+  double sigma_rad = 1e-3;
+
+  template <typename Residuals, typename Jacobian>
+  void Evaluate(const ArmState& right, const ArmState& left, Residuals&& residuals,
+                Jacobian&& J_residuals_right, Jacobian&& J_residuals_left) const {
+    const Eigen::Isometry3d carried = right.WorldFrom(kArmWrist) * right_from_left;
+    const Eigen::Isometry3d& now = left.WorldFrom(kArmWrist);
+    const Eigen::Vector3d turn = LogSO3(now.linear() * carried.linear().transpose());
+    residuals.template head<3>() = (now.translation() - carried.translation()) / sigma_m;
+    residuals.template tail<3>() = turn / sigma_rad;
+    // R_left R^T rotates by w_left - (R_left R^T) w_right on the left.
+    const Eigen::Matrix3d inverse = InverseLeftJacobianSO3(turn) / sigma_rad;
+    J_residuals_left.template topRows<3>() =
+        left.PointJacobian(kArmWrist, now.translation()) / sigma_m;
+    J_residuals_left.template bottomRows<3>() = inverse * left.TurnJacobian(kArmWrist);
+    J_residuals_right.template topRows<3>() =
+        -right.PointJacobian(kArmWrist, carried.translation()) / sigma_m;
+    J_residuals_right.template bottomRows<3>() =
+        -inverse * now.linear() * carried.linear().transpose() * right.TurnJacobian(kArmWrist);
+  }
+};
+
+/// Keeps the hand, and with it the object, at its pose in the clip, with a soft limit on
+/// displacement.
+///
+///   r = [(p(x) - p_0) / sigma_m;  log(R(x) R_0^T) / sigma_rad;
+///        max(0, |p(x) - p_0| - most) / sigma_most],   7 residuals, world
+///
+/// (R, p): the wrist's pose, meters; (R_0, p_0): the clip's. x: the arm's change (12). sigma_rad is
+/// per axis: rotation about z, the vertical, spills nothing.
+struct HandStay {
+  static constexpr int kRows = 7;
+  Eigen::Isometry3d wrist = Eigen::Isometry3d::Identity();  ///< (R_0, p_0)
+  double sigma_m = 0.03;
+  Eigen::Vector3d sigma_rad = Eigen::Vector3d::Constant(8.0 * kDegree);
+  double most_m = 0.1, sigma_most_m = 0.002;
+
+  template <typename Residuals, typename Jacobian>
+  void Evaluate(const ArmState& state, Residuals&& residuals, Jacobian&& J_residuals_change) const {
+    const Eigen::Isometry3d& now = state.WorldFrom(kArmWrist);
+    const Eigen::Vector3d turn = LogSO3(now.linear() * wrist.linear().transpose());
+    const Eigen::Vector3d shift = now.translation() - wrist.translation();
+    const double distance = shift.norm();
+    const J_point_arm J_shift = state.PointJacobian(kArmWrist, now.translation());
+    residuals.template head<3>() = shift / sigma_m;
+    residuals.template segment<3>(3) = turn.cwiseQuotient(sigma_rad);
+    residuals(6) = std::max(0.0, distance - most_m) / sigma_most_m;
+    J_residuals_change.template topRows<3>() = J_shift / sigma_m;
+    J_residuals_change.template middleRows<3>(3) = sigma_rad.cwiseInverse().asDiagonal() *
+                                                   InverseLeftJacobianSO3(turn) *
+                                                   state.TurnJacobian(kArmWrist);
+    J_residuals_change.row(6).setZero();
+    if (distance <= most_m) return;
+    J_residuals_change.row(6) = shift.transpose() / (distance * sigma_most_m) * J_shift;
+  }
+};
+
+using ArmRows = Eigen::Matrix<double, Eigen::Dynamic, 12, Eigen::RowMajor>;
+
+/// One arm in one frame: DepthInBody, HandStay and ArmRange as a function of the four control
+/// points (12 each) around it. `basis`: their weights.
+class ClearanceBlock final : public ceres::CostFunction {
+ public:
+  ClearanceBlock(const ArmFrame& frame, DepthInBody depth, const HandStay& stay,
+                 const ArmRange& range, const Eigen::Vector4d& basis);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  ArmFrame frame_;
+  DepthInBody depth_;
+  HandStay stay_;
+  ArmRange range_;
+  Eigen::Vector4d basis_;
+};
+
+/// Both arms in one frame: HandClosure as a function of four control points of the right and then
+/// four of the left arm (12 each).
+class ClosureBlock final : public ceres::CostFunction {
+ public:
+  ClosureBlock(const ArmFrame& right, const ArmFrame& left, const HandClosure& closure,
+               const Eigen::Vector4d& basis);
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override;
+
+ private:
+  ArmFrame right_, left_;
+  HandClosure closure_;
+  Eigen::Vector4d basis_;
 };
 
 }  // namespace holdfast

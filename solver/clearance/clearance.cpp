@@ -15,7 +15,7 @@
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/clearance/arm_spline.h"
-#include "solver/clearance/clearance_blocks.h"
+#include "solver/clearance/body_meeting.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/change_spline.h"
 

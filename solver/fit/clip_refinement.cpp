@@ -15,7 +15,7 @@
 #include "geometry/score/hand_object_score.h"
 #include "solver/fit/finger_repair.h"
 #include "solver/fit/frame_fitter.h"
-#include "solver/terms/hand/object_data.h"
+#include "solver/terms/hand/paper_terms.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/rotation_manifold.h"
 

@@ -11,7 +11,6 @@
 
 #include "solver/fit/hold_evaluation.h"
 #include "solver/terms/hand/hand_prior.h"
-#include "solver/terms/hand/object_data.h"
 #include "solver/terms/hand/object_motion.h"
 #include "solver/terms/hand/paper_terms.h"
 #include "solver/unknowns/ceres_solve.h"

@@ -16,7 +16,6 @@
 #include <fmt/format.h>
 
 #include "solver/fit/fitted_hand.h"
-#include "solver/terms/hand/object_data.h"
 #include "solver/terms/hand/paper_terms.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/dense_problem.h"

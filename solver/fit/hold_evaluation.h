@@ -16,7 +16,7 @@
 #include "solver/fit/clip_solver.h"
 #include "solver/fit/hand_object_block.h"
 #include "solver/fit/hold_terms.h"
-#include "solver/hand/hand_postures.h"
+#include "solver/hand/hand_landmarks.h"
 
 namespace holdfast {
 

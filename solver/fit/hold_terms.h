@@ -9,7 +9,7 @@
 
 #include "solver/fit/fit_options.h"
 #include "solver/fit/hand_object_block.h"
-#include "solver/hand/hand_postures.h"
+#include "solver/hand/hand_landmarks.h"
 #include "solver/terms/hand/object_in_hand.h"
 #include "solver/terms/hand/paper_terms.h"
 #include "solver/terms/hand/penetration.h"

@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/mesh/distance_grid.h"
-#include "solver/hand/hand_postures.h"
+#include "solver/hand/hand_landmarks.h"
 
 namespace holdfast {
 

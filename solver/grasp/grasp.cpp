@@ -9,7 +9,6 @@
 #include <span>
 #include <utility>
 
-#include "solver/grasp/grasp_refinement.h"
 #include "solver/grasp/grasp_stages.h"
 
 namespace holdfast {

@@ -23,7 +23,6 @@
 #include "geometry/options.h"
 #include "geometry/score/contact_metrics.h"
 #include "solver/grasp/grasp_certificate.h"
-#include "solver/grasp/grasp_place.h"
 #include "solver/grasp/grasp_placement.h"
 #include "solver/grasp/grasp_use.h"
 

@@ -13,7 +13,7 @@
 #include "geometry/score/contact_metrics.h"
 #include "solver/grasp/grasp.h"
 #include "solver/grasp/grasp_handle.h"
-#include "solver/grasp/grasp_place.h"
+#include "solver/grasp/grasp_placement.h"
 #include "solver/grasp/grasp_use.h"
 #include "solver/terms/hand/penetration.h"
 

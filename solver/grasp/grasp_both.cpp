@@ -12,7 +12,7 @@
 #include "geometry/rotation.h"
 #include "solver/grasp/grasp_assessment.h"
 #include "solver/grasp/grasp_candidates.h"
-#include "solver/grasp/grasp_refinement.h"
+#include "solver/grasp/grasp_stages.h"
 
 namespace holdfast {
 namespace {

@@ -13,7 +13,7 @@
 #include "geometry/mesh/distance_grid.h"
 #include "geometry/mesh/mesh.h"
 #include "solver/grasp/grasp_placement.h"
-#include "solver/hand/hand_postures.h"
+#include "solver/hand/hand_landmarks.h"
 
 namespace holdfast {
 

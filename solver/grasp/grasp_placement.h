@@ -2,17 +2,87 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
 #include "geometry/mesh/distance_grid.h"
+#include "geometry/mesh/mesh.h"
+#include "geometry/mesh/triangle_tree.h"
 #include "solver/grasp/finger_closing.h"
 #include "solver/grasp/grasp_candidates.h"
+#include "solver/hand/hand_evaluation.h"
 
 namespace holdfast {
+
+/// Where on an object a hand is to grasp: a part of its surface, near a point, or both. Const and
+/// shared by threads.
+class GraspPlace {
+ public:
+  /// The request, in the object frame, meters.
+  struct Wanted {
+    TriangleMesh region;                ///< part of the surface for contacts; empty: all
+    TriangleMesh avoid;                 ///< part of the surface without contacts
+    std::optional<Eigen::Vector3d> at;  ///< grasp both sides of the material here
+    /// Maximum width to grasp, with one hand or between both.
+    double span_m = OppositionOptions{}.max_width_m;
+  };
+  static constexpr double kFarthestOff_m = 0.03;  ///< maximum distance of `at` from the surface
+  static constexpr double kReach_m = 0.05;  ///< maximum distance of the mean contact from Center()
+  static constexpr double kMaxOutside = 0.1;  ///< maximum fraction of contacts outside
+
+  /// Throws Error for a region that is not part of the object or is empty, and for a point farther
+  /// than `kFarthestOff_m` from the surface.
+  GraspPlace(const TriangleMesh& object, const Wanted& wanted);
+
+  /// Whether a point on (or near) the surface is in the region.
+  bool InRegion(const Eigen::Vector3d& point) const;
+  /// Whether it is in the region and near enough to `at`.
+  bool Allows(const Eigen::Vector3d& point) const;
+
+  /// The faces of the region, with all vertices of the object.
+  const TriangleMesh& Surface() const { return surface_; }
+  const std::optional<Eigen::Vector3d>& At() const { return at_; }
+  /// Center of the material at `at`, else of the region.
+  const Eigen::Vector3d& Center() const { return center_; }
+
+ private:
+  TriangleTree tree_;          // of the whole object
+  std::vector<bool> allowed_;  // per face
+  TriangleMesh surface_;
+  std::optional<Eigen::Vector3d> at_;
+  Eigen::Vector3d center_;
+  double reach_ = 0.0;  // maximum distance of contacts from `center_`
+};
+
+/// Body vertices around the wrist in up to `num_frames` frames spread over a clip: those within
+/// `reach_m` of the wrist, in the wrist frame, meters (3 x n, one set per frame). The hand and
+/// forearm of `side` are excluded, and those of the other side too if `other_hand` is false, for an
+/// object that both hands touch. Meant for GraspOptions::obstacles_in_wrist: an object carried
+/// through the clip should not pass through a leg.
+std::vector<Eigen::Matrix3Xd> BodyAroundWrist(const Clip& clip, const BodySurface& body, Side side,
+                                              double reach_m, int num_frames = 8,
+                                              bool other_hand = true);
+
+/// Sets of such points in patches, for many poses of one object. Const; shared by threads.
+class WristObstacles {
+ public:
+  /// `in_wrist` must outlive this.
+  explicit WristObstacles(std::span<const Eigen::Matrix3Xd> in_wrist);
+
+  /// Fraction of the sets with a point deeper in the object than soft tissue allows; 0 if there are
+  /// none.
+  double ShareBlocked(const DistanceGrid& object, const Eigen::Isometry3d& wrist_from_object) const;
+
+ private:
+  std::span<const Eigen::Matrix3Xd> sets_;
+  std::vector<PointPatches> patches_;  // of each set
+};
 
 enum class GraspStyle {
   kPower,      ///< object in the palm, fingers around it (Feix et al.: power)

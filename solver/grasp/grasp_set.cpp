@@ -17,7 +17,6 @@
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
-#include "solver/grasp/grasp_refinement.h"
 #include "solver/grasp/grasp_stages.h"
 
 namespace holdfast {

@@ -6,7 +6,7 @@
 #include "geometry/body/hand_model.h"
 #include "geometry/mesh/distance_grid.h"
 #include "solver/grasp/grasp.h"
-#include "solver/hand/hand_postures.h"
+#include "solver/hand/hand_landmarks.h"
 
 namespace holdfast {
 

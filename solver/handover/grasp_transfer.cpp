@@ -19,7 +19,7 @@
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/grasp/grasp_assessment.h"
-#include "solver/grasp/grasp_refinement.h"
+#include "solver/grasp/grasp_stages.h"
 #include "solver/handover/grasps_by_transfer.h"
 
 namespace holdfast {

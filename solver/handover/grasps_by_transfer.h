@@ -14,7 +14,7 @@
 #include "geometry/mesh/signed_distance.h"
 #include "solver/fit/fit.h"
 #include "solver/grasp/grasp.h"
-#include "solver/hand/hand_postures.h"
+#include "solver/hand/hand_landmarks.h"
 #include "solver/handover/grasp_transfer.h"
 
 namespace holdfast {

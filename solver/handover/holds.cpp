@@ -9,12 +9,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/conventions/series.h"
+#include "geometry/conventions/hand_evidence.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/fit/finger_repair.h"
-#include "solver/handover/dwell_fit.h"
+#include "solver/handover/handover_search.h"
 
 namespace holdfast {
 namespace {

@@ -11,7 +11,7 @@
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/rotation.h"
 #include "solver/hand/hand_landmarks.h"
-#include "solver/terms/hand/object_data.h"
+#include "solver/terms/hand/paper_terms.h"
 #include "solver/terms/motion/goal_terms.h"
 #include "solver/terms/motion/posture_terms.h"
 #include "solver/unknowns/ceres_solve.h"

@@ -12,7 +12,7 @@
 #include "geometry/body/hand_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/mesh/distance_grid.h"
-#include "solver/hand/hand_postures.h"
+#include "solver/hand/hand_landmarks.h"
 #include "solver/handover/grasps_by_transfer.h"
 #include "solver/handover/holds.h"
 #include "solver/unknowns/wrist_offset.h"

@@ -5,7 +5,7 @@
 
 #include <Eigen/Core>
 
-#include "geometry/isa.h"
+#include "geometry/parallel.h"
 
 namespace holdfast {
 

@@ -10,10 +10,9 @@
 #include <Eigen/Geometry>
 
 #include "generator/body/limb_ik.h"
-#include "geometry/body/end_site.h"
+#include "geometry/body/body_kinematics.h"
 #include "geometry/rotation.h"
-#include "solver/hand/hand.h"
-#include "solver/hand/hand_postures.h"
+#include "solver/hand/hand_landmarks.h"
 
 namespace holdfast {
 namespace {

@@ -9,7 +9,7 @@
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
-#include "geometry/conventions/series.h"
+#include "geometry/conventions/hand_evidence.h"
 #include "solver/terms/body/posture_terms.h"
 #include "solver/unknowns/ceres_solve.h"
 

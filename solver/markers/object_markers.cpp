@@ -15,12 +15,12 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/conventions/series.h"
+#include "geometry/conventions/hand_evidence.h"
 #include "geometry/error.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/rotation.h"
 #include "geometry/suggestion.h"
-#include "solver/terms/hand/object_data.h"
+#include "solver/terms/hand/paper_terms.h"
 #include "solver/unknowns/ceres_solve.h"
 
 namespace holdfast {

@@ -16,7 +16,7 @@
 #include "geometry/error.h"
 #include "solver/body_ik/arm_ik.h"
 #include "solver/body_ik/frame_pose.h"
-#include "solver/body_ik/straighten_trunk.h"
+#include "solver/body_ik/reach_warp.h"
 
 namespace holdfast {
 namespace {

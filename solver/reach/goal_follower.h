@@ -17,7 +17,7 @@
 #include "generator/wandr/rollout.h"
 #include "geometry/body/skeleton.h"
 #include "solver/body_ik/foot_lift.h"
-#include "solver/reach/reach_person.h"
+#include "solver/reach/reach_options.h"
 
 namespace holdfast {
 

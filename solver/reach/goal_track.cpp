@@ -12,8 +12,8 @@
 #include "geometry/error.h"
 #include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/text_scanner.h"
+#include "geometry/options.h"
 #include "geometry/parallel.h"
-#include "geometry/value_ranges.h"
 
 namespace holdfast {
 namespace {

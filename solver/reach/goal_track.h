@@ -13,7 +13,7 @@
 #include "generator/wandr/network.h"
 #include "generator/wandr/rollout.h"
 #include "solver/reach/goal_follower.h"
-#include "solver/reach/reach_person.h"
+#include "solver/reach/reach_options.h"
 
 namespace holdfast {
 

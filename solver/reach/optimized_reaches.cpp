@@ -11,7 +11,7 @@
 
 #include <fmt/format.h>
 
-#include "generator/matching/set_manifest.h"
+#include "generator/matching/capture_set.h"
 #include "generator/nn/random_stream.h"
 #include "generator/scripted/reach_motion.h"
 #include "generator/wandr/goal_plan.h"

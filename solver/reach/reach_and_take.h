@@ -7,7 +7,6 @@
 #include "geometry/parallel.h"
 #include "solver/fit/prepared_object.h"
 #include "solver/reach/reach_options.h"
-#include "solver/reach/reach_person.h"
 #include "solver/reach/walk_and_reach.h"
 #include "solver/take/take.h"
 

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "generator/wandr/motion_states.h"
-#include "solver/latent/motion_cost.h"
 #include "solver/latent/reach_by_optimization.h"
+#include "solver/latent/rollout_cost.h"
 
 namespace holdfast {
 

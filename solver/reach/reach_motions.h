@@ -12,7 +12,6 @@
 #include "geometry/parallel.h"
 #include "solver/body_ik/reach_refit.h"
 #include "solver/reach/reach_options.h"
-#include "solver/reach/reach_person.h"
 
 namespace holdfast {
 

@@ -13,7 +13,6 @@
 #include "solver/body_ik/reach_refit.h"
 #include "solver/reach/reach_motions.h"
 #include "solver/reach/reach_options.h"
-#include "solver/reach/reach_person.h"
 
 /// A person walks to goals of the wrist: generates motions, selects the best, pins its feet.
 ///

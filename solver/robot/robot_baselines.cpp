@@ -7,7 +7,6 @@
 #include "geometry/mesh/surface_distance.h"
 #include "geometry/rotation.h"
 #include "solver/robot/human_demonstration.h"
-#include "solver/robot/robot_baseline_terms.h"
 #include "solver/robot/robot_solver.h"
 #include "solver/robot/robot_terms.h"
 #include "solver/unknowns/ceres_solve.h"

@@ -13,7 +13,7 @@
 #include "geometry/io/container/npz.h"
 #include "geometry/parallel.h"
 #include "geometry/render/camera.h"
-#include "geometry/render/contact_sheet.h"
+#include "geometry/render/image.h"
 #include "geometry/render/rasterizer.h"
 #include "geometry/rotation.h"
 

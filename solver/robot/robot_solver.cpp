@@ -8,7 +8,7 @@
 #include <numeric>
 
 #include "geometry/rotation.h"
-#include "solver/robot/robot_hold.h"
+#include "solver/robot/robot_measures.h"
 #include "solver/unknowns/rotation_manifold.h"
 
 namespace holdfast {

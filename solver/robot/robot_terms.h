@@ -11,7 +11,6 @@
 #include "geometry/mesh/distance_grid.h"
 #include "geometry/rotation.h"
 #include "solver/robot/hand_correspondence.h"
-#include "solver/robot/near_samples.h"
 #include "solver/robot/robot_solids.h"
 #include "solver/robot/robot_term.h"
 #include "solver/terms/hand/paper_terms.h"

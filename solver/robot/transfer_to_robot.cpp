@@ -16,7 +16,7 @@
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
-#include "solver/robot/near_samples.h"
+#include "solver/robot/robot_solids.h"
 #include "solver/robot/robot_solver.h"
 #include "solver/robot/robot_terms.h"
 #include "solver/unknowns/ceres_solve.h"

@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "generator/walk_statistics/joint_error.h"
 #include "generator/walk_statistics/motion_metrics.h"
 #include "geometry/clip/clip_body.h"
 #include "geometry/parallel.h"

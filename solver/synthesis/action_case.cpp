@@ -8,7 +8,7 @@
 
 #include "generator/actions/action_strokes.h"
 #include "generator/imos/action_sequence.h"
-#include "generator/imos/run_synthesis.h"
+#include "generator/imos/synthesis_network.h"
 #include "generator/scripted/reach_motion.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/clip_arrays.h"

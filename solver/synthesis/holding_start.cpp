@@ -2,17 +2,27 @@
 #include "solver/synthesis/holding_start.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
+#include "generator/actions/face_marks.h"
 #include "generator/actions/standing_start.h"
+#include "generator/matching/capture_quality.h"
+#include "generator/matching/foot_lock.h"
+#include "geometry/body/skeleton.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
+#include "geometry/rotation.h"
 #include "geometry/seed.h"
 #include "solver/actions/action_clip.h"
+#include "solver/actions/action_motion.h"
+#include "solver/synthesis/synthesis.h"
+#include "solver/unknowns/ceres_solve.h"
+#include "solver/unknowns/change_spline.h"
 
 namespace holdfast {
 namespace {
@@ -117,6 +127,166 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   hold.detail = made.detail;
   start.clip = std::move(made.clip);
   return hold;
+}
+
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
+constexpr double kReaches_m = 0.15;  // beyond this, the action does not reach the face
+constexpr double kThere_m = 0.05,
+                 kAway_m = 0.13;  // beyond the minimum distance: full and zero correction
+constexpr double kPlace_m = 0.002, kPath_m = 0.03;
+constexpr double kKnot_s = 1.0 / 6.0;
+constexpr int kPasses = 3, kIterations = 12;
+
+// Offset of the object from its place at the face in every frame, in the head's frame.
+struct FaceCourse {
+  std::vector<Vector3d> lack;
+  int nearest = 0;
+
+  double Distance(std::size_t t) const { return lack[t].norm(); }
+};
+
+class FaceRefit {
+ public:
+  FaceRefit(const ActionActor& actor, const ActionProp& prop, std::string_view action,
+            const Clip& clip)
+      : rest_joints_(actor.Measures().rest_joints),
+        face_(actor.Face()),
+        marks_(prop.marks),
+        action_(action),
+        chain_(rest_joints_, Side::kRight),
+        rate_(clip.frame_rate),
+        frames_(BodyFrames(clip, rest_joints_)),
+        feet_(FeetOf(Place(rest_joints_, frames_))) {
+    for (std::size_t t = 0; t < frames_.size(); ++t) {
+      wrist_from_object_.push_back(Wrist(t).inverse() *
+                                   clip.object->Pose(static_cast<Eigen::Index>(t)));
+    }
+  }
+
+  // Returns nothing if the action has no place at the face.
+  std::optional<FaceCourse> Course() const {
+    FaceCourse course;
+    for (std::size_t t = 0; t < frames_.size(); ++t) {
+      const BodyPlacement placed = Place(rest_joints_, frames_[t]);
+      const Isometry3d head_from_object = placed.WorldFromJoint(kHead).inverse() *
+                                          placed.WorldFromJoint(chain_.WristJointId()) *
+                                          wrist_from_object_[t];
+      const auto wanted = FacePlaceOf(action_, marks_, face_, head_from_object);
+      if (!wanted) return std::nullopt;
+      course.lack.push_back(wanted->place - head_from_object * wanted->mark);
+      if (course.Distance(t) < course.Distance(static_cast<std::size_t>(course.nearest))) {
+        course.nearest = static_cast<int>(t);
+      }
+    }
+    return course;
+  }
+
+  // Weight of the correction per frame: full near the face, zero on the way there.
+  std::vector<double> Shares(const FaceCourse& course) const {
+    const double least = course.Distance(static_cast<std::size_t>(course.nearest));
+    std::vector<double> raw(frames_.size());
+    for (std::size_t t = 0; t < raw.size(); ++t) {
+      const double away = (course.Distance(t) - least - kThere_m) / (kAway_m - kThere_m);
+      const double x = std::clamp(1.0 - away, 0.0, 1.0);
+      raw[t] = x * x * (3.0 - 2.0 * x);
+    }
+    return raw;
+  }
+
+  void Solve(const FaceCourse& course, const std::vector<double>& shares) {
+    ChangeSpline change(static_cast<int>(frames_.size()),
+                        std::max(2, static_cast<int>(std::lround(kKnot_s * rate_))));
+    ceres::Problem problem;
+    change.AddTo(problem);
+    for (std::size_t t = 0; t < frames_.size(); ++t) {
+      const ActionFrameTerms terms = TermsOf(t, course.lack[t], shares[t]);
+      change.AddFrame(problem, static_cast<int>(t), [&](const Eigen::Vector4d& basis) {
+        return new ActionFrameBlock(chain_, frames_[t], terms, basis);
+      });
+    }
+    change.AddPrior(problem, UpperBodySigma({0.02, 0.03, 0.01}, 4.0 * kDegree, 6.0 * kDegree),
+                    0.35);
+    change.HoldStart(problem);
+    if (!SolveQuietly(SparseOptions(kIterations, 1e-3), problem).IsSolutionUsable()) return;
+    std::vector<BodyFrame> changed;
+    for (std::size_t t = 0; t < frames_.size(); ++t) {
+      changed.push_back(chain_.Changed(frames_[t], change.At(static_cast<int>(t))));
+      PlaceLegs(rest_joints_, feet_[t], changed.back());
+    }
+    frames_ = std::move(changed);
+  }
+
+  void WriteTo(Clip& clip) const {
+    SetBodyFrames(frames_, rest_joints_, clip);
+    for (std::size_t t = 0; t < frames_.size(); ++t) {
+      clip.object->SetPose(static_cast<Eigen::Index>(t), Wrist(t) * wrist_from_object_[t]);
+    }
+  }
+
+ private:
+  Isometry3d Wrist(std::size_t t) const {
+    return Place(rest_joints_, frames_[t]).WorldFromJoint(chain_.WristJointId());
+  }
+
+  ActionFrameTerms TermsOf(std::size_t t, const Vector3d& lack, double share) const {
+    const BodyFrame& frame = frames_[t];
+    const BodyPlacement placed = Place(rest_joints_, frame);
+    const Vector3d wrist = placed.joints.col(chain_.WristJointId());
+    ActionFrameTerms terms;
+    terms.hand.share = share;
+    terms.hand.in_world = wrist;
+    terms.hand.in_head = placed.WorldFromJoint(kHead).inverse() * wrist + lack;
+    terms.hand.sigma_m = std::min(kPath_m, kPlace_m / std::max(share, 1e-3));
+    terms.gaze.wanted = placed.rotation[kHead].col(2);
+    terms.lean.up = placed.rotation[kSpine3].col(1);
+    terms.lean.forward = placed.rotation[kSpine3].col(2);
+    terms.balance.captured = Balance::Middle(chain_, placed);
+    terms.legs = LegReach::Of(chain_, placed, feet_[t]);
+    terms.range = JointRange::Of(chain_, frame, limits_);
+    return terms;
+  }
+
+  const Eigen::Matrix3Xd& rest_joints_;
+  const FaceMarks& face_;
+  const ObjectMarks& marks_;
+  std::string_view action_;
+  UpperBodyChain chain_;
+  JointLimits limits_ = CapturedJointLimits();
+  double rate_;
+  std::vector<BodyFrame> frames_;
+  std::vector<FeetTarget> feet_;
+  std::vector<Isometry3d> wrist_from_object_;
+};
+
+std::optional<FaceDistance> DistanceOf(const std::optional<FaceCourse>& course) {
+  if (!course || course->lack.empty()) return std::nullopt;
+  return FaceDistance{course->nearest, course->Distance(static_cast<std::size_t>(course->nearest))};
+}
+
+}  // namespace
+
+std::optional<FaceDistance> NearestToFace(const ActionActor& actor, const ActionProp& prop,
+                                          std::string_view action, const Clip& clip) {
+  return DistanceOf(FaceRefit(actor, prop, action, clip).Course());
+}
+
+std::optional<FaceDistance> RefitAtFace(const ActionActor& actor, const ActionProp& prop,
+                                        std::string_view action, Clip& clip) {
+  FaceRefit refit(actor, prop, action, clip);
+  std::optional<FaceCourse> course = refit.Course();
+  const std::optional<FaceDistance> before = DistanceOf(course);
+  if (!before || before->distance_m > kReaches_m) return before;
+  const std::vector<double> shares = refit.Shares(*course);
+  for (int pass = 0; pass < kPasses; ++pass) {
+    refit.Solve(*course, shares);
+    course = refit.Course();
+  }
+  refit.WriteTo(clip);
+  return DistanceOf(course);
 }
 
 }  // namespace holdfast

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "generator/matching/leg_placement.h"
+#include "generator/matching/foot_lock.h"
 #include "generator/nn/random_stream.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/body/skeleton.h"

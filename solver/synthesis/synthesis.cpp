@@ -8,7 +8,6 @@
 
 #include "generator/imos/action_sequence.h"
 #include "generator/matching/foot_lock.h"
-#include "generator/matching/leg_placement.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "generator/imos/network.h"
-#include "generator/imos/run_synthesis.h"
+#include "generator/imos/synthesis_network.h"
 #include "generator/matching/body_frame.h"
 #include "generator/scripted/reach_motion.h"
 #include "geometry/body/hand_model.h"

@@ -22,7 +22,6 @@
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_measures.h"
 #include "solver/synthesis/motion_passes.h"
-#include "solver/synthesis/return_motion.h"
 #include "solver/synthesis/standing_life.h"
 #include "solver/synthesis/synthesis.h"
 

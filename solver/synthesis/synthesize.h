@@ -16,7 +16,6 @@
 #include "geometry/options.h"
 #include "geometry/parallel.h"
 #include "solver/carry/fit_job.h"
-#include "solver/synthesis/face_refit.h"
 #include "solver/synthesis/holding_start.h"
 #include "solver/synthesis/motion_passes.h"
 #include "solver/synthesis/synthesis.h"

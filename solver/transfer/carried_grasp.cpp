@@ -15,7 +15,7 @@
 #include "solver/fit/hand_object_block.h"
 #include "solver/fit/hold_terms.h"
 #include "solver/grasp/grasp_assessment.h"
-#include "solver/grasp/grasp_refinement.h"
+#include "solver/grasp/grasp_stages.h"
 #include "solver/terms/hand/hand_prior.h"
 #include "solver/terms/hand/vertex_goals.h"
 #include "solver/unknowns/ceres_solve.h"

@@ -8,7 +8,7 @@
 #include "generator/body/limb_ik.h"
 #include "generator/body/pose_builder.h"
 #include "generator/matching/body_frame.h"
-#include "generator/matching/leg_placement.h"
+#include "generator/matching/foot_lock.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/unknowns/wrist_offset.h"

@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Grasp stability in an independent physics engine (MuJoCo, an optional component): measures how
-/// far an object moves in a hand under gravity in six directions, and along the clip's own motion.
-/// docs/metrics.md has the protocol. No search uses it.
-
 #include <array>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -16,8 +14,13 @@
 #include "geometry/mesh/convex_pieces.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
+#include "solver/grasp/grasp_set.h"
 #include "solver/trial/trial_hand.h"
 #include "solver/trial/trial_scene.h"
+
+/// Grasp stability in an independent physics engine (MuJoCo, an optional component): measures how
+/// far an object moves in a hand under gravity in six directions, and along the clip's own motion.
+/// docs/metrics.md has the protocol. No search uses it.
 
 namespace holdfast {
 
@@ -109,5 +112,14 @@ struct HandMotion {
 HoldTrial TryHold(const HandState& state, const Eigen::Isometry3d& world_from_object,
                   const TrialSolid& solid, const SignedDistance& distance,
                   const TrialProtocol& protocol, const HandMotion* motion = nullptr);
+
+/// Tries many grasps of one object (FindGrasps) in the six directions each, on `protocol.threads`
+/// threads. `progress` is called with the completed fraction, in (0, 1], from one thread at a time;
+/// once it returns false, trials not yet begun stay empty: held in none. Throws Error without
+/// MuJoCo, and for an object without volume.
+std::vector<HoldTrial> TryGrasps(const HandModel& hand, const TriangleMesh& object,
+                                 std::span<const CertifiedGrasp> grasps,
+                                 const TrialProtocol& protocol = {},
+                                 const std::function<bool(double)>& progress = {});
 
 }  // namespace holdfast

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <filesystem>
 #include <optional>
 #include <string>
 
@@ -42,5 +43,11 @@ nlohmann::json TrialJson(const ClipTrial& trial);
 nlohmann::json TrialProtocolJson(const TrialProtocol& protocol);
 /// One-line summary: "right hand, 0.20 kg, grip 16 N: holds in 6 of 6 directions ...".
 std::string TrialText(const ClipTrial& trial);
+
+/// Writes a video of a trial of `scene` from TryClip: the hand squeezes, then hand and object are
+/// rotated to each direction in turn, with gravity always down in the image, as MuJoCo moved them.
+/// A caption shows direction and slip. Throws Error as WriteVideo does.
+void WriteTrialFilm(const std::filesystem::path& path, const ClipScene& scene,
+                    const ClipTrial& trial, int threads = 1);
 
 }  // namespace holdfast

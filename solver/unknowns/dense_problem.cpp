@@ -9,7 +9,7 @@
 
 #include <ceres/iteration_callback.h>
 
-#include "geometry/isa.h"
+#include "geometry/parallel.h"
 #include "solver/kernels/pair_kernel.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/rotation_manifold.h"

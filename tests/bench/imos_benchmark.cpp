@@ -10,7 +10,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "generator/imos/run_synthesis.h"
+#include "generator/imos/synthesis_network.h"
 #include "geometry/io/container/npz.h"
 #include "tests/support/imos_scene.h"
 

@@ -8,8 +8,8 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/clip/clip.h"
-#include "geometry/io/mesh/mesh_groups.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "geometry/io/mesh/textured_mesh.h"
 #include "tests/geometry/mesh_shapes.h"
 #include "tests/support/program.h"
 #include "tests/support/temporary_folder.h"

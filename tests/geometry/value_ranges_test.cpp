@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/value_ranges.h"
+#include "geometry/options.h"
 
 #include "geometry/clip/clip.h"
 #include "geometry/io/motion/motion_file.h"

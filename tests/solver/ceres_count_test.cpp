@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "generator/wandr/motion_states.h"
-#include "generator/wandr/reach_network.h"
+#include "generator/wandr/network.h"
 #include "geometry/clip/clip_body.h"
 #include "geometry/import/load_clip.h"
 #include "solver/carry/carry.h"

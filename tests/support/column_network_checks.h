@@ -8,7 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "generator/nn/column_network.h"
-#include "geometry/isa.h"
+#include "geometry/parallel.h"
 #include "tests/support/wandr_scene.h"
 
 /// What every network that runs on columns must do.

@@ -12,7 +12,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/body/end_site.h"
+#include "geometry/body/body_kinematics.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/byte_source.h"

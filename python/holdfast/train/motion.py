@@ -80,7 +80,7 @@ def wrist_position(rotations, transl, bones, wrist):
 
 
 def heading_of(root):
-    """Cosine and sine (N, 1) of the azimuth of a body with this root rotation (heading.h)."""
+    """Cosine and sine (N, 1) of the azimuth of a body with this root rotation."""
     x, y = root[:, 0, :1], root[:, 1, :1]
     inverse = 1.0 / torch.sqrt((x * x + y * y).clamp_min(1e-12))
     return x * inverse, y * inverse

@@ -127,7 +127,7 @@ class Pose:
         return Pose(self.transl.detach(), self.rotations.detach())
 
     def delta_to(self, other):
-        """The delta between two poses (pose_delta.h)."""
+        """The delta between two poses."""
         heading = motion.heading_of(self.rotations[:, 0])
         change = self.rotations.transpose(2, 3) @ other.rotations
         return torch.cat((motion.to_heading(heading, other.transl - self.transl),
@@ -353,7 +353,7 @@ class Loop:
         self.wrist = motion.RIGHT_WRIST if options.wrist == "right" else motion.LEFT_WRIST
 
     def condition(self, pose, delta, goal, eta, active):
-        """What the network is told (N, 268 + intention), normalized (condition.h)."""
+        """What the network is told (N, 268 + intention), normalized."""
         root = pose.rotations[:, 0]
         heading = c, s = motion.heading_of(root)
         x = c * root[:, 0] + s * root[:, 1]

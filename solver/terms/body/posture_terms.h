@@ -13,7 +13,7 @@
 #include <Eigen/Geometry>
 
 #include "generator/body/limb_ik.h"
-#include "generator/matching/leg_placement.h"
+#include "generator/matching/foot_lock.h"
 #include "geometry/rotation.h"
 #include "solver/unknowns/upper_body_chain.h"
 

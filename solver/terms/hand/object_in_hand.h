@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 
 #include "geometry/body/hand_model.h"
-#include "solver/unknowns/vertex_term.h"
+#include "solver/unknowns/wrist_offset.h"
 
 namespace holdfast {
 

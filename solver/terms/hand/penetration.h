@@ -15,7 +15,7 @@
 #include "solver/hand/hand_evaluation.h"
 #include "solver/hand/hand_landmarks.h"
 #include "solver/unknowns/rotation_manifold.h"
-#include "solver/unknowns/vertex_term.h"
+#include "solver/unknowns/wrist_offset.h"
 
 namespace holdfast {
 

@@ -11,7 +11,7 @@
 
 #include "geometry/mesh/distance_grid.h"
 #include "solver/terms/hand/penetration.h"
-#include "solver/unknowns/vertex_term.h"
+#include "solver/unknowns/wrist_offset.h"
 
 namespace holdfast {
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 
-#include "geometry/io/markers/markers.h"
+#include "geometry/io/markers/c3d.h"
+#include "geometry/io/markers/marker_tables.h"
 #include "tests/fuzz/fuzz_target.h"
 
 HOLDFAST_FUZZ_TARGET(markers) {

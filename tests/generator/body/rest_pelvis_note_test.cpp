@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "generator/imos/synthesis_network.h"
-#include "generator/wandr/reach_network.h"
+#include "generator/wandr/network.h"
 
 namespace holdfast {
 namespace {

@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "generator/imos/run_synthesis.h"
+#include "generator/imos/synthesis_network.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "tests/support/imos_scene.h"

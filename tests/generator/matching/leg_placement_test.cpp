@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "generator/matching/leg_placement.h"
+#include "generator/matching/foot_lock.h"
 
 #include <gtest/gtest.h>
 

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/nn/mlp.h"
+#include "generator/nn/column_network.h"
 #include "generator/nn/network_weights.h"
 #include "geometry/error.h"
 #include "tests/support/column_network_checks.h"

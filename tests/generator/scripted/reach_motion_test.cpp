@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 #include <Eigen/Geometry>
 
-#include "generator/body/finger_pose.h"
 #include "generator/body/limb_ik.h"
+#include "generator/body/pose_builder.h"
 #include "generator/walk_statistics/motion_metrics.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "generator/walk_statistics/joint_error.h"
+#include "generator/walk_statistics/motion_metrics.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/body/vertex_adjoint.h"
+#include "geometry/body/body_frames.h"
 
 #include <algorithm>
 #include <cmath>

@@ -12,7 +12,6 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
-#include "geometry/render/contact_sheet.h"
 #include "geometry/render/image.h"
 #include "geometry/render/lighting.h"
 #include "geometry/render/visibility.h"

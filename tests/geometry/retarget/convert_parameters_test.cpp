@@ -9,7 +9,7 @@
 
 #include "geometry/body/hand_model.h"
 #include "geometry/error.h"
-#include "geometry/io/motion/parameter_writer.h"
+#include "geometry/io/motion/motion_file.h"
 #include "geometry/rotation.h"
 #include "tests/support/mano_like.h"
 #include "tests/support/smplh_like.h"

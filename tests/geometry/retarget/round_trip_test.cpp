@@ -17,7 +17,7 @@
 #include "geometry/io/gltf/gltf_writer.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/io/motion/bvh.h"
-#include "geometry/io/motion/parameter_writer.h"
+#include "geometry/io/motion/motion_file.h"
 #include "geometry/rotation.h"
 #include "tests/support/moving_clip.h"
 #include "tests/support/temporary_folder.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/score/contact_track.h"
+#include "geometry/score/hand_object_score.h"
 
 #include <gtest/gtest.h>
 

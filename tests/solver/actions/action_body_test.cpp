@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/actions/action_body.h"
+#include "solver/actions/action_motion.h"
 
 #include <array>
 #include <random>

@@ -10,8 +10,8 @@
 
 #include "generator/matching/foot_lock.h"
 #include "generator/wandr/motion_states.h"
+#include "generator/wandr/network.h"
 #include "generator/wandr/reach_goals.h"
-#include "generator/wandr/reach_network.h"
 #include "generator/wandr/reach_outcome.h"
 #include "geometry/body/body_model.h"
 #include "geometry/error.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/body_ik/straighten_trunk.h"
+#include "solver/body_ik/reach_warp.h"
 
 #include <cmath>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // A ball that goes with a hand at a distance or within it, its rotation not known.
-#include "solver/carry/refine_ball.h"
+#include "solver/carry/follow.h"
 
 #include <array>
 
@@ -9,7 +9,6 @@
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
 #include "geometry/score/contact_score.h"
-#include "solver/carry/follow.h"
 #include "solver/carry/refine.h"
 
 namespace holdfast {

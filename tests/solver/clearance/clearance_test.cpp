@@ -11,7 +11,7 @@
 #include "geometry/rotation.h"
 #include "geometry/score/own_body_score.h"
 #include "solver/clearance/arm_spline.h"
-#include "solver/clearance/clearance_blocks.h"
+#include "solver/clearance/body_meeting.h"
 #include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: MIT
 // Grasps where they are asked for: on a part of an object, off one, near a point.
-#include "solver/grasp/grasp_place.h"
+#include "solver/grasp/grasp_placement.h"
 
 #include <cmath>
 

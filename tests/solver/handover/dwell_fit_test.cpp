@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/handover/dwell_fit.h"
+#include "solver/handover/handover_search.h"
 
 #include <algorithm>
 

@@ -10,7 +10,6 @@
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
-#include "solver/handover/dwell_fit.h"
 #include "solver/handover/handover_search.h"
 
 namespace holdfast {

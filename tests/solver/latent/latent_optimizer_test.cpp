@@ -13,7 +13,7 @@
 #include <gtest/gtest.h>
 
 #include "generator/wandr/motion_states.h"
-#include "generator/wandr/reach_network.h"
+#include "generator/wandr/network.h"
 #include "generator/wandr/reach_outcome.h"
 #include "geometry/error.h"
 #include "tests/geometry/mesh_shapes.h"

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: MIT
-#include "solver/latent/motion_cost.h"
+#include "solver/latent/rollout_cost.h"
 
 #include <gtest/gtest.h>
 
 #include "generator/wandr/motion_states.h"
-#include "generator/wandr/reach_network.h"
+#include "generator/wandr/network.h"
 #include "geometry/rotation.h"
 #include "tests/support/wandr_scene.h"
 

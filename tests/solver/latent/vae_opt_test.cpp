@@ -7,7 +7,7 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/wandr/reach_network.h"
+#include "generator/wandr/network.h"
 #include "geometry/error.h"
 #include "solver/latent/latent_solve.h"
 #include "tests/support/wandr_scene.h"

@@ -14,7 +14,7 @@
 #include "generator/body/limb_ik.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
-#include "solver/markers/repaired_markers.h"
+#include "solver/markers/marker_json.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/temporary_folder.h"
 

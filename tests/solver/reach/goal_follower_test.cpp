@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/wandr/reach_network.h"
+#include "generator/wandr/network.h"
 #include "geometry/error.h"
 #include "solver/reach/goal_track.h"
 #include "tests/support/temporary_folder.h"

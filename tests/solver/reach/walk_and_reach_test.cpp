@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "generator/wandr/reach_network.h"
+#include "generator/wandr/network.h"
 #include "geometry/error.h"
 #include "tests/geometry/mesh_shapes.h"
 

@@ -12,7 +12,6 @@
 #include "geometry/error.h"
 #include "geometry/io/container/npz.h"
 #include "geometry/rotation.h"
-#include "solver/recipes/imos_finger_loss.h"
 #include "tests/support/hand_scene.h"
 #include "tests/support/temporary_folder.h"
 

@@ -19,7 +19,6 @@
 #include "geometry/rotation.h"
 #include "solver/robot/human_demonstration.h"
 #include "solver/robot/robot_anatomy.h"
-#include "solver/robot/robot_hold.h"
 #include "solver/robot/robot_measures.h"
 #include "solver/robot/robot_solver.h"
 #include "solver/robot/robot_terms.h"

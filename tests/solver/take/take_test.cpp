@@ -9,7 +9,7 @@
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
-#include "solver/take/take_measures.h"
+#include "solver/take/take.h"
 #include "solver/take/take_motion.h"
 #include "solver/take/take_plan.h"
 #include "tests/generator/test_body.h"

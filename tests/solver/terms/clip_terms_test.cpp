@@ -6,8 +6,8 @@
 
 #include "geometry/io/mesh/mesh_io.h"
 #include "solver/fit/hand_object_block.h"
-#include "solver/terms/hand/object_data.h"
 #include "solver/terms/hand/object_motion.h"
+#include "solver/terms/hand/paper_terms.h"
 #include "solver/terms/hand/vertex_goals.h"
 #include "tests/support/numeric_jacobian.h"
 

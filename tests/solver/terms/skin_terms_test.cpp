@@ -7,7 +7,7 @@
 #include "geometry/mesh/surface_distance.h"
 #include "geometry/score/contact_metrics.h"
 #include "solver/fit/hand_object_block.h"
-#include "solver/hand/hand_postures.h"
+#include "solver/hand/hand_landmarks.h"
 #include "solver/terms/hand/object_in_hand.h"
 #include "solver/terms/hand/penetration.h"
 #include "solver/unknowns/rotation_manifold.h"

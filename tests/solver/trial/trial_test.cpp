@@ -11,9 +11,8 @@
 #include "geometry/mesh/convex_hull.h"
 #include "geometry/rotation.h"
 #include "geometry/score/contact_metrics.h"
-#include "solver/hand/hand_postures.h"
+#include "solver/hand/hand_landmarks.h"
 #include "solver/trial/trial_clip.h"
-#include "solver/trial/trial_grasps.h"
 
 namespace holdfast {
 namespace {

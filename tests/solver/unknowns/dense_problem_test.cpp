@@ -6,7 +6,6 @@
 
 #include <gtest/gtest.h>
 
-#include "solver/terms/hand/object_data.h"
 #include "solver/terms/hand/paper_terms.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/rotation_manifold.h"

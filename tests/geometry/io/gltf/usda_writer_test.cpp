@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/gltf/usda_writer.h"
+#include "geometry/export/export_clip.h"
 
 #include <cctype>
 #include <map>

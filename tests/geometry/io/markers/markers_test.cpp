@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/markers/markers.h"
+#include "geometry/io/markers/c3d.h"
+#include "geometry/io/markers/marker_tables.h"
 
 #include <array>
 #include <bit>
