@@ -106,8 +106,8 @@ HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspC
   return measure;
 }
 
-double DepthInBody(const Clip& clip, const BodySurface& skin, const OwnBody& obstacle,
-                   const PreparedObject& object) {
+double ObjectDepthInBody(const Clip& clip, const BodySurface& skin, const OwnBody& obstacle,
+                         const PreparedObject& object) {
   constexpr int kFrames = 10;
   double deepest = 0.0;
   BodyState state;
@@ -344,7 +344,7 @@ Attempt VariantMaker::Try(int index) const {
     if (worst.deepest_mm > options_.max_depth_mm) why = "depth";
     if (why.empty() && worst.touching < worst.frames) why = "contact";
     if (why.empty() && person.obstacle &&
-        1e3 * DepthInBody(attempt.clip, *person.skin, *person.obstacle, *shape.object) >
+        1e3 * ObjectDepthInBody(attempt.clip, *person.skin, *person.obstacle, *shape.object) >
             options_.max_body_mm) {
       why = "body";
     }

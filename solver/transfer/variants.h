@@ -42,8 +42,8 @@ HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspC
                         const PreparedObject& object, const TransferredHold& hold, double touch_m);
 
 /// Depth of the object in the person's body, meters: maximum over ten frames in which it is held.
-double DepthInBody(const Clip& clip, const BodySurface& skin, const OwnBody& obstacle,
-                   const PreparedObject& object);
+double ObjectDepthInBody(const Clip& clip, const BodySurface& skin, const OwnBody& obstacle,
+                         const PreparedObject& object);
 
 /// Variation of a demonstration. All random values depend on seed and variant number.
 struct VariantOptions {
