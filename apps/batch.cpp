@@ -114,7 +114,7 @@ class Batch {
       std::error_code ignored;
       outcome.done = outcome.exit_code == kDone ||
                      (outcome.exit_code == kFitFault && fs::exists(ResultOf(line), ignored));
-      if (outcome.exit_code != kDone) outcome.fault = "the result falls short of what was asked";
+      if (outcome.exit_code != kDone) outcome.fault = "the result does not meet the requirements";
       outcome.summary = SummaryOfResult(captured.Summary());
     } catch (const FitFailure& failure) {
       outcome.exit_code = kFitFault;
@@ -186,7 +186,7 @@ class Batch {
       }
       if (results.insert(ResultOf(line)).second) continue;
       throw Error(line.where, fmt::format("would write '{}' again", ResultOf(line).string()),
-                  "Give each job another name=");
+                  "Give each job a different name=");
     }
   }
 
@@ -251,8 +251,8 @@ Outcome RunBatch(const CLI::App& parsed, const BatchCommand& command, const Batc
   outcome.text = fmt::format(
       "{}: {} jobs, {} failed{}{}\n",
       (complete ? run.folder / "manifest.json" : run.folder).string(), report.jobs, report.failed,
-      report.before > 0 ? fmt::format(" ({} were there already)", report.before) : "",
-      complete ? "" : fmt::format("; of the whole list, {} are not done yet", report.unfinished));
+      report.before > 0 ? fmt::format(" ({} done before)", report.before) : "",
+      complete ? "" : fmt::format("; {} jobs of the whole list not done yet", report.unfinished));
   return outcome;
 }
 
@@ -306,13 +306,13 @@ std::vector<std::string> JobArguments(const CLI::App& command, const JobLine& li
       positionals, [](const CLI::Option* option) { return option->get_expected_max() > 1; });
   if (line.words.size() > positionals.size() && !takes_more) {
     throw Error(line.where,
-                fmt::format("'{}' is one argument too many", line.words[positionals.size()]),
-                "Options are written like hand=left");
+                fmt::format("has an extra argument '{}'", line.words[positionals.size()]),
+                "Write options like hand=left");
   }
   for (const std::string& word : line.words) {
     if (!word.starts_with('-')) continue;
-    throw Error(line.where, fmt::format("'{}' is no argument", word),
-                "Options are written like hand=left");
+    throw Error(line.where, fmt::format("has an invalid argument '{}'", word),
+                "Write options like hand=left");
   }
   std::vector<std::string> words = line.words;
   for (const auto& [key, value] : line.keys) {
@@ -322,9 +322,8 @@ std::vector<std::string> JobArguments(const CLI::App& command, const JobLine& li
       for (const CLI::Option* candidate : command.get_options()) {
         if (!IsOfTheRun(*candidate)) known.push_back(candidate->get_lnames().front());
       }
-      throw Error(
-          line.where, fmt::format("has an unknown key '{}'", key),
-          Suggestion(key, known) + "Keys are the command's options without dashes, and name");
+      throw Error(line.where, fmt::format("has an unknown key '{}'", key),
+                  Suggestion(key, known) + "Use name or the command's options without dashes");
     }
     words.push_back(fmt::format("--{}={}", key, value));
   }
@@ -335,7 +334,7 @@ void ParseJob(CLI::App& app, const std::vector<std::string>& arguments, const st
   try {
     app.parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
   } catch (const CLI::ParseError& error) {
-    throw Error(where, fmt::format("does not read ({})", error.what()), "Correct the line");
+    throw Error(where, fmt::format("cannot be parsed ({})", error.what()), "Correct the line");
   }
 }
 
@@ -343,30 +342,31 @@ void AddBatchable(CLI::App& app, const BatchCommand& command, int& exit_code) {
   command.add(app, exit_code);
   CLI::App& own = *app.get_subcommand(command.name);
   auto options = std::make_shared<BatchOptions>();
-  const char* const group = "Many at once";
+  const char* const group = "Batch processing";
   own.add_option_function<std::string>(
          "--batch",
          [&own, command, options](const std::string& list) {
            options->list = list;
            BecomeBatch(own, command, options);
          },
-         "A file with one job per line: this command's arguments, then key=value for options of "
-         "that job, and name=NAME. -o is the folder of all results. Resumes where it was stopped; "
+         "File with one job per line: the command's arguments, then key=value for the job's "
+         "options, and name=NAME. -o is the folder for all results. An interrupted batch resumes; "
          "several processes may share the folder")
       ->trigger_on_parse()
       ->group(group);
-  AddOption(own, "--shard", options->shard,
-            "K/N: every N-th job of the list, from the K-th on; for arrays of a cluster's queue",
-            CLI::Validator(
-                [](const std::string& text) {
-                  return ParseShard(text).count > 0
-                             ? std::string()
-                             : fmt::format("{} is not K/N with K from 1 to N", text);
-                },
-                "K/N"))
+  AddOption(
+      own, "--shard", options->shard,
+      "K/N: run every N-th job of the list, starting with the K-th; for job arrays on a cluster",
+      CLI::Validator(
+          [](const std::string& text) {
+            return ParseShard(text).count > 0
+                       ? std::string()
+                       : fmt::format("{} is not K/N with K from 1 to N", text);
+          },
+          "K/N"))
       ->needs("--batch")
       ->group(group);
-  own.add_flag("--retry-failed", options->retry_failed, "Jobs that failed before are tried again")
+  own.add_flag("--retry-failed", options->retry_failed, "Retry jobs that failed before")
       ->needs("--batch")
       ->group(group);
 }

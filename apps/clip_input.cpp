@@ -125,8 +125,7 @@ ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions&
 }
 
 void AddClipInputOptions(CLI::App& command, ClipInputOptions& options) {
-  command.add_option("--object", options.object,
-                     "Mesh or embedded object in place of the one the clip names");
+  command.add_option("--object", options.object, "Mesh or embedded object in place of the clip's");
   AddOption(command, "--object-scale", options.object_scale,
             "Multiplies the object's coordinates (0.001 for millimeters)", CLI::PositiveNumber);
   command.add_option("--body", options.body,

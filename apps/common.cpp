@@ -42,8 +42,8 @@ void TellUsage(const CommonOptions& options) {
   const double cpu_s = seconds(usage.ru_utime) + seconds(usage.ru_stime);
   const double peak_mb = static_cast<double>(usage.ru_maxrss) / 1024.0;
   Detail(options, "usage",
-         fmt::format("took {:.2f} s, {:.2f} s of processor time, at most {:.0f} MB of memory",
-                     wall_s, cpu_s, peak_mb),
+         fmt::format("took {:.2f} s, CPU time {:.2f} s, peak memory {:.0f} MB", wall_s, cpu_s,
+                     peak_mb),
          {{"seconds", wall_s}, {"processor_seconds", cpu_s}, {"peak_memory_mb", peak_mb}});
 }
 
@@ -53,17 +53,17 @@ void AddCommonOptions(CLI::App& command, CommonOptions& options, bool writes,
                       std::string_view examples) {
   command.add_flag("--json", options.json, "Print the summary as JSON");
   CLI::Option* const quiet =
-      command.add_flag("--quiet,-q", options.quiet, "No progress and no notes on stderr");
+      command.add_flag("--quiet,-q", options.quiet, "Print no progress and no notes on stderr");
   command
       .add_flag("--verbose,-v", options.verbose,
-                "More on stderr: what was loaded, how long each stage took")
+                "Print details on stderr: loaded files, time of each stage")
       ->excludes(quiet);
-  AddOption(command, "--log", options.log, "Stderr as text, or as json: an object a line",
+  AddOption(command, "--log", options.log, "Format of stderr: text, or json (one object per line)",
             CLI::IsMember({"text", "json"}));
-  AddOption(command, "--threads", options.threads, "Threads; 0: all cores that the process may use",
-            CLI::Range(0, 1024));
-  AddOption(command, "--seed", options.seed, "Seed of every random draw");
-  if (writes) command.add_flag("--force,-f", options.force, "Overwrite what is there");
+  AddOption(command, "--threads", options.threads,
+            "Number of threads; 0: all cores available to the process", CLI::Range(0, 1024));
+  AddOption(command, "--seed", options.seed, "Random seed");
+  if (writes) command.add_flag("--force,-f", options.force, "Overwrite existing output");
   AddConfigOptions(command);
   command.footer(fmt::format("\nExamples:\n{}", examples));
 }
@@ -238,12 +238,12 @@ void RequireNew(const fs::path& path, const CommonOptions& options) {
   RequireNewFolder(path, options);
   std::error_code error;
   if (fs::is_directory(path, error)) {
-    throw Error(path.string(), "is a folder, a file is to be written", "Choose a file name");
+    throw Error(path.string(), "is a folder, expected a file", "Choose a file name");
   }
 }
 
 void RequireNewFolder(const fs::path& path, const CommonOptions& options) {
-  if (path.empty()) throw Error("--output", "is an empty name", "Name what is to be written");
+  if (path.empty()) throw Error("--output", "is empty", "Give the name of the output");
   std::error_code error;
   if (!options.force && fs::exists(path, error)) {
     throw Error(path.string(), "exists already", "Choose another name, or give --force");

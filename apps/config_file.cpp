@@ -92,7 +92,7 @@ class ConfigReader {
   }
   void EndLine() {
     SkipComment();
-    if (!text_.empty() && !At('\n')) Fail("goes on after its value");
+    if (!text_.empty() && !At('\n')) Fail("has extra text after its value");
   }
 
   // Reads up to the end of the line, a comment or one of `ends`, without surrounding blanks.
@@ -173,7 +173,7 @@ void Set(CLI::Option& option, const Setting& setting) {
   } else if (setting.values == std::vector<std::string>{"true"}) {
     option.add_result("true");
   } else if (setting.values != std::vector<std::string>{"false"}) {
-    throw CLI::ConversionError("is true or false");
+    throw CLI::ConversionError("expected true or false");
   }
   if (!option.empty()) option.run_callback();
 }
@@ -193,9 +193,9 @@ void Apply(CLI::App& command, const Setting& setting, const std::string& where) 
     return;
   }
   const std::string name = NameInProgram(command);
-  throw Error(
-      where, fmt::format("'{}' is no option of 'holdfast {}'", setting.key, name),
-      Suggestion(setting.key, known) + fmt::format("'holdfast {} --help' lists them", name));
+  throw Error(where, fmt::format("'{}' is not an option of 'holdfast {}'", setting.key, name),
+              Suggestion(setting.key, known) +
+                  fmt::format("Run 'holdfast {} --help' for the list of options", name));
 }
 
 void ReadConfig(CLI::App& command, const std::string& path) {
@@ -203,7 +203,8 @@ void ReadConfig(CLI::App& command, const std::string& path) {
   const bool is_text = std::ranges::none_of(text, [](char c) {
     return std::iscntrl(static_cast<unsigned char>(c)) && c != '\n' && c != '\r' && c != '\t';
   });
-  if (!is_text) throw Error(path, "is not a text", "Give --config a file of lines KEY = VALUE");
+  if (!is_text)
+    throw Error(path, "is not a text file", "Give --config a file of lines KEY = VALUE");
   const std::string own = NameInProgram(command);
   // A command's own section takes precedence over settings before all sections.
   std::map<std::pair<bool, std::string>, Setting> settings;
@@ -214,12 +215,12 @@ void ReadConfig(CLI::App& command, const std::string& path) {
     const bool is_own = setting.section == own;
     if (!is_own && !setting.section.empty()) {
       if (IsOfAnother(command, setting.section)) continue;
-      throw Error(where, fmt::format("'[{}]' is no command", setting.section),
+      throw Error(where, fmt::format("'[{}]' is not a command", setting.section),
                   fmt::format("Name sections like [{}]", own));
     }
     const std::pair<bool, std::string> key(!is_own, setting.key);
     if (!settings.emplace(key, std::move(setting)).second) {
-      throw Error(where, fmt::format("'{}' is there twice", key.second), "Keep one of them");
+      throw Error(where, fmt::format("'{}' is set twice", key.second), "Keep one of them");
     }
   }
   for (const auto& [key, setting] : settings) {
@@ -266,7 +267,7 @@ void AddConfigOptions(CLI::App& command) {
   command
       .add_option_function<std::string>(
           "--config", [&command](const std::string& path) { ReadConfig(command, path); },
-          "File of options, KEY = VALUE (TOML or INI); those of the command line win")
+          "File of options, KEY = VALUE (TOML or INI); the command line takes precedence")
       ->configurable(false);
   command
       .add_flag_callback(
@@ -275,7 +276,7 @@ void AddConfigOptions(CLI::App& command) {
             PrintConfig(command);
             throw CLI::Success();
           },
-          "Print the options that are set as such a file, and do nothing")
+          "Print the current options as such a file and exit")
       ->configurable(false);
 }
 

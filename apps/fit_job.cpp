@@ -102,7 +102,7 @@ void TellConvergence(const FitResult& fit, const CommonOptions& common) {
   std::vector<std::string> parts;
   for (const auto& [stop, count] : stops) parts.push_back(fmt::format("{} {}", count, stop));
   Detail(common, "solver",
-         fmt::format("solver: frames: {}; {} iterations in all, slowest frame {:.1f} ms",
+         fmt::format("solver: frames: {}; {} iterations in total, slowest frame {:.1f} ms",
                      fmt::join(parts, ", "), iterations, most_ms),
          {{"stops", stops}, {"iterations", iterations}, {"slowest_frame_ms", most_ms}});
 }
@@ -145,15 +145,13 @@ std::string ClearanceText(const ClearanceReport& report) {
   }
   if (report.moved) {
     return fmt::format(
-        "  body                arms were adjusted by up to {:.1f} cm so that they and the object "
-        "keep "
-        "out "
-        "of the body; {} (before: {}, up to {:.0f} mm)\n",
+        "  body                arms were adjusted by up to {:.1f} cm so that arms and object do "
+        "not penetrate the body; {} (before: {}, up to {:.0f} mm)\n",
         100.0 * std::max(report.shift_max_m, report.free_shift_max_m), left, report.deep_before,
         1e3 * report.worst_before_m);
   }
   if (report.deep == 0) return {};
-  return fmt::format("  body                the {} is up to {:.0f} mm deep in it; {}\n",
+  return fmt::format("  body                the {} penetrates the body by up to {:.0f} mm; {}\n",
                      MeetingPartName(report.worst_part), 1e3 * report.worst_m, left);
 }
 
@@ -218,7 +216,8 @@ Outcome RunFitCommand(const FitCommand& fit, const CommonOptions& common, FitLib
   Outcome outcome;
   outcome.exit_code = Interrupted() ? kInterrupted : run.Sound() ? kDone : kFitFault;
   outcome.text = fmt::format(
-      "{}/clip.npz: {} held by {}\n{}{}{}{}  whole fit {:.2f} s, grasp search included\n",
+      "{}/clip.npz: {} held by {}\n"
+      "{}{}{}{}  total time          {:.2f} s, including the grasp search\n",
       fit.output, run.object->object.name, HoldersText(CountHeld(run.report.clip.holding_hand)),
       SummaryText(metrics["summary"], carry.protocol), ClearanceText(run.report.clearance),
       DrinkText(run.report), SwitchesText(metrics["switches"]),
@@ -237,15 +236,14 @@ namespace fs = std::filesystem;
                           const std::vector<MeshGroup>& groups, const std::string& object) {
   const std::string where = fmt::format("{} {}", option, name);
   if (groups.empty()) {
-    throw Error(
-        where, fmt::format("is not a file, and {} has no named parts", object),
-        "Parts are groups, objects and materials of an .obj file; or give a file that lists "
-        "vertices, or a point with --at");
+    throw Error(where, fmt::format("is not a file, and {} has no named parts", object),
+                "Name a group, object or material of an .obj file, or give a file that lists "
+                "vertices, or a point with --at");
   }
   std::vector<std::string> names;
   for (const MeshGroup& group : groups) names.push_back(group.name);
   throw Error(where, fmt::format("is neither a part of {} nor a file", object),
-              fmt::format("{}It has: {}", Suggestion(name, names), fmt::join(names, ", ")));
+              fmt::format("{}Choose one of: {}", Suggestion(name, names), fmt::join(names, ", ")));
 }
 
 // Faces of all named parts, in the unit of the file.
@@ -282,21 +280,22 @@ TriangleMesh SurfaceNamed(const char* option, const std::vector<std::string>& as
 
 void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input, const std::string& group) {
   command
-      .add_option("--at", input.at,
-                  "Take hold at this point of the object: X,Y,Z in its own frame, meters, scaled")
+      .add_option(
+          "--at", input.at,
+          "Grasp the object at this point: X,Y,Z in the object frame, meters, after scaling")
       ->delimiter(',')
       ->expected(3)
       ->type_name("X,Y,Z")
       ->group(group);
   command
       .add_option("--region", input.region,
-                  "Take hold on this part alone: a group, object or material of the .obj file, or "
-                  "a file with the numbers of its vertices, from 0. May be repeated")
+                  "Grasp only this part: a group, object or material of the .obj file, or a file "
+                  "of vertex indices, from 0. May be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("NAME|FILE")
       ->group(group);
-  command.add_option("--avoid", input.avoid, "Touch nothing of this part; named as for --region")
+  command.add_option("--avoid", input.avoid, "Do not touch this part; given as for --region")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("NAME|FILE")

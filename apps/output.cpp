@@ -52,7 +52,8 @@ void WriteReportBeside(std::span<const ReportInput> clips, const std::filesystem
                        const CommonOptions& common) {
   if (HasReportPlayer()) {
     WriteReport(clips, path, {}, common);
-    if (Interrupted()) Note(common, "note: interrupted: the result is kept, without report.html");
+    if (Interrupted())
+      Note(common, "note: interrupted: the result is kept, but report.html is missing");
   } else {
     Note(common, "note: no report.html: this program was built without the player");
   }
@@ -61,7 +62,7 @@ void WriteReportBeside(std::span<const ReportInput> clips, const std::filesystem
 namespace fs = std::filesystem;
 
 ResultFolder::ResultFolder(fs::path path, bool force) : path_(std::move(path)) {
-  if (path_.empty()) throw Error("--output", "is an empty name", "Name the folder to make");
+  if (path_.empty()) throw Error("--output", "is empty", "Give the name of the output folder");
   if (path_.filename().empty()) path_ = path_.parent_path();  // "held/" is "held"
   std::error_code error;
   if (fs::exists(path_, error)) {
@@ -71,7 +72,7 @@ ResultFolder::ResultFolder(fs::path path, bool force) : path_(std::move(path)) {
     // Folders not written by this program are never replaced.
     if (!fs::is_directory(path_, error) ||
         (!fs::is_empty(path_, error) && !fs::exists(path_ / "metrics.json", error))) {
-      throw Error(path_.string(), "is not a result folder: it is not replaced",
+      throw Error(path_.string(), "is not a result folder and is not replaced",
                   "Choose another name");
     }
   }
@@ -83,7 +84,7 @@ ResultFolder::ResultFolder(fs::path path, bool force) : path_(std::move(path)) {
   fs::create_directories(temporary_, error);
   if (error) {
     throw Error(path_.string(), fmt::format("cannot be created ({})", error.message()),
-                "Check the folder it is to be in");
+                "Check its parent folder");
   }
   fs::remove(temporary_, error);
 }
@@ -114,8 +115,8 @@ void ResultFolder::Commit() {
   if (error) {
     std::error_code ignored;
     if (replaces) fs::rename(old, path_, ignored);
-    throw Error(path_.string(), fmt::format("could not be put in place ({})", error.message()),
-                "Check the folder it is to be in");
+    throw Error(path_.string(), fmt::format("cannot be moved into place ({})", error.message()),
+                "Check its parent folder");
   }
   temporary_.clear();
   if (replaces) fs::remove_all(old, error);

@@ -70,11 +70,11 @@ std::optional<std::string> UnknownWord(const ReachedCommand& reached,
   }
   const auto option =
       std::ranges::find_if(unknown, [](const std::string& word) { return word.starts_with('-'); });
-  if (option == unknown.end()) return fmt::format("'{}' is one argument too many. ", first);
+  if (option == unknown.end()) return fmt::format("unexpected argument '{}'. ", first);
   const std::string given = option->substr(0, option->find('='));
   const std::vector<std::string> known = OptionNames(*reached.app);
   if (std::ranges::find(known, given) != known.end()) {
-    return fmt::format("'{}' stands before the command. Put it behind. ", given);
+    return fmt::format("'{}' is given before the command. Put it after the command. ", given);
   }
   return fmt::format("there is no option '{}'. {}", given, Suggestion(given, known));
 }

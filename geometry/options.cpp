@@ -45,7 +45,7 @@ void RequireWithin(const Eigen::Ref<const Eigen::MatrixXd>& values, double most,
 void RequireFrameRate(double rate, std::string_view where) {
   if (rate >= kLowestFrameRate && rate <= kHighestFrameRate) return;
   throw Error(where, fmt::format("has {:g} frames per second", rate),
-              "1 to 10,000 are taken: check the rate (import --source-fps says another)");
+              "Give 1 to 10,000 (set the rate with import --source-fps)");
 }
 
 std::optional<std::size_t> FirstBeyond(std::span<const float> values, double most) {

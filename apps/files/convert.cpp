@@ -81,8 +81,7 @@ std::string Text(const ConvertCommand& options, const BodyModel& from, const Bod
     text += fmt::format("  the hand is out of the arm's reach in {} frames, by {:.1f} mm at most\n",
                         arms->frames_out_of_reach, arms->max_missing_mm);
   }
-  for (const std::string& item : converted.lost)
-    text += fmt::format("  not carried over: {}\n", item);
+  for (const std::string& item : converted.lost) text += fmt::format("  not converted: {}\n", item);
   return text;
 }
 
@@ -134,38 +133,37 @@ void AddConvertCommand(CLI::App& app, int& exit_code) {
       "--from-body", options->from,
       "Model of the clip: SMPL-X, SMPL-H or MANO (.npz, .pkl); the embedded body if "
       "left out");
-  command->add_option("--to-body", options->to, "Model that the result is for")->required();
+  command->add_option("--to-body", options->to, "Body model of the result")->required();
   command
-      ->add_option(
-          "-o,--output", options->output,
-          ".npz as AMASS has it (SMPL-X: a clip; SMPL-H: poses (T,156)), or .json with the "
-          "smplx package's names")
+      ->add_option("-o,--output", options->output,
+                   ".npz in AMASS layout (SMPL-X: a clip; SMPL-H: poses (T,156)), or .json with "
+                   "the array names of the smplx package")
       ->required();
   AddOption(*command, "--layout", options->layout,
-            "Names of the arrays. amass; smplx, smplh, mano: the smplx package's; auto: by "
-            "the extension",
+            "Array names: amass; smplx, smplh, mano: those of the smplx package; auto: from the "
+            "file extension",
             CLI::IsMember({"auto", "amass", "smplx", "smplh", "mano"}));
   AddOption(*command, "--from-hands", options->from_hands,
-            "Finger angles of the clip: complete (flat_hand_mean), relative to its model's "
-            "mean hand, or auto: as its format has them",
+            "Finger angles of the clip: complete (flat_hand_mean), relative to its model's mean "
+            "hand, or auto: by the clip's format",
             CLI::IsMember({"auto", "complete", "relative"}));
   AddOption(*command, "--to-hands", options->to_hands,
             "Finger angles of the result: complete (flat_hand_mean), or relative to its "
             "model's mean hand",
             CLI::IsMember({"complete", "relative"}));
   AddOption(*command, "--betas", options->betas,
-            "Shape coefficients of the result to solve for; 0: its mean shape", CLI::Range(0, 300));
+            "Number of shape coefficients to solve for; 0: the mean shape", CLI::Range(0, 300));
   command->add_option("--onto", options->onto,
-                      "From a hand alone to a body: the clip whose body it belongs to. The arm "
-                      "brings its wrist to the hand, frame by frame");
+                      "For a clip of a hand alone: the clip of the body to attach it to. In every "
+                      "frame, the arm is solved so that the wrist is at the hand");
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast convert walk.npz --from-body SMPLX_NEUTRAL.npz --to-body SMPLH_MALE.pkl -o "
       "walk_h.npz\n"
       "  holdfast convert held/clip.npz --to-body MANO_RIGHT.pkl -o hand.json --to-hands relative\n"
-      "Rotations are kept; trans is corrected for the models' pelvises (of a hand, wrists); betas "
-      "are\n"
-      "fitted to the joints; what is left is reported for each joint.\n");
+      "Rotations are kept; trans is corrected for the offset between the models' pelvises (for a "
+      "hand:\n"
+      "wrists); betas are fitted to the joints; the remaining error is reported for each joint.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -43,8 +43,8 @@ int Run(const DecimateCommand& options) {
     summary["mean_distance_mm"] = {{"forward", 1e3 * distance.mean_forward_m},
                                    {"backward", 1e3 * distance.mean_backward_m}};
     text += fmt::format(
-        "  Hausdorff distance {:.3f} mm there, {:.3f} mm back; mean {:.3f} mm there, {:.3f} mm "
-        "back\n",
+        "  Hausdorff distance {:.3f} mm forward, {:.3f} mm backward; mean {:.3f} mm forward, "
+        "{:.3f} mm backward\n",
         1e3 * distance.hausdorff_forward_m, 1e3 * distance.hausdorff_backward_m,
         1e3 * distance.mean_forward_m, 1e3 * distance.mean_backward_m);
   }
@@ -64,7 +64,7 @@ void AddDecimateCommand(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("-o,--output", options->output, "Mesh to write (.obj .ply .stl .off)")
       ->required();
-  AddOption(*command, "--vertices", options->decimate.vertices, "Vertices of the result",
+  AddOption(*command, "--vertices", options->decimate.vertices, "Number of vertices of the result",
             CLI::Range(4, 100'000'000));
   AddOption(*command, "--method", options->method,
             "lindstrom-turk, garland-heckbert or garland-heckbert-probabilistic");

@@ -153,8 +153,8 @@ void AddHandFacts(const RobotHand& hand, Inspection& inspection) {
                      fmt::format("{} links, {} with a shape", hand.NumLinks(), with_shape));
   inspection.AddFact("links_with_shape", with_shape, "");
   inspection.AddFact("joints", hand.NumDofs(),
-                     fmt::format("{} joints that move on their own, {} that follow one",
-                                 hand.NumDofs(), moving - hand.NumDofs()));
+                     fmt::format("{} independent joints, {} mimic joints", hand.NumDofs(),
+                                 moving - hand.NumDofs()));
   inspection.AddFact("following_joints", moving - hand.NumDofs(), "");
   std::vector<double> low, high;
   for (const RobotDof& dof : hand.dofs) {
@@ -196,12 +196,12 @@ void AddAnatomy(const RobotHand& hand, Inspection& inspection) {
   inspection.AddFact("fingers", static_cast<double>(found.size()),
                      fmt::format("{} fingers: {}", found.size(), fmt::join(found, ", ")));
   inspection.AddFact("side", clear ? side : "either",
-                     clear ? fmt::format("a {} hand", side) : "its shape tells no side");
+                     clear ? fmt::format("a {} hand", side)
+                           : "its shape does not show whether it is a right or a left hand");
   inspection.Ok(fmt::format(
-      "transfer --robot gives it the motion of {} hand that holds an object{}",
+      "transfer --robot works with clips in which {} hand holds an object{}",
       clear ? fmt::format("a {}", side) : "either",
-      lacks.empty() ? ""
-                    : fmt::format("; contacts of {} are left out", fmt::join(lacks, " and "))));
+      lacks.empty() ? "" : fmt::format("; contacts of {} are ignored", fmt::join(lacks, " and "))));
   const std::string word = ShellWord(inspection.path);
   const bool demo = !clear || anatomy.side == Side::kRight;
   if (demo) inspection.next.push_back("holdfast fit demo_drink mug -o held");
@@ -221,13 +221,13 @@ void InspectRobot(const std::string& root, Inspection& inspection) {
     const RobotFile file = CheckRobotFile(inspection.path);
     if (file.text.find("<xacro:") != std::string::npos) {
       inspection.title = "robot (xacro)";
-      inspection.Fault("xacro is not read",
+      inspection.Fault("xacro files are not supported",
                        fmt::format("xacro {} > hand.urdf", ShellWord(inspection.path)));
       return;
     }
     if (is_urdf ? extension != ".urdf" : extension != ".xml" && extension != ".mjcf") {
       inspection.Fault(
-          fmt::format("it is {}, and its name ends in '{}'", is_urdf ? "URDF" : "MJCF", extension),
+          fmt::format("it is {}, but its name ends in '{}'", is_urdf ? "URDF" : "MJCF", extension),
           fmt::format("rename it to {}", is_urdf ? ".urdf" : ".xml"));
       return;
     }
@@ -246,12 +246,12 @@ void InspectRobot(const std::string& root, Inspection& inspection) {
   }
   if (missing.empty()) return;
   constexpr std::size_t kMaxShown = 5;
-  std::string text = fmt::format("{} of the files that it names are missing: ", missing.size());
+  std::string text = fmt::format("{} referenced files are missing: ", missing.size());
   for (std::size_t k = 0; k < missing.size() && k < kMaxShown; ++k) {
     text += (k > 0 ? ", " : "") + missing[k];
   }
   if (missing.size() > kMaxShown) text += ", ...";
-  inspection.Warn(std::move(text), "put them where it says, relative to it");
+  inspection.Warn(std::move(text), "put them at these paths, relative to the robot file");
 }
 
 Inspection InspectAny(const std::string& path) {
@@ -293,9 +293,8 @@ int Run(const DoctorCommand& options) {
   summary["unsound"] = unsound;
   summary["with_warnings"] = warned;
   if (inspections.size() > 1) {
-    text +=
-        fmt::format("\n{} files: {} sound, {} of them with warnings; {} not usable as they are\n",
-                    inspections.size(), inspections.size() - unsound, warned, unsound);
+    text += fmt::format("\n{} files: {} usable, {} of them with warnings; {} not usable\n",
+                        inspections.size(), inspections.size() - unsound, warned, unsound);
   }
   PrintResult(common, summary, text);
   return unsound > 0 ? kInputFault : kDone;
@@ -306,7 +305,7 @@ int Run(const DoctorCommand& options) {
 void AddDoctorCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<DoctorCommand>();
   CLI::App* command = app.add_subcommand(
-      "doctor", "Identify files: format, conventions, faults, and what to type next");
+      "doctor", "Identify files: format, conventions, problems, and the next command");
   command
       ->add_option("files", options->files,
                    "Motions, body models, meshes, robot hands, result folders: any supported file")
@@ -316,7 +315,7 @@ void AddDoctorCommand(CLI::App& app, int& exit_code) {
       "  holdfast doctor GRAB/grab/s1/mug_drink_1.npz\n"
       "  holdfast doctor SMPLX_NEUTRAL.npz bottle.obj held --json\n"
       "Formats are detected from the content; nothing in a file is executed. Exit code 0:\n"
-      "all sound, perhaps with warnings; 1: some not usable as they are.\n");
+      "all files are usable, possibly with warnings; 1: some are not usable.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

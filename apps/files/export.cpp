@@ -49,9 +49,11 @@ std::string PerFrameCsv(const nlohmann::json& metrics, const std::string& source
   std::string table = "frame,time_s";
   for (const auto& [name, column] : columns.items()) {
     if (!column.is_array() || column.size() != static_cast<std::size_t>(frames)) {
-      throw Error(source,
-                  fmt::format("has {} frames, but metrics.json not as many of '{}'", frames, name),
-                  "Make the result anew");
+      throw Error(
+          source,
+          fmt::format("has {} frames, but metrics.json has a different number of values for '{}'",
+                      frames, name),
+          "Create the result again");
     }
     table += "," + CsvCell(name);
   }
@@ -106,9 +108,9 @@ void Cut(Clip& clip, const ExportCommand& options) {
   const int end = options.end.value_or(clip.NumFrames());
   if (options.start >= end || end > clip.NumFrames()) {
     throw Error(options.clip,
-                fmt::format("has frames 0 to {}; {} to {} were asked for", clip.NumFrames() - 1,
-                            options.start, end - 1),
-                "Give --start and --end within them (--end is the first frame left out)");
+                fmt::format("has frames 0 to {}, but frames {} to {} were requested",
+                            clip.NumFrames() - 1, options.start, end - 1),
+                "Give --start and --end within the clip (--end is exclusive)");
   }
   if (options.start > 0 || end < clip.NumFrames()) clip = Slice(clip, options.start, end);
 }
@@ -157,9 +159,11 @@ std::optional<TexturedMesh> ObjectLook(const ClipInput& input, const TriangleMes
     const Eigen::AlignedBox3d held(object.vertices.rowwise().minCoeff(),
                                    object.vertices.rowwise().maxCoeff());
     if (!exists || (look && !BoxOf(*look).isApprox(held, 1e-4))) {
-      Note(options.common,
-           fmt::format("note: the object is plain: {} {} (give it with --object)", path.string(),
-                       look ? "is another mesh by now" : "is not there any more"));
+      Note(
+          options.common,
+          fmt::format(
+              "note: the object is exported without materials: {} {} (give the mesh with --object)",
+              path.string(), look ? "is a different mesh now" : "no longer exists"));
       return std::nullopt;
     }
   }
@@ -199,8 +203,8 @@ void Tell(const ExportReport& report, const ExportCommand& options, nlohmann::js
       if (!options.no_correctives &&
           error_mm > std::max(options.tolerance_mm, kLooseCorrectivesMm)) {
         note(
-            fmt::format("{} morph targets leave {:.2f} mm between the file's surface and the "
-                        "body model's (--start and --end export less)",
+            fmt::format("with {} morph targets the file's surface is {:.2f} mm off the body "
+                        "model's (export fewer frames with --start and --end)",
                         glb.morph_targets, error_mm));
       }
       break;
@@ -219,9 +223,9 @@ void Tell(const ExportReport& report, const ExportCommand& options, nlohmann::js
     case ExportFormat::kMjcf:
       if (report.mjcf.mass_of_hull || report.mjcf.mesh_is_hull) {
         note(
-            fmt::format("the object is not a closed surface with faces outwards: its mass is that "
-                        "of its convex pieces{}",
-                        report.mjcf.mesh_is_hull ? ", and its convex hull is shown" : ""));
+            fmt::format("the object is not a closed surface with outward faces: its mass is "
+                        "computed from its convex pieces{}",
+                        report.mjcf.mesh_is_hull ? ", and its convex hull is drawn" : ""));
       }
       summary["hand_pieces"] = report.mjcf.hand_pieces;
       summary["simulated_hands"] = report.mjcf.simulated_hands;
@@ -247,10 +251,10 @@ ClipInput LoadScene(const ExportCommand& options, bool shows_object, bool needs_
   if (options.no_object) input.clip.object.reset();
   if (!shows_object) return input;
   if (input.clip.object && !input.object && !needs_object) {
-    Note(common, "note: the body is exported alone: " + input.object_missing);
+    Note(common, "note: only the body is exported: " + input.object_missing);
   }
   if (!input.clip.object && !options.input.object.empty() && !options.no_object) {
-    throw Error(options.clip, "has no object track for the mesh of --object to move along",
+    throw Error(options.clip, "has no object trajectory for the mesh of --object",
                 "Leave --object out, or fit the object first ('holdfast fit')");
   }
   return input;
@@ -270,10 +274,10 @@ int Run(const ExportCommand& options) {
   const bool is_contacts =
       format == ExportFormat::kContacts || (format == ExportFormat::kContactsTable && !is_metrics);
   if (options.every > 1 && !IsSampledByFrame(format)) {
-    throw CLI::ValidationError("--every", "is for mesh sequences, .usda and .xml");
+    throw CLI::ValidationError("--every", "applies only to mesh sequences, .usda and .xml");
   }
   if (!options.onto.empty() && format != ExportFormat::kGlb) {
-    throw CLI::ValidationError("--onto", "writes a .glb");
+    throw CLI::ValidationError("--onto", "applies only to .glb");
   }
   ExportOptions how;
   if (format != ExportFormat::kMeshes) {  // before minutes of loading
@@ -288,7 +292,9 @@ int Run(const ExportCommand& options) {
   const int frames_of_clip = input.clip.NumFrames();
   Cut(input.clip, options);
   if (format == ExportFormat::kBvh && input.clip.object) {
-    Note(common, "note: a .bvh holds the skeleton alone: the object is left out (.glb has both)");
+    Note(common,
+         "note: a .bvh file stores only the skeleton, so the object is not exported (.glb stores "
+         "both)");
   }
   const bool with_object = shows_object && input.clip.object && input.object;
   std::optional<TexturedMesh> look;
@@ -304,8 +310,8 @@ int Run(const ExportCommand& options) {
     try {
       physics = PhysicsOfClip(input, options.density_kg_m3, protocol);
     } catch (const Error& error) {  // if decomposition of the mesh fails
-      Note(common, fmt::format("warning: the object is one hull and hands only push: {} {} (what "
-                               "they hold may fall)",
+      Note(common, fmt::format("warning: the object is exported as its convex hull, and hands only "
+                               "push: {} {} (a held object may fall)",
                                input.object_source, error.Problem()));
     }
   }
@@ -353,30 +359,30 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ExportCommand>();
   CLI::App* command = app.add_subcommand(
       "export",
-      "Writes a clip for other programs: .glb .bvh .usda .xml .npz .csv, or a mesh per frame");
+      "Export a clip for other programs: .glb .bvh .usda .xml .npz .csv, or a mesh per frame");
   command->add_option("clip", options->clip, kClipHelp)->required();
   command
       ->add_option("-o,--output", options->output,
-                   "File to write; its extension gives the format (below)")
+                   "File to write; the format follows from its extension (see below)")
       ->required()
       ->check(FaultOfOutput);
   AddClipInputOptions(*command, options->input);
-  command->add_option("--onto", options->onto,
-                      ".glb: the motion on the skeleton of this character (.glb, .gltf), which "
-                      "keeps its skin");
-  command->add_flag("--no-object", options->no_object, "The body alone");
+  command->add_option(
+      "--onto", options->onto,
+      ".glb: animate the skeleton of this character (.glb, .gltf) and keep its skin");
+  command->add_flag("--no-object", options->no_object, "Export only the body");
   AddOption(*command, "--start", options->start, "First frame, from 0", CLI::NonNegativeNumber);
-  command->add_option("--end", options->end, "First frame left out; all by default")
+  command->add_option("--end", options->end, "Frame to stop before; default: the clip's end")
       ->check(CLI::PositiveNumber);
-  AddOption(*command, "--every", options->every, "Sequences, .usda and .xml: each n-th frame",
+  AddOption(*command, "--every", options->every, "Mesh sequences, .usda and .xml: every n-th frame",
             CLI::PositiveNumber);
-  command->add_flag(
-      "--no-correctives", options->no_correctives,
-      ".glb: no morph targets; smaller, the skin is off by centimeters at bent joints");
+  command->add_flag("--no-correctives", options->no_correctives,
+                    ".glb: write no morph targets; the file is smaller, but the skin is off by "
+                    "centimeters at bent joints");
   AddOption(*command, "--tolerance", options->tolerance_mm,
-            ".glb: largest distance from the body model's surface, mm", CLI::Range(1e-3, 100.0));
+            ".glb: maximum distance from the body model's surface, mm", CLI::Range(1e-3, 100.0));
   AddOption(*command, "--density", options->density_kg_m3,
-            ".xml: of the object, kg/m3 (water: 1000)", CLI::Range(1.0, 30'000.0));
+            ".xml: density of the object, kg/m3 (water: 1000)", CLI::Range(1.0, 30'000.0));
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast export held -o held.glb\n"
@@ -386,22 +392,23 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "  holdfast export held -o metrics.csv\n"
       "Formats:\n"
       "  .glb   glTF 2.0, meters, y up: skinned body with pose correctives as morph targets,\n"
-      "         the object, animated, with the materials and textures of its .obj, and the table "
-      "it\n"
-      "         stood on where the clip has one\n"
+      "         the animated object with the materials and textures of its .obj, and the clip's "
+      "table,\n"
+      "         if any\n"
       "  .bvh   55 joints with the shaped body's offsets, centimeters, y up, Euler Z X Y\n"
       "  .usda  USD text, meters, z up: the body's points in every frame, the object's transform\n"
-      "  .xml   MJCF for MuJoCo, meters, z up: the object as a free body of convex pieces, the "
-      "hand\n"
-      "         that holds it with joint springs that squeeze, as in score --physics; a floor, a "
+      "  .xml   MJCF for MuJoCo, meters, z up: the object as a free body of convex pieces, the\n"
+      "         holding hand with joint springs that close it, as in score --physics; a floor; a "
       "key\n"
       "         frame for each frame (poses, mocap bodies, ctrl); meshes in scene_assets/\n"
       "  .npz   the clip itself (AMASS layout, z up), cut to --start and --end\n"
-      "  contacts.npz, .csv  where the hands touch the object in each frame, normals, depth, and\n"
-      "         the poses of wrists and fingertips (docs/formats.md); x_contacts.npz does too\n"
-      "  metrics.csv  what fit, offhand, refine and reach measured in each frame (x_metrics.csv "
-      "does\n"
-      "         too): the columns of metrics.json's per_frame\n"
+      "  contacts.npz, .csv  contact points, normals and depths in each frame, and poses of wrists "
+      "and\n"
+      "         fingertips (docs/formats.md); also any name that ends in contacts, as "
+      "x_contacts.npz\n"
+      "  metrics.csv  per-frame measures of fit, offhand, refine and reach: the columns of "
+      "per_frame in\n"
+      "         metrics.json; also any name that ends in metrics, as x_metrics.csv\n"
       "  .ply .obj  x_%04d.ply is the body in each frame (meters, z up, numbered from the clip's\n"
       "         first), x_object_%04d.ply the object\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

@@ -61,22 +61,21 @@ std::string DescribeMotion(const ImportCommand& options, const Clip& clip,
   std::string text = fmt::format(
       "{}: {} frames at {:g} Hz, of {} at {:g} Hz\n"
       "  {}, skeleton '{}': {} of its {} joints used{}\n"
-      "  lengths times {:.4f}, heights moved by {:+.1f} mm onto the ground\n",
+      "  lengths scaled by {:.4f}, heights shifted by {:+.1f} mm to the ground\n",
       options.output, clip.NumFrames(), clip.frame_rate, report.source_frames,
       report.source_frame_rate, report.format, report.skeleton, report.mapped_joints,
-      report.source_joints, fit.same_skeleton ? ", rests like SMPL-X: rotations copied" : "",
+      report.source_joints, fit.same_skeleton ? ", rest pose of SMPL-X: rotations copied" : "",
       fit.scale, 1e3 * fit.ground_offset_m);
   if (!report.missing_body_joints.empty()) {
-    text += fmt::format("  not in the source, filled in: {}\n",
+    text += fmt::format("  not in the source, estimated: {}\n",
                         fmt::join(report.missing_body_joints, ", "));
   }
   text += fmt::format(
-      "  limbs against the source, each bone at the body's length: mean {:.1f} mm, largest {:.1f} "
+      "  limb error against the source with the body's bone lengths: mean {:.1f} mm, max {:.1f} "
       "mm\n"
-      "  ankles against the source, scaled: mean {:.1f} mm, largest {:.1f} mm\n"
-      "  means against the source: joints {:.1f} mm at most ({}), trunk {:.1f} degrees, hands "
-      "{:.1f} "
-      "and {:.1f} degrees\n"
+      "  ankle error against the scaled source: mean {:.1f} mm, max {:.1f} mm\n"
+      "  mean error against the source: worst joint {:.1f} mm ({}), trunk {:.1f} degrees, hands "
+      "{:.1f} and {:.1f} degrees\n"
       "  soles on the ground: mean height {:+.1f} mm, lowest {:+.1f} mm\n",
       fit.mean_joint_error_mm, fit.max_joint_error_mm, fit.mean_ankle_error_mm,
       fit.max_ankle_error_mm, fit.worst_place_mm, kJointNames[fit.worst_place_joint],
@@ -119,15 +118,15 @@ nlohmann::json MotionSummary(const ImportCommand& options, const Clip& clip,
                                {"min", 1e3 * fit.min_sole_height_m}};
   summary["foot_skate_m_per_s"] = fit.foot_skate;
   summary["protocol"] =
-      "joints: knees, ankles, elbows, wrists from hip or shoulder, each source bone at the body's "
-      "length, source frames; ankles: from the middle of the hips, source times scale; "
-      "worst_joint: "
-      "of a source with SMPL-X's bones any joint, scaled from the middle of the hips, else elbows, "
-      "wrists and ankles; trunk: lines of hips and shoulders, and between their middles, the worst "
-      "mean; hands: wrist to knuckles, without fingers along what hangs on the hand, else along "
-      "the "
-      "forearm turned as the hand's joint turns; soles and "
-      "skate: the lowest of heels and balls while within 3 cm of the ground";
+      "joints: position error of knees, ankles, elbows and wrists relative to hip or shoulder, "
+      "with each source bone scaled to the body's length, over the source frames; ankles: position "
+      "error relative to the middle of the hips, source scaled; worst_joint: any joint if the "
+      "source has SMPL-X's bones (source scaled, relative to the middle of the hips), else elbows, "
+      "wrists and ankles; trunk: direction error of the hip line, the shoulder line and the line "
+      "between their midpoints, largest of the three means; hands: direction error from wrist to "
+      "knuckles; for a source without knuckles, of the end site of its hand, else of its forearm "
+      "rotated by the hand's joint; soles and skate: lowest point of heels and balls of the feet "
+      "while within 3 cm of the ground";
   return summary;
 }
 
@@ -155,12 +154,12 @@ std::string DescribeParameters(const ImportCommand& options, const ImportedFile&
   if (!clip.action.empty()) text += fmt::format(", '{}'", clip.action);
   text += '\n';
   if (clip.object) {
-    text += fmt::format(
-        "  object '{}': {}\n", clip.object->name,
-        mesh.file.empty() ? std::string("no mesh found")
-        : mesh.copied
-            ? fmt::format("{}, {} vertices", clip.object->mesh, mesh.vertices)
-            : fmt::format("{}, {} vertices (named, not copied)", clip.object->mesh, mesh.vertices));
+    text +=
+        fmt::format("  object '{}': {}\n", clip.object->name,
+                    mesh.file.empty() ? std::string("no mesh found")
+                    : mesh.copied ? fmt::format("{}, {} vertices", clip.object->mesh, mesh.vertices)
+                                  : fmt::format("{}, {} vertices (referenced, not copied)",
+                                                clip.object->mesh, mesh.vertices));
     if (!clip.holding_hand.empty()) {
       const auto [right, left] = HoldingFrames(clip);
       text +=
@@ -252,7 +251,8 @@ ObjectMesh SettleMesh(const ImportCommand& options, ImportedFile& imported) {
   if (!clip.object) {
     if (asked) {
       throw Error("--object-mesh", "the file has no object that moves",
-                  "Leave it out: 'holdfast fit CLIP OBJECT' puts an object into a clip's hand");
+                  "Leave out --object-mesh; to fit an object to the motion, use 'holdfast fit CLIP "
+                  "OBJECT'");
     }
     return mesh;
   }
@@ -270,7 +270,7 @@ ObjectMesh SettleMesh(const ImportCommand& options, ImportedFile& imported) {
     clip.object->mesh = copy.filename().string();
     if (scale != 1) {
       imported.conventions.push_back(
-          fmt::format("the object's mesh multiplied by {:g} into {}", scale, clip.object->mesh));
+          fmt::format("object mesh scaled by {:g} and written to {}", scale, clip.object->mesh));
     }
   } else {
     clip.object->mesh = NameFrom(output.parent_path(), mesh.file);
@@ -278,9 +278,9 @@ ObjectMesh SettleMesh(const ImportCommand& options, ImportedFile& imported) {
   mesh.surface = std::move(surface);
   if (clip.contact && clip.contact->object.size() > 0 &&
       clip.contact->object.rows() != mesh.vertices) {
-    imported.notes.push_back(
-        fmt::format("contact labels are for {} vertices, the mesh has {}: they are of another mesh",
-                    clip.contact->object.rows(), mesh.vertices));
+    imported.notes.push_back(fmt::format(
+        "contact labels are for {} vertices, but the mesh has {}: they belong to another mesh",
+        clip.contact->object.rows(), mesh.vertices));
   }
   return mesh;
 }
@@ -291,7 +291,7 @@ void NoteBody(const std::shared_ptr<const BodyModel>& body, const ObjectMesh& me
   const BodyNotes notes = NotesOnBody(imported.clip, body, mesh.surface ? &*mesh.surface : nullptr);
   if (!notes.change.empty()) {
     imported.notes.push_back(fmt::format(
-        "the clip keeps the file's own trans, other commands bring it onto their body: {}",
+        "the clip keeps the file's own trans; other commands convert it to their body model: {}",
         notes.change));
   }
   if (notes.held) imported.notes.push_back(notes.held->seen + ": " + notes.held->advice);
@@ -352,8 +352,8 @@ int Run(const ImportCommand& options) {
   }
   const ImportReport& report = *imported.motion;
   if (report.retarget.repaired_hand_frames > 0) {
-    Note(common, fmt::format("note: in {} frames a wrist was bent as no wrist bends; bridged from "
-                             "the frames around them",
+    Note(common, fmt::format("note: in {} frames a wrist was bent beyond its joint limits; its "
+                             "rotation there is interpolated from neighboring frames",
                              report.retarget.repaired_hand_frames));
   }
   WriteImported(imported.clip, mesh, options.output);
@@ -389,67 +389,69 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(1e-6, 1e3));
   command
       ->add_option("--up", options->up,
-                   "Axis that is up in the file's world: x y z -x -y -z, the last as --up=-y [what "
-                   "the format is known for, else by the posture]")
+                   "Up axis of the file: x y z -x -y -z (write negative ones as --up=-y) [the "
+                   "format's convention, else detected from the posture]")
       ->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}));
   command->add_flag("--keep-ground", options->keep_ground,
-                    "Leave heights as they are instead of standing the feet on z = 0");
+                    "Keep the heights; do not shift the feet to z = 0");
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
 
-  const std::string skeletons = "Motions with a skeleton of their own";
+  const std::string skeletons = "Motions with their own skeleton";
   command
-      ->add_option("--map", options->map,
-                   fmt::format("JSON map of joint names {{\"source joint\": \"smplx joint\"}}; "
-                               "known without: {}",
-                               fmt::join(KnownSkeletons(), "; ")))
+      ->add_option(
+          "--map", options->map,
+          fmt::format(
+              "JSON map of joint names {{\"source joint\": \"smplx joint\"}}; not needed for: {}",
+              fmt::join(KnownSkeletons(), "; ")))
       ->group(skeletons);
-  command->add_option("--asf", options->skeleton, "Skeleton of an .amc [looked for beside it]")
+  command
+      ->add_option("--asf", options->skeleton, "Skeleton of an .amc file [searched in its folder]")
       ->group(skeletons);
-  command->add_option("--betas", options->betas, "Shape of the body, numbers with commas between")
+  command->add_option("--betas", options->betas, "Shape coefficients of the body, comma-separated")
       ->delimiter(',')
       ->group(skeletons);
   command
       ->add_option("--animation", options->animation,
-                   "Of a glTF with several [the longest that moves the character]")
+                   "Animation of a glTF with several [the longest one of the character]")
       ->group(skeletons);
-  command->add_option("--character", options->character, "Of a glTF with several")
+  command->add_option("--character", options->character, "Character of a glTF with several")
       ->group(skeletons);
   command
       ->add_option("--prop", options->prop,
-                   "Node of a glTF that becomes the object [the only one that moves]")
+                   "Node of a glTF to use as the object [the only moving one]")
       ->group(skeletons);
 
   const std::string parameters = "Parameters of a body model";
   AddOption(*command, "--hands", options->hands,
-            "body: the body's; rhand, lhand: that hand alone (MANO), where the file has it; "
-            "none: a relaxed hand instead of the file's",
+            "body: hands of the body; rhand, lhand: this hand alone (MANO), if the file has it; "
+            "none: relaxed hands instead of the file's",
             CLI::IsMember({"body", "rhand", "lhand", "none"}))
       ->group(parameters);
   command
       ->add_option("--flat-hand-mean", options->flat_hand_mean,
-                   "Whether finger angles are complete (yes) or differences from the mean hand "
-                   "(no) [auto: what the format is known for, else what the fingers look like]")
+                   "Whether finger angles are complete (yes) or relative to the mean hand (no) "
+                   "[auto: the format's convention, else detected from the fingers]")
       ->check(CLI::IsMember({"auto", "yes", "no"}))
       ->group(parameters);
   command
       ->add_option("--hand-model", options->hand_models,
-                   "SMPL-X file, or MANO_LEFT and MANO_RIGHT, for hands that are stored as "
-                   "principal components (twice for two)")
+                   "SMPL-X file, or MANO_LEFT and MANO_RIGHT, for hands stored as principal "
+                   "components (repeat the option for two files)")
       ->allow_extra_args(false)
       ->group(parameters);
   command
       ->add_option("--data-root", options->data_root,
                    "Folder of the data set (with GRAB's 'tools', ARCTIC's 'meta') for meshes that "
-                   "the file names [looked for in the folders above it]")
+                   "the file references [searched in the parent folders]")
       ->group(parameters);
   command->add_option("--object-mesh", options->object_mesh, "The object's mesh, in meters")
       ->group(parameters);
   command
       ->add_flag("--copy-mesh", options->copy_mesh,
-                 "Put a copy of the object's mesh beside the clip instead of naming where it is")
+                 "Copy the object's mesh beside the clip instead of storing its path")
       ->group(parameters);
-  AddOption(*command, "--person", options->person, "Which person of a file or folder with several",
-            CLI::NonNegativeNumber)
+  AddOption(*command, "--person", options->person,
+            "Index of the person in a file or folder with several, from 0", CLI::NonNegativeNumber)
       ->group(parameters);
   AddCommonOptions(
       *command, options->common, true,

@@ -41,8 +41,8 @@ int Run(const ImportWeightsCommand& options) {
   imos::ImportedWeights imported = imos::ImportWeights(options.arms, options.body, import);
   imos::NetworkWeights& weights = imported.weights;
   if (options.actions.empty()) {
-    Note(common, fmt::format("note: without --actions the networks bring no embeddings with them; "
-                             "they take one of {} numbers for each action",
+    Note(common, fmt::format("note: without --actions no embeddings are stored; the networks need "
+                             "an embedding of {} numbers for each action",
                              weights.config.action_size));
   } else {
     weights.tensors["action_embedding.weight"] =
@@ -67,7 +67,7 @@ int Run(const ImportWeightsCommand& options) {
       weights.config.arms_first, weights.config.arms_second, weights.config.arms_latent,
       weights.config.BodyPastInput(), weights.config.body_first, weights.config.body_second,
       weights.config.body_latent, weights.config.action_size,
-      weights.HasActionTable() ? ", kept with them" : "");
+      weights.HasActionTable() ? ", stored with the weights" : "");
   PrintResult(common, summary, text);
   return kDone;
 }
@@ -84,20 +84,20 @@ void AddImportWeightsCommand(CLI::App& app, int& exit_code) {
   command->add_option("-o,--output", options->output, "Weights to write (.safetensors)")
       ->required();
   command->add_option("--actions", options->actions,
-                      "Embeddings of the 29 actions (.npz, .safetensors, .pt), kept with the "
+                      "Embeddings of the 29 actions (.npz, .safetensors, .pt) to store with the "
                       "weights: an array per label, or one called 'embeddings' (29 x E)");
   AddOption(*command, "--arm-order", options->arm_order,
-            "published (17,19,21,16,18,20: the weights that were released) or ascending "
-            "(trained anew by the published code)",
+            "Joint order of the arms: published (17,19,21,16,18,20: the released weights) or "
+            "ascending (weights trained with the published code)",
             CLI::IsMember({"published", "ascending"}));
   AddOption(*command, "--object-rotation", options->object_rotation,
-            "Object rotations in training: of points as rows (GRAB) or as columns",
+            "Convention of object rotations in training: points as rows (GRAB) or as columns",
             CLI::IsMember({"rows", "columns"}));
-  AddOption(*command, "--heads", options->heads, "Heads of the self-attention",
+  AddOption(*command, "--heads", options->heads, "Number of self-attention heads",
             CLI::Range(1, 1024));
   command->add_flag("--half", options->half, "Store matrices at half precision");
   command->add_flag("--keep-training", options->keep_training,
-                    "Keep the encoder of the present frame, which only training uses");
+                    "Keep the encoder of the present frame, which is used only in training");
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast import-weights exp_80_001600.p exp_31_001500.p -o imos.safetensors "

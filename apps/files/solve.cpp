@@ -59,12 +59,12 @@ std::string ObjectText(const ObjectMarkerReport& object) {
   int filled = 0;
   for (const auto& [begin, end] : object.gaps) filled += end - begin;
   std::string text = fmt::format(
-      "  object: {} markers off by {:.1f} mm; frames filled in: {} in {} gaps; outliers left out: "
-      "{}; swapped labels put right: {} frames\n",
+      "  object: {} markers, residual {:.1f} mm; frames filled: {} in {} gaps; outliers removed: "
+      "{}; swapped labels corrected: {} frames\n",
       object.markers.size(), object.rms_mm, filled, object.gaps.size(),
       object.faults.outliers.size(), object.faults.swaps.size());
   if (object.table_rms_mm) {
-    text += fmt::format("  object's markers are {:.1f} mm from the places told of them\n",
+    text += fmt::format("  object's markers are {:.1f} mm from their given positions\n",
                         *object.table_rms_mm);
   }
   return text;
@@ -76,14 +76,14 @@ std::optional<LoadedObject> TakeObject(const SolveCommand& options,
                                        SolveMarkersOptions& solve) {
   if (options.object_markers.empty()) {
     if (options.object.empty()) return std::nullopt;
-    throw Error("--object", "a mesh alone does not tell where its markers are",
-                "Give a table of their places with --object-markers (name,x,y,z)");
+    throw Error("--object", "has no marker positions",
+                "Give a table of the markers' positions with --object-markers (name,x,y,z)");
   }
   solve.object = ObjectMarkersOf(options.object_markers, recording, options.recording);
   if (options.object.empty()) return std::nullopt;
   if (solve.object->places.cols() == 0) {
-    throw Error("--object-markers", "names alone do not tell where markers are on the mesh",
-                "Give a table of their places in its frame (name,x,y,z), or leave out --object");
+    throw Error("--object-markers", "has names without positions on the mesh",
+                "Give a table of positions in the mesh frame (name,x,y,z), or leave out --object");
   }
   return LoadObject(options.object, options.object_scale);
 }
@@ -98,26 +98,26 @@ std::string Text(const SolveCommand& options, const SolvedRecording& solved, dou
   }
   std::string text = fmt::format(
       "{}: {} frames at {:g} Hz from {} markers\n"
-      "  markers off the body by {:.1f} mm (root mean square); most: {} {:.1f} mm\n"
-      "  gaps passed: {} positions; outliers left out: {}; swapped labels put right: {} frames\n"
-      "  {} up, facing {:.0f} degrees; lifted by {:.3f} m onto the ground\n",
+      "  marker residual {:.1f} mm (root mean square); largest: {} {:.1f} mm\n"
+      "  gaps filled: {} positions; outliers removed: {}; swapped labels corrected: {} frames\n"
+      "  {} up, facing {:.0f} degrees; raised by {:.3f} m to the ground\n",
       options.output, frames, solved.clip.frame_rate, used, report.rms_mm, report.worst_marker,
       report.worst_rms_mm, gaps, report.faults.outliers.size(), report.faults.swaps.size(),
       MarkerUpName(report.world.up), report.world.facing_rad / kDegree, report.lift_m);
   if (report.world.scale != 1.0) {
-    text += fmt::format("  the unit was wrong: positions times {:g}\n", report.world.scale);
+    text += fmt::format("  wrong unit: positions scaled by {:g}\n", report.world.scale);
   }
   if (!report.unmarked.empty()) {
-    text += "  not marked, at rest:";
+    text += "  joints without markers, at rest:";
     for (const int joint : report.unmarked)
       text += fmt::format(" {}", kJointNames[static_cast<std::size_t>(joint)]);
     text += '\n';
   }
   if (!report.never_seen.empty()) {
-    text += fmt::format("  known, but never seen: {}\n", fmt::join(report.never_seen, " "));
+    text += fmt::format("  known markers without data: {}\n", fmt::join(report.never_seen, " "));
   }
   if (!report.unused.empty()) {
-    text += "  names not known, not used:";
+    text += "  markers with unknown names, ignored:";
     for (const UnusedMarker& marker : report.unused) {
       text += ' ' + marker.name;
       if (!marker.nearest.empty()) text += fmt::format(" ({}?)", marker.nearest);
@@ -135,20 +135,19 @@ void WarnOfDoubts(const SolveCommand& options, const MarkerReport& report) {
     std::vector<std::string> names;
     for (const UnusedMarker& marker : report.unused) names.push_back(marker.name);
     Note(options.common,
-         fmt::format("warning: {}: {} of {} markers left out, their names are not known: {}. Add "
-                     "them with --markers (name,joint,vertex,cluster)",
+         fmt::format("warning: {}: {} of {} markers are ignored because their names are unknown: "
+                     "{}. Add them with --markers (name,joint,vertex,cluster)",
                      options.recording, names.size(), names.size() + report.markers.size(),
                      fmt::join(names, " ")));
   }
   if (report.rms_mm > kDoubtfulRms_mm) {
-    Note(
-        options.common,
-        fmt::format("warning: {}: the body is {:.0f} mm off the markers (root mean square; most: "
-                    "{} {:.0f} mm), more than {:g}. Markers with these names sit elsewhere, labels "
-                    "are wrong, or several people are in the recording: look at it with "
-                    "'holdfast render --markers'",
-                    options.recording, report.rms_mm, report.worst_marker, report.worst_rms_mm,
-                    kDoubtfulRms_mm));
+    Note(options.common,
+         fmt::format(
+             "warning: {}: the marker residual is {:.0f} mm (root mean square; largest: {} {:.0f} "
+             "mm), more than {:g} mm. Markers are not where their names say, labels are wrong, or "
+             "several people are in the recording; inspect it with 'holdfast render --markers'",
+             options.recording, report.rms_mm, report.worst_marker, report.worst_rms_mm,
+             kDoubtfulRms_mm));
   }
 }
 
@@ -211,27 +210,25 @@ int Solve(const SolveCommand& options) {
 void AddSolveCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<SolveCommand>();
   CLI::App* command = app.add_subcommand(
-      "solve", "Labeled optical markers to a body in motion (C3D, TRC, CSV, TSV)");
+      "solve", "Fit a moving body to labeled optical markers (C3D, TRC, CSV, TSV)");
   command
       ->add_option("recording", options->recording,
                    "Markers: C3D, TRC, Vicon CSV or Qualisys TSV, gzipped or not")
       ->required();
   command
-      ->add_option(
-          "-o,--output", options->output,
-          "Folder to make: clip.npz, metrics.json, markers.c3d (labels put right, gaps filled), "
-          "object.ply of a mesh")
+      ->add_option("-o,--output", options->output,
+                   "Output folder: clip.npz, metrics.json, markers.c3d (labels corrected, gaps "
+                   "filled), and object.ply with --object")
       ->required();
   command->add_option("--static", options->still,
-                      "A recording of the same person and markers standing or sitting still: shape "
-                      "and places of markers");
-  command->add_option("--markers", options->table,
-                      "Table of more names (CSV): name,joint,vertex,cluster; a known name in it is "
-                      "replaced");
+                      "Static trial: the same person and markers, standing or sitting still; used "
+                      "to solve body shape and marker placement");
   command->add_option(
-      "--object-markers", options->object_markers,
-      "Markers of an object: a table (.csv) name,x,y,z of their places in its "
-      "mesh's frame, meters; or names alone: cup_top,cup_left,cup_right or 'cup_*'");
+      "--markers", options->table,
+      "Table of additional marker names (CSV): name,joint,vertex,cluster; overrides known names");
+  command->add_option("--object-markers", options->object_markers,
+                      "Markers of an object: a table (.csv) name,x,y,z of positions in the mesh "
+                      "frame, meters; or only names: cup_top,cup_left,cup_right or 'cup_*'");
   command->add_option("--object", options->object,
                       "The object's mesh (.obj .ply .stl .off .glb .gltf), or an embedded object");
   AddOption(*command, "--object-scale", options->object_scale,
@@ -239,17 +236,17 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
   command->add_option("--body", options->body,
                       "Body model in place of the embedded one: SMPL-X or SMPL-H, .npz or .pkl");
   AddOption(*command, "--up", options->up,
-            "Axis of the recording that points up. auto: as trunk and shoulders tell",
+            "Up axis of the recording; auto: detected from trunk and shoulders",
             CLI::IsMember({"auto", "x", "y", "z", "-x", "-y", "-z"}));
-  AddOption(*command, "--posture", options->posture, "Of legs that no marker is on",
+  AddOption(*command, "--posture", options->posture, "Leg posture if the legs have no markers",
             CLI::IsMember({"seated", "standing"}));
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast solve drink.csv --static static.csv -o drinks\n"
       "  holdfast solve drink.csv --object mug --object-markers mug.csv -o mug_drinks\n"
       "  holdfast solve drink.csv --markers names.csv --posture standing -o stands\n"
-      "Names of docs/markers.md are known. What no marker shows rests, and is reported.\n"
-      "Exit code 3: the body is more than 30 mm off the markers (root mean square).\n");
+      "docs/markers.md lists the known marker names. Joints without markers stay at rest and are\n"
+      "reported. Exit code 3: the marker residual is above 30 mm (root mean square).\n");
   command->callback([options, &exit_code] { exit_code = Solve(*options); });
 }
 

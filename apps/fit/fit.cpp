@@ -30,16 +30,15 @@ void AddFitCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibra
   CLI::Option* const object = command->add_option("object", fit.job.object, kObjectHelp);
   clip->needs(object);
   command
-      ->add_option(
-          "-o,--output", fit.output,
-          "Folder to make: clip.npz, object.ply, metrics.json, report.html; of a batch, one "
-          "such folder for each job, without a report, and manifest.json")
+      ->add_option("-o,--output", fit.output,
+                   "Output folder: clip.npz, object.ply, metrics.json, report.html; with --batch: "
+                   "one such folder per job, without a report, and manifest.json")
       ->required();
   AddFitOptions(*command, fit,
                 {"hand_over", "switch_frames", "first_hand", "max_switches", "dwell_s"});
   command->add_flag_callback(
       "--paper", [&recipe = fit.job.carry.recipe] { recipe = FitRecipe::kPaper; },
-      "The paper's three terms and nothing else (--recipe paper)");
+      "Use only the paper's three terms (same as --recipe paper)");
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast fit demo_drink mug -o held\n"
@@ -59,12 +58,12 @@ void AddOffhandCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitL
   auto options = std::make_shared<Options>();
   FitCommand& fit = options->fit;
   CLI::App* command = app.add_subcommand(
-      "offhand", "Carry an object through a motion in which it passes from hand to hand");
+      "offhand", "Fit an object to a motion in which it passes from hand to hand");
   command->add_option("clip", fit.job.clip, kClipHelp)->required();
   command->add_option("object", fit.job.object, kObjectHelp)->required();
   command
       ->add_option("-o,--output", fit.output,
-                   "Folder to make: clip.npz, object.ply, metrics.json, report.html")
+                   "Output folder: clip.npz, object.ply, metrics.json, report.html")
       ->required();
   fit.job.carry.hand_over = true;
   AddFitOptions(*command, fit, {"hand_over", "hand", "recipe", "drink"});

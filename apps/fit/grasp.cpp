@@ -59,8 +59,8 @@ nlohmann::json CertificateJson(const Grasp& grasp) {
 std::string CertificateText(const Grasp& grasp, const TriangleMesh& object) {
   if (!grasp.certificate) return "no certificate: " + WhyNotSolid(object);
   const GraspCertificate& certificate = *grasp.certificate;
-  if (!certificate.least_friction) return "does not hold gravity in every direction";
-  return fmt::format("holds gravity in any direction with friction {:.2f} or more",
+  if (!certificate.least_friction) return "does not hold the object's weight in every direction";
+  return fmt::format("holds the object's weight in any direction with friction {:.2f} or more",
                      std::ceil(100.0 * *certificate.least_friction - 1e-6) / 100.0);
 }
 
@@ -181,16 +181,17 @@ void PrintGrasps(const GraspCommand& options, const LoadedObject& object, Side s
                        {"closed", set.closings},
                        {"refined", set.refinements},
                        {"search_ms", set.milliseconds}};
-  PrintResult(options.common, summary,
-              fmt::format("{}: {} distinct grasps of {} with the {} hand\n"
-                          "  at most {:.2f} mm deep; each holds gravity in any direction with "
-                          "friction {:.3f}\n"
-                          "  {} placements closed, {} refined in {:.1f} s: {:.0f} grasps a second\n"
-                          "  grasps.npz, grasps.csv; clip.npz shows the first {}, a frame each\n",
-                          options.output, set.grasps.size(), object.name, SideName(side), depth,
-                          friction, set.closings, set.refinements, seconds,
-                          static_cast<double>(set.grasps.size()) / seconds,
-                          std::min<std::size_t>(set.grasps.size(), kMaxShown)));
+  PrintResult(
+      options.common, summary,
+      fmt::format("{}: {} distinct grasps of {} with the {} hand\n"
+                  "  at most {:.2f} mm deep; each holds the object's weight in any direction with "
+                  "friction {:.3f}\n"
+                  "  {} placements closed, {} refined in {:.1f} s: {:.0f} grasps per second\n"
+                  "  grasps.npz, grasps.csv; clip.npz shows the first {}, one per frame\n",
+                  options.output, set.grasps.size(), object.name, SideName(side), depth, friction,
+                  set.closings, set.refinements, seconds,
+                  static_cast<double>(set.grasps.size()) / seconds,
+                  std::min<std::size_t>(set.grasps.size(), kMaxShown)));
 }
 
 // Writes many distinct grasps into a folder. If fewer than requested are found, or after Ctrl-C,
@@ -219,14 +220,14 @@ int RunMany(GraspCommand options) {
   WriteGrasps(options, object, side, held);
   PrintGrasps(options, object, side, held.set);
   if (stopped) {
-    Note(common, fmt::format("warning: interrupted: {} of the {} grasps asked for were found until "
-                             "then, and are in {}",
-                             held.set.grasps.size(), options.count, options.output));
+    Note(common,
+         fmt::format("warning: interrupted: {} of the {} requested grasps were found and are in {}",
+                     held.set.grasps.size(), options.count, options.output));
     return kInterrupted;
   }
   if (held.set.status == GraspStatus::kFound) return kDone;
-  Note(common, fmt::format("warning: {} of the {} grasps asked for were found. For more, let them "
-                           "be closer together (--apart, --apart-angle)",
+  Note(common, fmt::format("warning: only {} of the {} requested grasps were found. For more, "
+                           "allow grasps closer together (--apart, --apart-angle)",
                            held.set.grasps.size(), options.count));
   return kFitFault;
 }
@@ -261,7 +262,7 @@ Clip StartForBoth(const GraspCommand& options, ClipBody& person) {
   person = std::move(loaded.body);
   if (options.frame >= clip.NumFrames()) {
     throw Error(options.clip,
-                fmt::format("has {} frames: none is number {}", clip.NumFrames(), options.frame),
+                fmt::format("has {} frames, but no frame {}", clip.NumFrames(), options.frame),
                 "Give --frame within the clip, counted from 0");
   }
   return Slice(clip, options.frame, options.frame + 1);
@@ -321,7 +322,8 @@ int RunBoth(const GraspCommand& options) {
 void AddGraspCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<GraspCommand>();
   CLI::App* command = app.add_subcommand(
-      "grasp", "Close a hand around an object: a clip of one frame, the start of a fit");
+      "grasp",
+      "Close a hand around an object; writes a clip of one frame, from which a fit can start");
   command
       ->add_option("object", options->object,
                    "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object")
@@ -332,7 +334,8 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
       ->required();
   AddOptions(*command, OptionsOf(options->job));
   CLI::Option* const clip = command->add_option(
-      "--clip", options->clip, "With --hand both: take the pose from this clip; else standing");
+      "--clip", options->clip,
+      "With --hand both: clip to take the pose from; default: a standing person");
   AddOption(*command, "--frame", options->frame, "Frame of --clip, from 0")
       ->needs(clip)
       ->check(CLI::NonNegativeNumber);
@@ -341,14 +344,14 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
       "Body model: SMPL-X, SMPL-H, or MANO for a hand alone (.npz, .pkl); default: the "
       "embedded one");
   AddGraspPlaceOptions(*command, options->place);
-  CLI::Option* const count = command
-                                 ->add_option("--count", options->count,
-                                              "Write so many distinct grasps to the folder -o "
-                                              "instead: each touches, is at most 1 mm deep "
-                                              "and holds the object's weight in any direction with "
-                                              "friction 0.5. Fewer are written with a "
-                                              "warning, exit code 3")
-                                 ->check(CLI::Range(1, 1'000'000));
+  CLI::Option* const count =
+      command
+          ->add_option(
+              "--count", options->count,
+              "Write this many distinct grasps to the folder -o instead. Each touches the object, "
+              "penetrates it by at most 1 mm and holds its weight in any direction with friction "
+              "0.5. If fewer are found, they are written with a warning and exit code 3")
+          ->check(CLI::Range(1, 1'000'000));
   for (const char* of_many : {"--apart", "--apart-angle"}) {
     command->get_option(of_many)->needs(count);
   }
@@ -361,7 +364,7 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
                    "  holdfast grasp box.obj -o box.npz --hand both --clip carry.npz --frame 60\n");
   command->callback([options, &exit_code] {
     if (options->count > 0 && options->job.hands == GraspHands::kBoth) {
-      throw CLI::ValidationError("--count", "is for one hand");
+      throw CLI::ValidationError("--count", "is only for one hand");
     }
     if (options->job.hands == GraspHands::kBoth) {
       exit_code = RunBoth(*options);

@@ -84,12 +84,13 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
     }
   }
   for (const RefinedHold& hold : result.holds) {
-    text += fmt::format("  frames {}-{}: {} hand, {} (moves {:.1f} mm, {:.1f} degrees in it)\n",
-                        hold.begin, hold.end - 1, SideName(hold.side),
-                        hold.rigid ? "held firmly" : "slips", hold.movement_mm, hold.movement_deg);
+    text += fmt::format(
+        "  frames {}-{}: {} hand, {} (the object moves {:.1f} mm, {:.1f} degrees in the hand)\n",
+        hold.begin, hold.end - 1, SideName(hold.side), hold.rigid ? "held firmly" : "slips",
+        hold.movement_mm, hold.movement_deg);
   }
   for (const RefinedTouch& touch : result.touches) {
-    text += fmt::format("  frames {}-{}: {} hand touches it, and is adjusted\n", touch.begin,
+    text += fmt::format("  frames {}-{}: {} hand touches the object and is adjusted\n", touch.begin,
                         touch.end - 1, SideName(touch.side));
   }
   for (const RefinedRest& rest : result.rests) {
@@ -97,7 +98,7 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
                         rest.end - 1, rest.height_m);
   }
   for (const FrameRange& frames : report.kept) {
-    text += fmt::format("  frames {}-{}: as the clip has them; refined, they were deeper\n",
+    text += fmt::format("  frames {}-{}: unchanged, because refining made the penetration deeper\n",
                         frames.begin, frames.end - 1);
   }
   return text + fmt::format("  solved in {:.0f} ms, {} iterations\n", result.report.solve_ms,
@@ -114,13 +115,13 @@ ClipInput LoadRefinable(const RefineCommand& options) {
   }
   if (!input.object) {
     throw Error(options.clip, "its object's mesh is missing: " + input.object_missing,
-                "Say where it is with --object");
+                "Give its file with --object");
   }
   if (input.own_object && !SameSurface(*input.own_object, *input.object)) {
     throw Error(options.input.object,
-                "is not the object whose trajectory the clip has: " + input.clip.object->mesh,
-                fmt::format("Leave out --object, or fit it anew: holdfast fit {} {}", options.clip,
-                            options.input.object));
+                "is not the object of the clip's trajectory: " + input.clip.object->mesh,
+                fmt::format("Leave out --object, or fit the object again: holdfast fit {} {}",
+                            options.clip, options.input.object));
   }
   return input;
 }
@@ -201,8 +202,8 @@ int Refine(const RefineCommand& options) {
   PrintResult(options.common, summary, Text(options, report));
   if (report.contact_kept) return kDone;
   Note(options.common,
-       fmt::format("warning: contact is lost: in contact in {:.1f} % of the frames held, {:.1f} % "
-                   "before",
+       fmt::format("warning: contact is lost: the hand is in contact in {:.1f} % of the frames "
+                   "held, before in {:.1f} %",
                    100.0 * report.after.contact.contact_frames_ratio.value_or(0.0),
                    100.0 * report.before.contact.contact_frames_ratio.value_or(0.0)));
   return kFitFault;
@@ -213,11 +214,12 @@ int Refine(const RefineCommand& options) {
 void AddRefineCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<RefineCommand>();
   CLI::App* command = app.add_subcommand(
-      "refine", "Clean a clip that has its object's trajectory: penetration, jitter, lost contact");
+      "refine",
+      "Refine a clip with an object trajectory: reduce penetration, jitter and lost contact");
   command->add_option("clip", options->clip, kClipHelp)->required();
   command
       ->add_option("-o,--output", options->output,
-                   "Folder to make: clip.npz, object.ply, metrics.json with before and after")
+                   "Output folder: clip.npz, object.ply, metrics.json with values before and after")
       ->required();
   AddClipInputOptions(*command, options->input);
   AddOptions(*command, OptionsOf(options->refine));

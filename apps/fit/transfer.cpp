@@ -59,7 +59,7 @@ struct TransferInput {
 Eigen::Vector3d ScaleOf(const TransferCommand& options) {
   if (options.scale.empty()) return Eigen::Vector3d::Ones();
   if (options.scale.size() == 2) {
-    throw Error("--scale", "has two factors", "Give one, or one for each axis: 1,1,1.3");
+    throw Error("--scale", "has two factors", "Give one factor, or one per axis: 1,1,1.3");
   }
   if (options.scale.size() == 1) return Eigen::Vector3d::Constant(options.scale.front());
   return Eigen::Map<const Eigen::Vector3d>(options.scale.data());
@@ -75,7 +75,7 @@ ClipInput LoadHeld(const TransferCommand& options) {
   }
   if (!input.object) {
     throw Error(options.clip, "its object's mesh is missing: " + input.object_missing,
-                "Say where it is with --from-object");
+                "Give its file with --from-object");
   }
   return input;
 }
@@ -98,11 +98,12 @@ void SetBetas(const TransferCommand& options, TransferInput& scene) {
   for (const double beta : options.betas) {
     constexpr double kMost = 10.0;
     if (std::abs(beta) <= kMost) continue;
-    throw Error("--betas", fmt::format("has {:g}", beta), "Coefficients are within -10 and 10");
+    throw Error("--betas", fmt::format("has the coefficient {:g}", beta),
+                "Give coefficients from -10 to 10");
   }
   if (scene.to.model->IsSubject()) {
-    throw Error("--betas", "has no effect: the clip's person has a surface of their own",
-                "Say another body with --body");
+    throw Error("--betas", "has no effect: the clip contains its own body surface",
+                "Give another body model with --body");
   }
   scene.to.betas = Eigen::Map<const Eigen::VectorXd>(
       options.betas.data(), static_cast<Eigen::Index>(options.betas.size()));
@@ -127,7 +128,7 @@ void SetBodies(const TransferCommand& options, TransferInput& scene) {
 LoadedObject TargetObject(const TransferCommand& options, const ClipInput& input) {
   const Eigen::Vector3d scale = ScaleOf(options);
   if (!scale.allFinite()) {
-    throw Error("--scale", "is no number", "Give one factor, or one for each axis: 1,1,1.3");
+    throw Error("--scale", "is not a number", "Give one factor, or one per axis: 1,1,1.3");
   }
   if (!options.object.empty()) {
     LoadedObject object = LoadObject(options.object, options.object_scale);
@@ -208,20 +209,18 @@ std::string Text(const TransferCommand& options, const TransferInput& scene,
                  const TransferReport& report) {
   const SurfaceMapReport& map = scene.map->Report();
   std::string text = fmt::format(
-      "{}/clip.npz: {} held by {}\n  map                 {}, stretches up to {:.2f} times, "
-      "{:.1f} mm between the surfaces\n",
+      "{}/clip.npz: {} held by {}\n"
+      "  map                 {}, stretch up to {:.2f}, {:.1f} mm between the surfaces\n",
       options.output, scene.to_object->object.name,
       HoldersText(CountHeld(report.carried.clip.holding_hand)), MethodName(map.method),
       map.stretch_most, map.residual_mm);
   for (const TransferredHold& hold : report.holds) {
     const CarriedGrasp& grasp = hold.grasp;
     text += fmt::format(
-        "  frames {}-{}{}{} hand, {}; contacts {:.1f} mm from where the map has them, wrist {:.0f} "
-        "mm "
-        "off\n",
+        "  frames {}-{}{}{} hand, {}; contacts {:.1f} mm and wrist {:.0f} mm from the mapped "
+        "grasp\n",
         hold.begin, hold.end - 1, std::string(std::max(1, 13 - (hold.end > 100) * 2), ' '),
-        SideName(hold.side),
-        grasp.searched ? "taken anew near its contacts" : "contacts carried over",
+        SideName(hold.side), grasp.searched ? "new grasp near the contacts" : "grasp transferred",
         grasp.contact_off_mm, 1e3 * grasp.wrist_shift_m);
   }
   return text +
@@ -269,10 +268,10 @@ int TransferOne(const TransferCommand& options) {
   if (Interrupted()) return kInterrupted;
   for (const std::string& warning : report.warnings) Note(options.common, "warning: " + warning);
   if (report.carried.status == CarryStatus::kNoContact) {
-    throw FitFailure(fmt::format(
-        "{}: no hand touches {} in any frame, so that nothing is written. Is it of the same kind? "
-        "--map gives points that belong together",
-        options.clip, scene.to_object->object.name));
+    throw FitFailure(
+        fmt::format("{}: no hand touches {} in any frame, so nothing is written. Check that the "
+                    "objects are of the same kind, or give corresponding points with --map",
+                    options.clip, scene.to_object->object.name));
   }
   nlohmann::json metrics = MetricsOf(options, scene, report);
   nlohmann::json summary = metrics;
@@ -291,12 +290,12 @@ int TransferOne(const TransferCommand& options) {
 std::string VariantsText(const TransferCommand& options, const VariantReport& report) {
   std::string text = fmt::format(
       "{}/manifest.jsonl: {} variants kept of {} tried{}\n", options.output, report.kept,
-      report.tried, report.had > 0 ? fmt::format(" ({} by an earlier run)", report.had) : "");
+      report.tried, report.had > 0 ? fmt::format(" ({} from an earlier run)", report.had) : "");
   for (const auto& [reason, count] : report.refused.items()) {
     text += fmt::format("  dropped: {:<10}{:>6}\n", reason, count.get<int>());
   }
   if (report.tried > report.had) {
-    text += fmt::format("  {:.0f} ms a try (wall clock)\n",
+    text += fmt::format("  {:.0f} ms per attempt (wall clock)\n",
                         1e3 * report.seconds / (report.tried - report.had));
   }
   return text;
@@ -333,7 +332,7 @@ int TransferMany(const TransferCommand& options) {
                   {"dropped", report.refused},
                   {"seconds", report.seconds}});
   PrintResult(options.common, summary, VariantsText(options, report));
-  if (report.kept == 0) throw FitFailure(options.clip + ": no variant of it was clean");
+  if (report.kept == 0) throw FitFailure(options.clip + ": no attempted variant was clean");
   return report.kept == options.variants ? kDone : kFitFault;
 }
 
@@ -346,94 +345,98 @@ int Transfer(const TransferCommand& options) {
   if (options.object.empty() && options.scale.empty() && options.body.empty() &&
       options.betas.empty()) {
     throw CLI::ValidationError(
-        "transfer", "Say to what: --object, --scale, --body, --betas, --robot or --variants");
+        "transfer", "Give a target: --object, --scale, --body, --betas, --robot or --variants");
   }
   return TransferOne(options);
 }
 
 // Returns --object, which other options need or exclude.
 CLI::Option* AddObjectOptions(CLI::App& command, TransferCommand& options) {
-  const char* const group = "To another object";
+  const char* const group = "Target object";
   CLI::Option* const object = command
                                   .add_option("--object", options.object,
-                                              "Another object of the kind: mesh (.obj .ply .stl "
-                                              ".off .glb .gltf) or embedded object")
+                                              "Target object of the same kind: mesh (.obj .ply "
+                                              ".stl .off .glb .gltf) or embedded object")
                                   ->group(group);
   AddOption(command, "--object-scale", options.object_scale,
-            "Multiplies that object's coordinates (0.001 for millimeters)", CLI::PositiveNumber)
+            "Multiplies the target object's coordinates (0.001 for millimeters)",
+            CLI::PositiveNumber)
       ->group(group);
   command
       .add_option("--scale", options.scale,
-                  "Scales the object, by one factor or by one for each of its axes: 1,1,1.3")
+                  "Scale of the object: one factor, or one per axis: 1,1,1.3")
       ->delimiter(',')
       ->expected(1, 3)
       ->check(CLI::Range(0.05, 20.0))
       ->group(group);
   command
       .add_option("--map", options.map,
-                  "Text file of points that belong together: six numbers a row, or for each "
-                  "vertex of the clip's object a vertex of the other. Found by shape if left out")
+                  "Text file of correspondences: 'x y z x y z' per row (clip's object, target "
+                  "object), or for each vertex of the clip's object the index of a target vertex. "
+                  "Default: found from the shapes")
       ->needs(object)
       ->group(group);
   return object;
 }
 
 void AddBodyOptions(CLI::App& command, TransferCommand& options) {
-  const char* const group = "To another body";
+  const char* const group = "Target body";
   command
       .add_option("--body", options.body,
                   "Body model of the new person: SMPL-X or SMPL-H (.npz, .pkl)")
       ->group(group);
-  command.add_option("--betas", options.betas, "Its shape coefficients, the first ones: -2,1")
+  command.add_option("--betas", options.betas, "First shape coefficients of the new person: -2,1")
       ->delimiter(',')
       ->group(group);
 }
 
 void AddVariantOptions(CLI::App& command, CLI::Option* object, TransferCommand& options) {
-  const char* const group = "To many";
+  const char* const group = "Variants";
   CLI::Option* const variants =
       command
           .add_option("--variants", options.variants,
-                      "This many clean variants of the clip, as a folder with manifest.jsonl; one "
-                      "that was stopped goes on")
+                      "Number of clean variants of the clip to write, to a folder with "
+                      "manifest.jsonl; an interrupted run resumes")
           ->check(CLI::Range(1, 1'000'000))
           ->excludes(object)
           ->group(group);
-  AddOption(command, "--scale-range", options.scale_range, "Of the object's scale, as 0.85,1.2")
+  AddOption(command, "--scale-range", options.scale_range,
+            "Range of the object's random scale: 0.85,1.2")
       ->delimiter(',')
       ->expected(2)
       ->check(CLI::Range(0.05, 20.0))
       ->needs(variants)
       ->group(group);
   VariantOptions& spread = options.spread;
-  AddOption(command, "--axis-spread", spread.axis_spread, "Each axis besides by up to this share",
-            CLI::Range(0.0, 0.49))
+  AddOption(command, "--axis-spread", spread.axis_spread,
+            "Additional random scale of each axis, up to this fraction", CLI::Range(0.0, 0.49))
       ->needs(variants)
       ->group(group);
   AddOption(command, "--betas-sigma", spread.betas_sigma,
-            "Spread of the persons' first two shape coefficients", CLI::Range(0.0, 3.0))
+            "Standard deviation of the first two shape coefficients", CLI::Range(0.0, 3.0))
       ->needs(variants)
       ->group(group);
-  AddOption(command, "--mirrored", spread.mirrored, "Share of mirrored ones, by the other hand",
-            CLI::Range(0.0, 1.0))
+  AddOption(command, "--mirrored", spread.mirrored,
+            "Fraction of mirrored variants, held by the other hand", CLI::Range(0.0, 1.0))
       ->needs(variants)
       ->group(group);
-  AddOption(command, "--yaw", options.yaw_deg, "Turned about the vertical by up to so many degrees",
-            CLI::Range(0.0, 180.0))
+  AddOption(command, "--yaw", options.yaw_deg,
+            "Random rotation about the vertical, up to this many degrees", CLI::Range(0.0, 180.0))
       ->needs(variants)
       ->group(group);
-  AddOption(command, "--place", spread.place_m, "Standing elsewhere by up to so many meters",
+  AddOption(command, "--place", spread.place_m,
+            "Random displacement on the ground along x and y, up to this many meters",
             CLI::Range(0.0, 100.0))
       ->needs(variants)
       ->group(group);
 }
 
 void AddHowOptions(CLI::App& command, TransferCommand& options) {
-  const char* const group = "How";
+  const char* const group = "General";
   AddOptions(command, OptionsOf(options.transfer));
   command
       .add_option("--from-object", options.input.object,
-                  "Mesh of the clip's own object, in place of the one that it names")
+                  "Mesh of the clip's own object, in place of the referenced one")
       ->group(group);
   command
       .add_option("--from-body", options.input.body,
@@ -451,12 +454,12 @@ void AddTransferCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<TransferCommand>();
   CLI::App* command = app.add_subcommand(
       "transfer",
-      "Carry a clip with a held object over to another object, body or robot hand, contacts kept");
+      "Transfer a clip with a held object to another object, body or robot hand, keeping contacts");
   command->add_option("clip", options->clip, kClipHelp)->required();
   command
       ->add_option("-o,--output", options->output,
-                   "Folder to make: clip.npz, object.ply, metrics.json, report.html; of a robot's "
-                   "hand robot.npz, robot.csv, scene.xml, report.html and metrics.json")
+                   "Output folder: clip.npz, object.ply, metrics.json, report.html; with --robot: "
+                   "robot.npz, robot.csv, scene.xml, report.html and metrics.json")
       ->required();
   CLI::Option* const object = AddObjectOptions(*command, *options);
   AddBodyOptions(*command, *options);

@@ -65,13 +65,15 @@ void WarnOfLost(const RobotTransferSetup& setup, const RobotMeasures& measures,
     parts.push_back(fmt::format("{} ({} of {} frames)", part.part, part.lost, part.frames));
   }
   if (!parts.empty()) {
-    Note(common, fmt::format("warning: contact is lost at {}: the robot's part is 5 mm and more "
-                             "from the object",
-                             fmt::join(parts, ", ")));
+    Note(common,
+         fmt::format(
+             "warning: contact is lost at {}: the robot link is 5 mm or more from the object",
+             fmt::join(parts, ", ")));
   }
   if (setup.contacts_left_out > 0) {
-    Note(common, fmt::format("note: {} of {} contacts are of parts that the robot lacks: left out",
-                             setup.contacts_left_out, setup.contacts_left_out + measures.contacts));
+    Note(common,
+         fmt::format("note: {} of {} contacts are ignored: the robot does not have these parts",
+                     setup.contacts_left_out, setup.contacts_left_out + measures.contacts));
   }
 }
 
@@ -79,32 +81,33 @@ std::string GripText(const RobotMeasures& measures) {
   constexpr double kSlips_mm = 30.0;
   if (std::isnan(measures.give_mm)) return "never holds";
   if (measures.give_mm > kSlips_mm)
-    return "may slip: a friction of 0.6 does not hold the weight in every direction";
+    return "may slip: friction 0.6 does not hold the weight in every direction";
   return fmt::format("the object's own weight moves it by {:.1f} mm", measures.give_mm);
 }
 
 }  // namespace
 
 void AddRobotOptions(CLI::App& command, RobotTransferInput& input) {
-  const char* const group = "To a robot's hand";
+  const char* const group = "Target robot hand";
   CLI::Option* const robot =
       command.add_option("--robot", input.robot, "Robot hand: URDF (.urdf) or MJCF (.xml)")
           ->group(group);
   for (const char* other : {"--object", "--scale", "--body", "--betas"}) {
     robot->excludes(command.get_option(other));
   }
-  AddOption(command, "--hand", input.hand, "The hand that is transferred",
+  AddOption(command, "--hand", input.hand, "Hand to transfer",
             CLI::IsMember({"auto", "right", "left"}))
       ->needs(robot)
       ->group(group);
   command
-      .add_option("--correspondence", input.correspondence,
-                  "Which of its links is what, as CSV (part,link), in place of what is found")
+      .add_option(
+          "--correspondence", input.correspondence,
+          "Table (CSV: part,link) of the robot's links, in place of the detected assignment")
       ->needs(robot)
       ->group(group);
   command
       .add_flag("--robot-on-path", input.on_path,
-                "Keep its wrist where the human's is, within about a centimeter")
+                "Keep the robot's wrist within about 1 cm of the human's")
       ->needs(robot)
       ->group(group);
 }
@@ -174,21 +177,20 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
       common, summary,
       fmt::format(
           "{}: {} frames on {} ({} fingers, {} joints)\n"
-          "  contacts           {:.0f} % kept (of {}: within 5 mm of the object), {:.2f} mm and "
-          "{:.1f} degrees from the human's, {:.0f} % within 5 mm of them\n"
+          "  contacts           {:.0f} % of {} kept (within 5 mm of the object); mean distance "
+          "{:.2f} mm and {:.1f} degrees from the human's contacts, {:.0f} % within 5 mm of them\n"
           "  deepest            {:.2f} mm, {} frames deeper than 2 mm\n"
-          "  grip               {}\n"
-          "  solved in          {:.2f} ms a frame, the start in {:.0f} ms\n",
+          "  hold               {}\n"
+          "  solved in          {:.2f} ms per frame, first frame {:.0f} ms\n",
           output, result.poses.size(), setup.robot.name, setup.anatomy.fingers.size(),
           setup.robot.NumDofs(), 100.0 * measures.kept_ratio, measures.contacts,
           measures.contact_mm, measures.angle_deg, 100.0 * measures.touching_ratio,
           measures.deepest_mm, measures.frames_deeper_than_2_mm, GripText(measures),
           result.solve_ms / frames, result.start_ms));
   if (measures.kept_ratio >= kMinKept) return kDone;
-  Note(common,
-       fmt::format("warning: less than {:.0f} % of the contacts are kept: this robot does not "
-                   "hold {} so (exit code 3)",
-                   100.0 * kMinKept, scene.clip.object->name));
+  Note(common, fmt::format("warning: less than {:.0f} % of the contacts are kept: this robot "
+                           "cannot hold {} in this way (exit code 3)",
+                           100.0 * kMinKept, scene.clip.object->name));
   return kFitFault;
 }
 
@@ -200,18 +202,19 @@ constexpr std::array<const char*, 6> kJointColors = {"#3b82c4", "#d4743a", "#4c9
 std::string NumbersTable(const RobotMeasures& measures) {
   const auto frames = static_cast<double>(measures.frames.size());
   return HtmlTable(
-      {"", ""}, {{"contacts kept (within 5 mm of the object)", Percent(measures.kept_ratio, 0)},
-                 {"from the human's places, mean", fmt::format("{:.2f} mm", measures.contact_mm)},
-                 {"within 5 mm of them", Percent(measures.touching_ratio, 0)},
-                 {"normals, mean angle", fmt::format("{:.1f}°", measures.angle_deg)},
-                 {"deepest of the clip", fmt::format("{:.2f} mm", measures.deepest_mm)},
-                 {"frames deeper than 2 mm", Percent(measures.frames_deeper_than_2_mm / frames)},
-                 {"links in each other, deepest", fmt::format("{:.2f} mm", measures.self_mm)}});
+      {"", ""},
+      {{"contacts kept (within 5 mm of the object)", Percent(measures.kept_ratio, 0)},
+       {"mean distance from the human's contacts", fmt::format("{:.2f} mm", measures.contact_mm)},
+       {"contacts within 5 mm of the human's", Percent(measures.touching_ratio, 0)},
+       {"mean angle between normals", fmt::format("{:.1f}°", measures.angle_deg)},
+       {"deepest penetration of the clip", fmt::format("{:.2f} mm", measures.deepest_mm)},
+       {"frames deeper than 2 mm", Percent(measures.frames_deeper_than_2_mm / frames)},
+       {"deepest self-penetration of links", fmt::format("{:.2f} mm", measures.self_mm)}});
 }
 
 std::string FramesChart(const RobotMeasures& measures) {
   LineChart chart{"Distance and depth", "frame", "mm", {}};
-  ChartLine distance{"contact distance, mean", "#3b82c4", {}};
+  ChartLine distance{"mean contact distance", "#3b82c4", {}};
   ChartLine depth{"deepest", "#c0392b", {}};
   for (std::size_t t = 0; t < measures.frames.size(); ++t) {
     const RobotFrameMeasure& frame = measures.frames[t];
@@ -236,7 +239,7 @@ std::string JointCharts(const RobotTransferSetup& setup, const std::vector<Robot
       LineChart& chart = charts[title];
       chart.title = title;
       chart.x_label = "frame";
-      chart.y_label = "share of its range";
+      chart.y_label = "fraction of its range";
       ChartLine line{dof.name, kJointColors[chart.lines.size() % kJointColors.size()], {}};
       for (std::size_t t = 0; t < poses.size(); ++t) {
         line.points.emplace_back(static_cast<double>(t),
@@ -281,7 +284,7 @@ std::string RobotPage(const RobotTransferSetup& setup, const std::vector<RobotPo
       fmt::format("<h2>Robot and human hand</h2>\n<img src=\"{}\" alt=\"Frames of the hold\">\n",
                   EscapeHtml(sheet));
   html += "<h2>Joints</h2>\n" + JointCharts(setup, poses);
-  html += "<h2>Which link is what</h2>\n" + PartsTable(setup);
+  html += "<h2>Links by part of the hand</h2>\n" + PartsTable(setup);
   if (!setup.robot.notes.empty()) {
     html += "<h2>Notes</h2>\n<ul>";
     for (const std::string& note : setup.robot.notes) html += "<li>" + EscapeHtml(note) + "</li>";

@@ -28,7 +28,7 @@ std::string TextOf(const std::string& output, const ActionSetReport& report) {
   std::string text = fmt::format("{}: {} clips, {:.2f} hours", output, summary["clips"].get<int>(),
                                  summary["hours"].get<double>());
   if (report.made > 0) {
-    text += fmt::format("; {:.2f} s a clip and thread", report.seconds / report.made);
+    text += fmt::format("; {:.2f} s per clip and thread", report.seconds / report.made);
   }
   text +=
       fmt::format("\n  {:<14}{:>6}{:>10}{:>16}\n", "action", "kept", "given up", "tries dropped");
@@ -43,7 +43,7 @@ std::string TextOf(const std::string& output, const ActionSetReport& report) {
     text += fmt::format("  {} of {} captured clips kept\n", summary["captured"]["clips"].get<int>(),
                         summary["captured"]["of"].get<int>());
   }
-  if (report.had > 0) text += fmt::format("  {} of them were there already\n", report.had);
+  if (report.had > 0) text += fmt::format("  {} of them existed already\n", report.had);
   return text;
 }
 
@@ -57,15 +57,15 @@ int Run(MakeActionsCommand options) {
   options.set.replace = common.force;
   options.set.version = HOLDFAST_VERSION;
   if (options.set.count == 0 && options.set.captured.empty()) {
-    throw Error("--count", "is 0, and there is nothing captured to make clips of",
-                "Give a number of clips, or --captured");
+    throw Error("--count", "is 0, and there are no captured clips",
+                "Give a number of clips, or recordings with --captured");
   }
   PlanActions(options.set);  // reports errors before the search for starts
   PlanCaptured(options.set);
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
   const ActionStarts starts =
       FindActionStarts(options.starts, options.held_out, *body, common.seed, options.set.threads);
-  Note(common, fmt::format("{} moments of standing to learn from, {} held out", starts.train.size(),
+  Note(common, fmt::format("{} standing poses for training, {} held out", starts.train.size(),
                            starts.held_out.size()));
   StageProgress progress(common);
   ActionSetReport report = MakeActionSet(body, starts, options.output, options.set,
@@ -92,40 +92,40 @@ void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
       "make-actions", "Generate a labeled set of people doing things with objects");
   command
       ->add_option("-o,--output", options->output,
-                   "Folder to write: s1/mug_drink_1.npz ..., manifest.json, grasps/; an unfinished "
-                   "one is resumed, a finished one extended")
+                   "Output folder: s1/mug_drink_1.npz ..., manifest.json, grasps/; an unfinished "
+                   "one is resumed, a finished one is extended")
       ->required();
-  CLI::Option* count = AddOption(*command, "--count", options->set.count, "Scripted clips",
-                                 CLI::Range(0, kMaxScripted));
+  CLI::Option* count = AddOption(*command, "--count", options->set.count,
+                                 "Number of scripted clips", CLI::Range(0, kMaxScripted));
   command->add_option("--hours", options->hours, "Approximate hours of motion, in place of --count")
       ->check(CLI::Range(0.001, 1000.0))
       ->excludes(count);
-  AddOption(*command, "--subjects", options->set.subjects, "People of different shapes",
+  AddOption(*command, "--subjects", options->set.subjects, "Number of people of different shapes",
             CLI::Range(2, 100));
-  command->add_option("--actions", options->set.actions, "Only these: drink,eat,... [all]")
+  command->add_option("--actions", options->set.actions, "Only these actions: drink,eat,... [all]")
       ->delimiter(',');
-  command->add_option("--objects", options->set.objects, "Only with these embedded objects [all]")
+  command->add_option("--objects", options->set.objects, "Only these embedded objects [all]")
       ->delimiter(',');
-  AddOption(*command, "--left", options->set.left_share, "Share of left-handed subjects",
+  AddOption(*command, "--left", options->set.left_share, "Fraction of left-handed subjects",
             CLI::Range(0.0, 1.0));
   command
       ->add_option_function<std::string>(
           "--blows",
           [options](const std::string& blows) { options->set.wrist_blows = blows == "wrist"; },
-          "Hammering by the whole arm, or by the wrist alone, which networks of key frames can "
-          "follow: for their training [arm]")
+          "Hammer with the whole arm or only with the wrist; use wrist for training data, because "
+          "key-frame networks can learn it [arm]")
       ->check(CLI::IsMember({"arm", "wrist"}));
   command->add_option("--starts", options->starts,
-                      "Folder of captured clips (.npz, as 'holdfast import' or 'make-reach-data' "
-                      "write them) with people who stand [standing poses of Holdfast's own]");
+                      "Folder of captured clips (.npz, as written by 'holdfast import' or "
+                      "'make-reach-data') to take standing poses from [built-in standing poses]");
   command->add_option("--captured", options->set.captured,
-                      "Folder of recorded markers with people who drink or comb, as 'solve' reads "
-                      "them, a folder a person, each with a ..._static... trial: two clips more of "
-                      "each trial, seated and standing, with arms and trunk as captured");
+                      "Folder of marker recordings of drinking or combing, in formats of 'solve', "
+                      "with one folder per person and a ..._static... trial in each: adds two "
+                      "clips per trial, seated and standing, with captured arms and trunk");
   command
       ->add_option("--held-out", options->held_out,
-                   "People of --starts for the held-out subjects (the last fifth) [those in a "
-                   "folder held_out, and the two with the fewest starts]")
+                   "People of --starts reserved for the held-out subjects (the last fifth) [those "
+                   "in a folder held_out, and the two with the fewest starts]")
       ->delimiter(',');
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(*command, options->common, true,
@@ -134,8 +134,10 @@ void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
                    "  holdfast make-actions -o both --count 20 --captured recordings\n"
                    "Actions: " +
                        ScriptedActionNames() +
-                       ".\nNames are GRAB's: SUBJECT/OBJECT_ACTION_NUMBER.npz. Every clip is a "
-                       "clip with object; what was dropped\nand why is in manifest.json.\n");
+                       ".\n"
+                       "Names are GRAB's: SUBJECT/OBJECT_ACTION_NUMBER.npz. Every clip has an "
+                       "object. manifest.json lists\n"
+                       "dropped clips with the reasons.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

@@ -62,17 +62,16 @@ int Run(MakeReachDataCommand options) {
       options.captures, folder / "captured", *body, options.held_out, data.threads, tell);
   progress.End();
   if (!captured) return kInterrupted;
-  Note(common,
-       fmt::format("{} captured clips ({:.1f} min to learn from, {:.1f} min held out), {} dropped; "
-                   "{} reaches to start from",
-                   captured->captures.size(), captured->train_minutes, captured->held_out_minutes,
-                   captured->dropped, captured->reach_sources));
+  Note(common, fmt::format("{} captured clips ({:.1f} min for training, {:.1f} min held out), {} "
+                           "dropped; {} source reaches",
+                           captured->captures.size(), captured->train_minutes,
+                           captured->held_out_minutes, captured->dropped, captured->reach_sources));
   ReachDataReport made = MakeReachData(*captured, data, folder, tell);
   if (made.stopped) return kInterrupted;
   if (made.minutes < 60.0 * data.hours) {
     throw FitFailure(fmt::format(
-        "{:.1f} of {:.1f} minutes after {} clips: nearly all are dropped, see {}", made.minutes,
-        60.0 * data.hours, made.tried, (folder / "manifest.json").string()));
+        "only {:.1f} of {:.1f} minutes after {} clips: nearly all clips are dropped, see {}",
+        made.minutes, 60.0 * data.hours, made.tried, (folder / "manifest.json").string()));
   }
   std::string optimized_text;
   if (network) {
@@ -91,8 +90,8 @@ int Run(MakeReachDataCommand options) {
   const json& summary = made.head["summary"];
   PrintResult(
       common, made.head,
-      fmt::format("{}: {:.2f} hours in {} clips ({} dropped, {} of them there already), {} "
-                  "goals, {} carried\n",
+      fmt::format("{}: {:.2f} hours in {} clips ({} dropped, {} existed already), {} goals, {} "
+                  "while carrying\n",
                   options.output, summary["hours"].get<double>(), summary["clips"].get<int>(),
                   summary["clips_dropped"].get<int>(), made.had, summary["goals"].get<int>(),
                   summary["goals_carried"].get<int>()) +
@@ -112,39 +111,38 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
       ->required();
   command
       ->add_option("-o,--output", options->output,
-                   "Folder to write: captured/, made/, optimized/, manifest.json; an unfinished "
-                   "one is resumed")
+                   "Output folder: captured/, made/, optimized/, manifest.json; an unfinished one "
+                   "is resumed")
       ->required();
   AddOption(*command, "--hours", options->data.hours, "Hours of motion to generate",
             CLI::Range(0.01, 200.0));
   command
-      ->add_option(
-          "--held-out", options->held_out,
-          "Subjects, or clips by name (folder_file), kept away from training [the smallest "
-          "subjects, a tenth of all]")
+      ->add_option("--held-out", options->held_out,
+                   "Subjects, or clips by name (folder_file), held out from training [the smallest "
+                   "subjects, a tenth of all]")
       ->delimiter(',');
   AddOption(*command, "--wrist", options->wrist, "Wrist used for reaching",
             CLI::IsMember({"right", "left", "both"}));
-  AddOption(*command, "--reaches", options->data.reaches, "Goals one after the other in a clip",
+  AddOption(*command, "--reaches", options->data.reaches, "Number of consecutive goals in a clip",
             CLI::Range(1, 100));
-  AddOption(*command, "--farthest", options->data.farthest_m, "Way to a goal, meters",
+  AddOption(*command, "--farthest", options->data.farthest_m, "Maximum distance to a goal, meters",
             CLI::Range(0.5, 20.0));
   AddOption(*command, "--pace", options->data.pace,
-            "Multiplies the speeds of walking (1.0-1.8 m/s asked for) and playing (1.0-1.35 "
-            "times as captured); 0.8 strolls",
+            "Multiplies the walking speed (1.0-1.8 m/s) and the playback speed (1.0-1.35 times as "
+            "captured); below 1: slower",
             CLI::Range(0.6, 1.3));
   AddOption(*command, "--blend", options->data.blend_s, "Length of a transition, seconds",
             CLI::Range(0.1, 1.0));
   command->add_flag("--as-captured", options->data.as_captured,
-                    "Leave reaches as they are: goals are where the wrists come to");
+                    "Keep reaches as captured: goals are where the wrists arrive");
   CLI::Option* const optimized =
       AddOption(*command, "--optimized", options->optimized,
-                "Number of reaches to try with the latents of a trained network optimized, beside "
-                "(optimized/): what 'train wandr --from' it then learns to do at once",
+                "Number of additional reaches to attempt by optimizing the latents of a trained "
+                "network, written to optimized/; for distillation with 'train wandr --from'",
                 CLI::Range(0, 1000000));
   command
       ->add_option("--weights", options->weights,
-                   "Network (.safetensors) of --optimized [the embedded one]")
+                   "Network (.safetensors) for --optimized [the embedded one]")
       ->needs(optimized);
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
   AddCommonOptions(*command, options->common, true,
@@ -153,8 +151,10 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
                    "  holdfast make-reach-data mocap -o left --hours 0.5 --wrist left --seed 7 "
                    "--held-out cmu_08,cmu_39\n"
                    "made/*.npz are clips with arrays goal (K x 3, world, meters), goal_frame (K) "
-                   "and goal_wrist (K):\nthe wrist joint is at the goal in its frame. A goal "
-                   "begins where the one before is reached.\n");
+                   "and goal_wrist (K):\n"
+                   "the wrist joint is at the goal in its goal_frame. A goal becomes current when "
+                   "the previous one is\n"
+                   "reached.\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });
 }
 

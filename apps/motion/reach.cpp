@@ -23,23 +23,21 @@ namespace {
 
 // Adds the options for a moving goal. Excludes options that plan a whole motion.
 void AddTrackOptions(CLI::App& command, CLI::Option& goal, ReachCommand& reach) {
-  CLI::Option* track =
-      command
-          .add_option("--track", reach.track,
-                      "Table of goals (x,y,z or time,x,y,z a line): one a frame, followed without "
-                      "looking ahead, 30 a second")
-          ->excludes(&goal);
+  CLI::Option* track = command
+                           .add_option("--track", reach.track,
+                                       "Table of a moving goal (x,y,z or time,x,y,z per line): one "
+                                       "goal per frame at 30 Hz, followed without looking ahead")
+                           ->excludes(&goal);
   command
       .add_option(
           "--rate", reach.rate_hz,
-          "Goals a second in the table [30, or by its times]; a frame has the one that came "
-          "last")
+          "Goals per second in the table [30, or from its times]; each frame uses the latest goal")
       ->check(CLI::Range(0.1, 10'000.0))
       ->needs(track);
   command
       .add_option("--push", reach.pushes,
-                  "FRAME,DX,DY,DZ: something moves the body by so many meters from that goal on, "
-                  "within 0.3 s. Repeated: several")
+                  "FRAME,DX,DY,DZ: push the body by this displacement in meters, over 0.3 s from "
+                  "this frame on. May be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->needs(track);
@@ -59,33 +57,32 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
   CLI::Option* goal =
       command
           ->add_option("--goal", reach.goals,
-                       "X,Y,Z of the wrist, meters, z up from the ground. Repeated: one after "
-                       "another in one motion")
+                       "X,Y,Z of the wrist, meters, z up from the ground. May be repeated: goals "
+                       "are reached one after another in one motion")
           ->expected(1)
           ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   AddTrackOptions(*command, *goal, reach);
-  command->add_option(
-      "--from", reach.from,
-      "CLIP or CLIP:FRAME to continue from (the last frame if left out). Without it a "
-      "person stands at the origin, facing -y");
+  command->add_option("--from", reach.from,
+                      "CLIP or CLIP:FRAME to continue from; default frame: the last. Without "
+                      "--from, the person stands at the origin, facing -y");
   AddOptions(*command, OptionsOf(reach.job).Without(
                            {"grasp", "refit_all", "object_scale", "object_yaw_deg"}));
   command
       ->add_option("--obstacle", reach.obstacles,
-                   "Mesh to keep out of, as it stands in the world (latent-opt). Repeated: several")
+                   "Mesh to avoid, in world coordinates (latent-opt). May be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command
       ->add_option("--approach", reach.approach,
-                   "X,Y,Z along the forearm, elbow to wrist, on arrival (latent-opt)")
+                   "Direction X,Y,Z of the forearm, from elbow to wrist, on arrival (latent-opt)")
       ->excludes(command->get_option("--free-time"));
   CLI::Option* object = command->add_option(
       "--object", reach.object,
-      "Mesh or embedded object that stands on a table at the first --goal (the middle of its "
-      "bottom) and is carried to the others. Needs --grasp");
+      "Mesh or embedded object to take: it stands on a table with the middle of its bottom at the "
+      "first --goal and is carried to the other goals. Needs --grasp");
   command
       ->add_option("--grasp", reach.grasp,
-                   "Take the object: by a power, precision or handle grasp, or whichever is best")
+                   "Grasp that takes the object: power, precision, handle, or auto (the best)")
       ->expected(0, 1)
       ->default_str("auto")
       ->check(CLI::IsMember({"auto", "power", "precision", "handle"}))
@@ -105,7 +102,7 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
     command->get_option("--track")->excludes(command->get_option(planned));
   }
   AddOption(*command, "-o,--output", reach.output,
-            "Folder to make: clip.npz, metrics.json, report.html");
+            "Output folder: clip.npz, metrics.json, report.html");
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast reach --goal 1.5,1.0,1.1\n"
@@ -114,13 +111,17 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "  holdfast reach --from walk.npz:40 --goal 2.0,0.5,0.3 --wrist left --all -o reached\n"
       "  holdfast reach --goal 1.5,1,0.8 --goal -0.5,1.5,1.1 --object mug --grasp -o taken\n"
       "  holdfast reach --track goals.csv --push 90,0.2,0,0 -o followed\n"
-      "A goal is reached when the wrist is within 10 cm of it. The next is taken on when the\n"
-      "wrist has been there and comes no closer, or half as long again after the goal was due\n"
-      "(twice that while the wrist still comes closer). What no sample reaches is tried once\n"
-      "more with half as much time again. The best sample: most goals reached; then no second\n"
-      "crouch on the way; then, of those that reach all, the one that moves most as people do\n"
-      "(speed, turns, lean, height of the pelvis, joint limits, accelerations), of others the\n"
-      "least sum of closest distances.\n");
+      "A goal is reached when the wrist is within 10 cm of it. The next goal becomes current when\n"
+      "the wrist has reached a goal and stops approaching it, or at 1.5 times the due time (2 "
+      "times\n"
+      "while the wrist still approaches). If no sample reaches the goals, sampling is repeated "
+      "once\n"
+      "with 1.5 times the time. The best sample is the one with the most goals reached; then "
+      "without\n"
+      "a second crouch; then with the lowest motion cost (speed, turns, lean, pelvis height, "
+      "joint\n"
+      "limits, accelerations) if all goals are reached, else the lowest sum of closest "
+      "distances.\n");
   command->callback([options, &exit_code] {
     if (options->reach.goals.empty() && options->reach.track.empty()) {
       throw CLI::RequiredError("--goal or --track");
@@ -137,8 +138,8 @@ namespace fs = std::filesystem;
 
 constexpr int kReportedSamples = 6;
 constexpr const char* kRule =
-    "most goals reached within 10 cm; then no second crouch; then, of those that reach all, the "
-    "least motion cost, of others the least sum of closest distances";
+    "most goals reached within 10 cm; then no second crouch; then the lowest motion cost if all "
+    "goals are reached, else the lowest sum of closest distances";
 
 // Start of the reach, and the user's name for it.
 struct Start {
@@ -222,7 +223,7 @@ std::string Text(const ReachCommand& command, const ReachOptions& options,
       SideName(options.side), frames, frames / wandr::kFramesPerSecond);
   for (std::size_t g = 0; g < goals.size(); ++g) {
     const wandr::GoalOutcome& goal = best.goals[g];
-    std::string fate = "never taken on: the motion broke before";
+    std::string fate = "not attempted: the motion diverged before";
     if (goal.Reached()) {
       fate = fmt::format("reached after {:.1f} s, closest {:.1f} cm",
                          (goal.reached - goal.taken_on) / wandr::kFramesPerSecond,
@@ -234,7 +235,7 @@ std::string Text(const ReachCommand& command, const ReachOptions& options,
   }
   text += fmt::format("  {:<26}{:.0f} % of frames skate, {:.0f} % in the air\n", "feet",
                       100.0 * quality.skating, 100.0 * quality.airborne);
-  text += fmt::format("  {:<26}best of {} by {}; {} reach {}; {:.2f} s\n", "samples",
+  text += fmt::format("  {:<26}best of {} with {}; {} reach {}; {:.2f} s\n", "samples",
                       options.NumSamples(), ReachMethodName(options.by), report.reach_all,
                       goals.size() == 1 ? "the goal" : "all goals", report.seconds);
   return text;
@@ -255,7 +256,7 @@ Eigen::Vector3d ParsePoint(const std::string& option, const std::string& text) {
   }
   if (at != end || !goal.allFinite()) throw fault;
   if (goal.cwiseAbs().maxCoeff() > kMaxMeters) {
-    throw Error(option + " " + text, fmt::format("is farther than {:g} m", kMaxMeters),
+    throw Error(option + " " + text, fmt::format("is more than {:g} m away", kMaxMeters),
                 "Give meters, as in 1.5,1.0,1.1");
   }
   return goal;

@@ -45,9 +45,9 @@ std::string Text(const TakeJob& job, const nlohmann::json& take, const nlohmann:
       job.output, job.object, take["frames"]["taken"].get<int>() / rate,
       take["hand"].get<std::string>(), take["grasp"]["style"].get<std::string>(),
       summary["frames"].get<int>(), summary["frames"].get<int>() / rate);
-  text += fmt::format("  {:<26}{:.2f} mm and {:.2f} deg off the grasp\n", "hand at the take",
+  text += fmt::format("  {:<26}{:.2f} mm and {:.2f} deg from the grasp\n", "hand at the take",
                       number("take_wrist_error_mm"), number("take_hand_error_deg"));
-  text += fmt::format("  {:<26}{:.1f} mm coming, {:.1f} mm closing, {:.1f} mm holding\n",
+  text += fmt::format("  {:<26}{:.1f} mm approaching, {:.1f} mm closing, {:.1f} mm holding\n",
                       "hand in object, deepest", number("coming_penetration_mm"),
                       number("closing_penetration_mm"), number("holding_penetration_mm"));
   text += fmt::format("  {:<26}body {:.0f} mm, hand {:.0f} mm, object {:.1f} mm\n",
@@ -56,8 +56,7 @@ std::string Text(const TakeJob& job, const nlohmann::json& take, const nlohmann:
   text += fmt::format("  {:<26}{:.1f} deg at most, {:.1f} m/s^2 at most\n", "object carried",
                       number("max_tilt_deg"), number("max_object_acceleration_m_s2"));
   for (const nlohmann::json& goal : summary["goal_distance_m"]) {
-    text +=
-        fmt::format("  {:<26}{:.1f} cm\n", "from where it shall be", 100.0 * goal.get<double>());
+    text += fmt::format("  {:<26}{:.1f} cm\n", "distance to the goal", 100.0 * goal.get<double>());
   }
   return text;
 }
@@ -158,14 +157,16 @@ nlohmann::json TrackJson(const TrackJob& job, const std::string& from, const Rea
 
 std::string TrackText(const TrackJob& job, const FollowReport& report) {
   const auto frames = static_cast<double>(report.distance_m.size());
-  std::string text = fmt::format("{}/clip.npz: a goal followed with the {} wrist, {:.0f} frames\n",
-                                 job.output, SideName(job.follow.side), frames + 1.0);
-  text += fmt::format("  {:<26}{:.1f} cm on average after the first second, {:.1f} at most\n",
+  std::string text =
+      fmt::format("{}/clip.npz: moving goal followed with the {} wrist, {:.0f} frames\n",
+                  job.output, SideName(job.follow.side), frames + 1.0);
+  text += fmt::format("  {:<26}{:.1f} cm on average after the first second, at most {:.1f} cm\n",
                       "distance to the goal", 100.0 * report.mean_m, 100.0 * report.worst_m);
   text += fmt::format("  {:<26}{:.0f} % of frames skate, {:.0f} % in the air\n", "feet",
                       100.0 * report.skating, 100.0 * report.airborne);
-  text += fmt::format("  {:<26}{:.1f} ms of one core a frame, {:.1f} at most; 33.3 is real time\n",
-                      "time", 1000.0 * report.seconds / frames, 1000.0 * report.slowest_frame_s);
+  text += fmt::format(
+      "  {:<26}{:.1f} ms per frame on one core, at most {:.1f} ms (real time: 33.3 ms)\n", "time",
+      1000.0 * report.seconds / frames, 1000.0 * report.slowest_frame_s);
   return text;
 }
 
@@ -185,9 +186,9 @@ Outcome RunReachTrack(const TrackJob& job, const ReachPerson& person, const std:
       });
   if (report.distance_m.empty()) return {kInterrupted, {}, {}};
   if (report.stopped) {
-    Note(common, fmt::format("warning: interrupted after {} of {} goals: the motion until then is "
-                             "in {}",
-                             report.distance_m.size(), goals.size(), job.output));
+    Note(common,
+         fmt::format("warning: interrupted after {} of {} goals: the motion up to there is in {}",
+                     report.distance_m.size(), goals.size(), job.output));
   }
 
   ReportInput shown;

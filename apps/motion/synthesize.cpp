@@ -30,28 +30,28 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "synthesize",
       "Generate a person who does something with an object: body and object motion from an intent");
-  CLI::Option* sentence = command->add_option(
-      "sentence", job.sentence, "\"The person drinks from the mug\", in place of --action");
+  CLI::Option* sentence =
+      command->add_option("sentence", job.sentence,
+                          "Sentence in place of --action: \"The person drinks from the mug\"");
   CLI::Option* action =
       command->add_option("--action", job.action, "The action: " + ScriptedActionNames())
           ->excludes(sentence);
   CLI::Option* object = command->add_option(
       "--object", job.object,
-      "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object; the sentence's if left "
-      "out");
+      "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object; default: the sentence's");
   action->needs(object);
   command->add_option("--class", job.job.object_class,
                       "Class of the object for the networks: mug, waterbottle, ... [its name]");
   command->add_option("--from", job.from,
-                      "CLIP or CLIP:FRAME of a person with the object in a hand to continue from. "
-                      "Without it a person stands at the origin, facing -y");
+                      "CLIP or CLIP:FRAME to continue from, with the object in a hand. Without "
+                      "--from, the person stands at the origin, facing -y");
   AddOptions(*command, OptionsOf(job.job).Without({"object_class"}));
   for (const char* made : {"--start", "--hand"}) {
     command->get_option(made)->excludes(command->get_option("--from"));
   }
   command
       ->add_option("--betas", job.betas,
-                   "Body shape at a generated start, coefficients of the body model: 1.5,-0.5")
+                   "Shape coefficients of the body at a generated start: 1.5,-0.5")
       ->delimiter(',')
       ->excludes(command->get_option("--from"));
   command->add_flag("--all", job.all,
@@ -61,15 +61,15 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("--weights", job.weights,
                    embedded ? "Networks (.safetensors) in place of the embedded ones"
-                            : "Networks (.safetensors); this program was built without any")
+                            : "Networks (.safetensors); this program was built without networks")
       ->required(!embedded);
   command->add_option("--action-embeddings", job.action_embeddings,
                       "Embeddings of the 29 actions by label (.npz, .safetensors), for networks "
-                      "that were trained with CLIP's");
+                      "trained with CLIP embeddings");
   command->add_flag_callback(
       "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
   AddOption(*command, "-o,--output", job.output,
-            "Folder to make: clip.npz, object.ply, metrics.json, report.html");
+            "Output folder: clip.npz, object.ply, metrics.json, report.html");
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast synthesize --action drink --object mug\n"
@@ -78,8 +78,10 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
       "  holdfast synthesize --action pour --object jug.obj --class teapot --hand left -o poured\n"
       "  holdfast synthesize --action inspect --object held/object.ply --class mug --from held \\\n"
       "      -o inspected\n"
-      "The best sample: least penetration, least of the object in the body and of joints beyond\n"
-      "what captured people do, most contact; the first of equals.\n");
+      "The best sample has the least penetration, the least collision of object and body, the "
+      "least\n"
+      "excess of joint angles over the captured range, and the most contact; of equals, the "
+      "first.\n");
   command->callback([options, &exit_code] {
     const SynthesizeCommand& asked = options->command;
     if (asked.sentence.empty() && asked.action.empty()) {
@@ -150,10 +152,10 @@ SynthesisStart Made(const SynthesizeCommand& command, const LoadedObject& object
                     std::string_view action) {
   const std::shared_ptr<const BodyModel> body = LoadBody(command.body);
   if (static_cast<int>(command.betas.size()) > body->NumShape()) {
-    throw Error(
-        "--betas",
-        fmt::format("{} numbers, {} has {}", command.betas.size(), body->Name(), body->NumShape()),
-        "Give fewer");
+    throw Error("--betas",
+                fmt::format("has {} coefficients, but {} has {}", command.betas.size(),
+                            body->Name(), body->NumShape()),
+                "Give fewer coefficients");
   }
   Eigen::VectorXd betas = Eigen::VectorXd::Zero(body->NumShape());
   std::ranges::copy(command.betas, betas.begin());
@@ -237,12 +239,14 @@ Outcome RunSynthesize(SynthesizeCommand command, const CommonOptions& common) {
   if (outcome.summary.is_null()) return outcome;
   if (command.all) WriteSamples(command.output, start.held, made);
   if (at_face) {
-    outcome.text = fmt::format("  at the face         {:.1f} mm from its place in frame {}\n{}",
+    outcome.text = fmt::format("  at the face         {:.1f} mm from its target in frame {}\n{}",
                                1000.0 * at_face->distance_m, at_face->frame, outcome.text);
   }
   outcome.text = fmt::format(
-      "{}\n  made                {:.1f} s of motion in {} key frames; best of {} samples, {:.0f} "
-      "ms each with the object\n{}",
+      "{}\n"
+      "  generated           {:.1f} s of motion in {} key frames; best of {} samples, {:.0f} ms "
+      "per sample with the object\n"
+      "{}",
       imos::SentenceOf(intent), (made.motion.NumFrames() - 1) / made.motion.frame_rate,
       job.options.key_frames, job.options.samples, 1000.0 * made.loop_s / job.options.samples,
       outcome.text);

@@ -56,9 +56,10 @@ ClipPictures PicturesOf(const RenderCommand& options, const PictureFile& file, c
   const ClipPictures pictures = PlanPictures(clip, file, how);
   const double rate = options.fps.value_or(clip.frame_rate / options.every);
   if (file.video && !options.frame && pictures.frame_rate < rate) {
-    Note(options.common, fmt::format("note: a .gif shows {0:g} frames per second at most: {0:g} in "
-                                     "place of {1:g}",
-                                     pictures.frame_rate, rate));
+    Note(options.common,
+         fmt::format(
+             "note: a .gif shows at most {0:g} frames per second: using {0:g} instead of {1:g}",
+             pictures.frame_rate, rate));
   }
   if (file.numbered) {
     for (const int frame : pictures.frames) RequireNew(file.numbered->Name(frame), options.common);
@@ -73,8 +74,8 @@ int Run(const RenderCommand& options) {
   const ClipInput input = LoadClipInput(options.clip, options.input, common);
   const Clip& clip = input.clip;
   if (clip.object && !input.object) {
-    Note(common, fmt::format("note: the mesh of the clip's object was not found: the body is drawn "
-                             "alone (--object MESH gives one). {}",
+    Note(common, fmt::format("note: the mesh of the clip's object was not found, so only the body "
+                             "is drawn (give the mesh with --object MESH). {}",
                              input.object_missing));
   }
   const ClipRenderer renderer(clip, input.body, input.betas,
@@ -112,21 +113,19 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
   command->add_option("clip", options->clip, kClipHelp)->required();
   command
       ->add_option("-o,--output", options->output,
-                   "A .png: one picture or a sheet; with %d or %03d in it: one per frame. "
-                   "A .gif or .mp4: a video (made by ffmpeg)")
+                   ".png: one picture or a sheet; with %d or %03d in the name: one picture per "
+                   "frame; .gif or .mp4: a video (needs ffmpeg)")
       ->required();
   AddClipInputOptions(*command, options->input);
   command
       ->add_option("--camera", options->view,
                    "front, side, follow or hand [front; follow for a sheet of a walking person]")
       ->check(CLI::IsMember({"front", "side", "follow", "hand"}));
-  command->add_option(
-      "--azimuth", options->azimuth_deg,
-      "Turn the camera: degrees from the front (follow, hand: from -y), to the person's "
-      "left positive");
-  command->add_option("--elevation", options->elevation_deg, "Raise the camera: degrees");
-  command->add_option("--sheet", options->sheet, "Columns and rows of the sheet (4x2)")
-      ->check(pair);
+  command->add_option("--azimuth", options->azimuth_deg,
+                      "Azimuth of the camera: degrees from the front (follow, hand: from -y), "
+                      "positive to the person's left");
+  command->add_option("--elevation", options->elevation_deg, "Elevation of the camera, degrees");
+  command->add_option("--sheet", options->sheet, "Columns x rows of the sheet [4x2]")->check(pair);
   command->add_option("--frame", options->frame, "Only this frame, from 0")
       ->check(CLI::NonNegativeNumber);
   CLI::Option* every =
@@ -137,14 +136,13 @@ void AddRenderCommand(CLI::App& app, int& exit_code) {
                    "Videos: frames per second, at the clip's speed [the clip's; .gif: at most 50]")
       ->check(CLI::Range(0.1, 240.0))
       ->excludes(every);
-  AddOption(*command, "--size", options->size, "Pixels of each picture", pair);
-  AddOption(*command, "--supersampling", options->supersampling, "Samples per pixel and side",
-            CLI::Range(1, 4));
-  command->add_option(
-      "--markers", options->markers,
-      "Folder that 'holdfast solve' made: the measured markers are drawn too, where "
-      "its recording is");
-  command->add_flag("--no-contact", options->no_contact, "Do not color where the hands touch");
+  AddOption(*command, "--size", options->size, "Width x height of each picture, pixels", pair);
+  AddOption(*command, "--supersampling", options->supersampling,
+            "Samples along each side of a pixel", CLI::Range(1, 4));
+  command->add_option("--markers", options->markers,
+                      "Result folder of 'holdfast solve': also draw the measured markers, if the "
+                      "recording is still available");
+  command->add_flag("--no-contact", options->no_contact, "Do not color contacts");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast render demo_drink -o drink.png --sheet 6x2 --size 240x400\n"
                    "  holdfast render held -o hand_%03d.png --camera hand\n"

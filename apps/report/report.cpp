@@ -27,7 +27,7 @@ int Run(const ReportCommand& options) {
     clips.push_back(LoadClipInput(clip, options.input, common));
     if (!clips.back().object_missing.empty()) {
       Note(common,
-           fmt::format("note: {}: the body is shown alone: {}", clip, clips.back().object_missing));
+           fmt::format("note: {}: only the body is shown: {}", clip, clips.back().object_missing));
     }
   }
   const ReportPage page = WriteReport(clips, options.output, options.report, common);
@@ -54,7 +54,7 @@ int Run(const ReportCommand& options) {
 void AddReportCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReportCommand>();
   CLI::App* command = app.add_subcommand(
-      "report", "Write a self-contained page of a clip: 3D player, curves, provenance");
+      "report", "Write a self-contained HTML page of a clip: 3D player, curves, provenance");
   command
       ->add_option("clips", options->clips,
                    "Result folders, clips or files that 'holdfast import' reads; the second is "

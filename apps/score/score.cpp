@@ -69,7 +69,7 @@ std::vector<std::string> ExpandFolders(const std::vector<std::string>& given,
   }
   if (clips.empty()) return beside;  // reading the first reports that it is not a clip
   if (!beside.empty()) {
-    Note(common, fmt::format("note: no clip, left out: {}", fmt::join(beside, ", ")));
+    Note(common, fmt::format("note: not a clip, ignored: {}", fmt::join(beside, ", ")));
   }
   return clips;
 }
@@ -81,9 +81,10 @@ std::string AddTrials(std::span<const std::optional<ClipTrial>> trials,
   json["protocol"]["hold_trial"] = TrialProtocolJson({});
   for (std::size_t c = 0; c < trials.size(); ++c) {
     json["clips"][c]["hold_trial"] = trials[c] ? TrialJson(*trials[c]) : nlohmann::json(nullptr);
-    text += fmt::format("{}: {}\n", scores[c].source,
-                        trials[c] ? TrialText(*trials[c])
-                                  : "no frame in which one hand alone holds an object: not tried");
+    text +=
+        fmt::format("{}: {}\n", scores[c].source,
+                    trials[c] ? TrialText(*trials[c])
+                              : "not simulated: in no frame does exactly one hand hold an object");
   }
   return text;
 }
@@ -97,16 +98,17 @@ int Run(ScoreCommand options) {
   const std::vector<std::string> clips = ExpandFolders(options.clips, common);
   const std::vector<std::string> references = ExpandFolders(options.references, common);
   if (references.size() > 1 && references.size() != clips.size()) {
-    throw Error("--reference",
-                fmt::format("names {} clips for {} to score", references.size(), clips.size()),
-                "Give one reference for all, or one for each in the same order");
+    throw Error(
+        "--reference",
+        fmt::format("has {} clips, but {} clips are scored", references.size(), clips.size()),
+        "Give one reference for all clips, or one per clip in the same order");
   }
   HandObjectProtocol& protocol = options.score.hand_object;
   protocol.contact.threads = NumThreads(common);
   protocol.measure_exact = options.score.exact != ExactMode::kOff;
   protocol.measure_voxels = protocol.contact.voxel_mm > 0.0;
   if (!protocol.measure_voxels && !protocol.measure_exact) {
-    throw Error("--voxel 0", "leaves no way to measure volumes with --exact off",
+    throw Error("--voxel 0", "excludes --exact off: no volume would be measured",
                 "Give a voxel size, or leave --exact at auto");
   }
 
@@ -175,9 +177,9 @@ void AddScoreCommand(CLI::App& app, int& exit_code) {
                       "Ground truth motion to compare with: one for all clips, or one for each");
   command->add_option("-o,--output", options->output, "Write the scores as JSON");
   command->add_option("--csv", options->csv, "Write a table with one line per clip");
-  command->add_flag("--physics", options->physics,
-                    "Simulate the hold too (needs MuJoCo): six directions of gravity, and along "
-                    "the clip's motion");
+  command->add_flag(
+      "--physics", options->physics,
+      "Also simulate the hold (needs MuJoCo): gravity in six directions, and the clip's motion");
   command->add_flag("--per-frame", options->per_frame, "Add every frame's values to the JSON");
   AddOption(*command, "--contact-threshold",
             options->score.hand_object.contact.contact_threshold_mm,
@@ -190,16 +192,16 @@ void AddScoreCommand(CLI::App& app, int& exit_code) {
       {"off", ExactMode::kOff}, {"auto", ExactMode::kAuto}, {"on", ExactMode::kOn}};
   command
       ->add_option("--exact", options->score.exact,
-                   "Exact intersection volume by cutting the meshes: off, auto (by voxels where "
-                   "that is undefined), on (undefined frames left out)")
+                   "Exact intersection volume by cutting the meshes: off, auto (voxels where it is "
+                   "undefined), on (undefined frames are skipped)")
       ->transform(CLI::CheckedTransformer(exact).description("off|auto|on"))
       ->default_str("auto");
   const std::map<std::string, SymmetryMode> symmetric = {
       {"off", SymmetryMode::kOff}, {"auto", SymmetryMode::kAuto}, {"on", SymmetryMode::kOn}};
   command
       ->add_option("--symmetric", options->score.symmetry,
-                   "Whether the object is symmetric: auto looks, off compares rotations as they "
-                   "are. ADD and ADD-S are given in any case")
+                   "Symmetry of the object: auto (detected), off (rotations are compared directly) "
+                   "or on. ADD and ADD-S are always reported")
       ->transform(CLI::CheckedTransformer(symmetric).description("off|auto|on"))
       ->default_str("auto");
   command->add_flag("--overlap", options->score.overlap,

@@ -23,14 +23,14 @@ std::span<const ScriptedAction> ScriptedActions() {
        {"cube", "sphere", "cylinder", "lightbulb", "apple", "camera", "mug", "phone", "bottle",
         "flashlight", "wineglass"},
        1.4,
-       "turned before the eyes"},
+       "turned in front of the eyes"},
       {"lift",
        {"cube", "cylinder", "bottle", "mug", "teapot", "bowl", "hammer", "apple", "wineglass",
         "fryingpan"},
        0.9,
        "straight up and held"},
       {"call", {"phone"}, 1.0, "phone at the ear"},
-      {"takepicture", {"camera", "phone"}, 1.0, "lens forward before the eyes"},
+      {"takepicture", {"camera", "phone"}, 1.0, "lens forward, in front of the eyes"},
       {"brush", {"toothbrush"}, 1.0, "small strokes at the mouth"},
       {"toast", {"wineglass", "mug"}, 1.0, "raised to a partner, then a sip"},
       {"pour", {"teapot", "bottle", "mug"}, 1.1, "spout or rim tilted down"},
@@ -59,8 +59,9 @@ const ScriptedAction& FindScriptedAction(std::string_view name) {
   if (found != all.end()) return *found;
   const auto nearest = std::ranges::min_element(
       all, {}, [&](const ScriptedAction& action) { return EditDistance(name, action.name); });
-  throw Error(std::string(name), "is not an action that can be generated",
-              fmt::format("Did you mean '{}'? There are {}", nearest->name, ScriptedActionNames()));
+  throw Error(
+      std::string(name), "is not an action that can be generated",
+      fmt::format("Did you mean '{}'? Known actions: {}", nearest->name, ScriptedActionNames()));
 }
 
 }  // namespace holdfast

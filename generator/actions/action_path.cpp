@@ -32,11 +32,11 @@ Isometry3d PathPoint::At(const Isometry3d& head_pose) const {
 
 ActionPath::ActionPath(std::vector<PathKey> keys, std::vector<Stroke> strokes)
     : keys_(std::move(keys)), strokes_(std::move(strokes)) {
-  if (keys_.empty()) throw Error("action", "has no place to be", "Give one key at least");
+  if (keys_.empty()) throw Error("action", "has no keys", "Give at least one key");
   for (std::size_t k = 0; k < keys_.size(); ++k) {
     const double before = k == 0 ? keys_[k].arrive_s : keys_[k - 1].leave_s;
     if (!(keys_[k].arrive_s >= before && keys_[k].leave_s >= keys_[k].arrive_s)) {
-      throw Error("action", "has keys whose times go back", "Order keys by time");
+      throw Error("action", "has keys that are not sorted by time", "Sort keys by time");
     }
   }
 }

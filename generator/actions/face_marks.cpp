@@ -70,7 +70,7 @@ FaceMarks FindFaceMarks(const BodySurface& body) {
   marks.eyes = 0.5 * (joints.col(kLeftEye) + joints.col(kRightEye)) - joints.col(kHead);
   const Vector3d nose = Foremost(open.vertices, 0.0, marks.eyes.y() - 0.01);
   if (open.faces.cols() == 0 || nose.z() < 0.0 || marks.eyes.y() <= nose.y()) {
-    throw Error("body model", "has no head with a face that actions could be brought to",
+    throw Error("body model", "has no head with a recognizable face",
                 "Use a whole body whose eyes (joints 23, 24) are above its nose");
   }
   const double mouth = nose.y() - 1.2 * (marks.eyes.y() - nose.y());

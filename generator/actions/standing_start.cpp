@@ -202,8 +202,8 @@ std::vector<FoundStart> FindAll(const std::string& folder, const BodyModel& body
   if (all.empty()) {
     throw Error(
         folder,
-        fmt::format("has no segment where the person stands still, in {} clips", files.size()),
-        "Give motions in which people stand for a second at least, or leave out --starts");
+        fmt::format("has no segment where a person stands still (searched {} clips)", files.size()),
+        "Give motions in which people stand still for at least a second, or leave out --starts");
   }
   return all;
 }
@@ -223,7 +223,7 @@ std::set<std::string> HeldPeople(const std::vector<FoundStart>& all,
       std::vector<std::string> names;
       for (const auto& [person, count] : counts) names.push_back(person);
       throw Error(name, "has no segment where the person stands still",
-                  fmt::format("There are {}", fmt::join(names, ", ")));
+                  fmt::format("Choose among {}", fmt::join(names, ", ")));
     }
     return {asked.begin(), asked.end()};
   }
@@ -267,7 +267,7 @@ ActionStarts FindActionStarts(const std::string& folder, const std::vector<std::
     (away ? starts.held_out : starts.train).push_back(std::move(all[k].start));
   }
   if (starts.train.empty() || starts.held_out.empty()) {
-    throw Error(folder, "leaves nobody to learn from, or nobody to hold out",
+    throw Error(folder, "has too few people for a training and a held-out set",
                 "Hold out fewer people, or give more motions");
   }
   starts.train_people.assign(train_people.begin(), train_people.end());

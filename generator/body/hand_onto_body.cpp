@@ -18,13 +18,15 @@ HandOntoBodyReport PutHandOntoBody(const Clip& hand, const BodyModel& hand_model
                                    const Eigen::VectorXd& body_betas, Clip& body) {
   if (!hand_model.LoneHand() || body_model.LoneHand()) {
     throw Error(hand_model.Name(),
-                fmt::format("onto {}: a hand goes onto a body", body_model.Name()),
-                "Give a MANO model and a whole body");
+                fmt::format("cannot be combined with {}: a hand and a whole body are required",
+                            body_model.Name()),
+                "Give a MANO model and a whole-body model");
   }
   if (hand.NumFrames() != body.NumFrames()) {
-    throw Error("hand",
-                fmt::format("has {} frames, the body {}", hand.NumFrames(), body.NumFrames()),
-                "Give clips of one length");
+    throw Error(
+        "hand",
+        fmt::format("has {} frames, but the body has {}", hand.NumFrames(), body.NumFrames()),
+        "Give clips of the same length");
   }
   const Side side = *hand_model.LoneHand();
   const auto wrist = static_cast<std::size_t>(WristJoint(side));
@@ -64,7 +66,7 @@ Conversion ConvertOntoBody(const Clip& hand, const ClipBody& from, Clip onto,
   }
   if (hand.object) body.object = hand.object;
   body.holding_hand = hand.holding_hand;
-  result.lost = {"the hand's betas: a body has its own"};
+  result.lost = {"the hand's betas (the body has its own)"};
   return result;
 }
 

@@ -126,7 +126,7 @@ Eigen::Matrix3d HandOrientation(Side side, const Eigen::Vector3d& fingers,
   Eigen::Vector3d z = thumb - thumb.dot(x) * x;
   if (!(z.norm() > 1e-6 * thumb.norm())) {
     throw Error("hand orientation", "fingers and thumb point the same way",
-                "Give two different directions.");
+                "Give two different directions");
   }
   z.normalize();
   Eigen::Matrix3d hand;

@@ -28,8 +28,8 @@ std::optional<std::string> OldPelvisWarning(const std::string& source,
     return std::nullopt;
   }
   return fmt::format(
-      "{}: was trained when the embedded body rested its pelvis elsewhere: places come out 0.35 m "
-      "off. Train it again ('python3 -m holdfast.train{}'), unless it was trained with --body",
+      "{}: was trained with an older rest pelvis of the embedded body, so positions are off by "
+      "0.35 m. Train it again ('python3 -m holdfast.train{}'), unless it was trained with --body",
       source, made_by->second.substr(0, made_by->second.rfind(' ')).substr(kMaker.size()));
 }
 

@@ -118,10 +118,10 @@ ActionSequence SequenceFromClip(const Clip& clip,
                                 const Eigen::Ref<const Eigen::Matrix3Xd>& rest_joints,
                                 const SequenceOptions& options) {
   if (!clip.object) {
-    throw Error("clip", "it has no object", "Give clips of somebody who does something with one");
+    throw Error("clip", "it has no object", "Give clips of a person using an object");
   }
   if (rest_joints.cols() != kNumJoints) {
-    throw Error("clip", "it is of a hand alone", "Give clips of a whole body");
+    throw Error("clip", "it contains only a hand", "Give clips of a whole body");
   }
   ActionSequence out;
   out.action = ActionId(clip.action, "action");
@@ -266,7 +266,7 @@ std::optional<std::string> LackOfKeyFrames(const Clip& clip, KeyFrameRule rule) 
 Clip KeyFramesOf(const Clip& clip, KeyFrameRule rule) {
   if (const auto lack = LackOfKeyFrames(clip, rule)) {
     throw Error("key frames", *lack,
-                rule == KeyFrameRule::kPaper ? "Give clips with contact, or take the whole of them"
+                rule == KeyFrameRule::kPaper ? "Give clips with contact, or use whole clips"
                                              : "Give longer clips");
   }
   if (rule == KeyFrameRule::kWhole) {

@@ -42,7 +42,7 @@ Read ReadOne(const fs::path& path, const std::shared_ptr<const BodyModel>& body,
              const ActionSetOptions& options) {
   Clip clip = ReadClip(path);
   if (std::ranges::count(options.without, clip.action) > 0) {
-    return {{}, fmt::format("{}: {} is left out", path.string(), clip.action)};
+    return {{}, fmt::format("{}: action {} is excluded", path.string(), clip.action)};
   }
   if (const auto lack = LackOfKeyFrames(clip, options.sequences.rule)) {
     return {{}, fmt::format("{}: {}", path.string(), *lack)};

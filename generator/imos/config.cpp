@@ -252,7 +252,7 @@ void CheckConfig(const Config& config, const std::string& where) {
   const long all_heads = long{config.attention_heads} * config.attention_width;
   if (all_heads > kMaxWidth || config.attention_layers > kMaxAttentionLayers) {
     throw Error(where,
-                fmt::format("attention of {} layers and {} rows is more than {} and {}",
+                fmt::format("attention has {} layers and {} rows; the maximum is {} and {}",
                             config.attention_layers, all_heads, kMaxAttentionLayers, kMaxWidth),
                 kWeightsRemedy);
   }
@@ -269,10 +269,10 @@ Config ConfigFromTexts(std::map<std::string, std::string>& texts, const std::str
   ForEachOption(config, [&](const char* name, auto& value) {
     const auto text = texts.extract(name);
     if (text.empty()) {
-      throw Error(where, fmt::format("its metadata does not say '{}'", name), kWeightsRemedy);
+      throw Error(where, fmt::format("its metadata lacks '{}'", name), kWeightsRemedy);
     }
     if (!FromText(text.mapped(), value)) {
-      throw Error(where, fmt::format("'{}' is '{}', which means nothing here", name, text.mapped()),
+      throw Error(where, fmt::format("'{}' has the unknown value '{}'", name, text.mapped()),
                   kWeightsRemedy);
     }
   });

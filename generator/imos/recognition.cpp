@@ -42,13 +42,14 @@ void RequireMotions(std::span<const JointMotion> motions) {
   for (const JointMotion& motion : motions) {
     if (motion.rows() != 3 * kMetricJoints || motion.cols() < 1 ||
         motion.cols() != motions[0].cols()) {
-      throw Error("joints",
-                  fmt::format("are {} x {}, {} x {} is needed", motion.rows(), motion.cols(),
-                              3 * kMetricJoints, std::max<Eigen::Index>(motions[0].cols(), 1)),
-                  "Give the 22 joints of the body in every key frame, the same number of each");
+      throw Error(
+          "joints",
+          fmt::format("are {} x {}, {} x {} is needed", motion.rows(), motion.cols(),
+                      3 * kMetricJoints, std::max<Eigen::Index>(motions[0].cols(), 1)),
+          "Give the 22 body joints in every key frame, with the same number of key frames for all");
     }
     if (!motion.allFinite()) {
-      throw Error("joints", "are not finite numbers", "The network that moved them diverged");
+      throw Error("joints", "are not finite numbers", "Use weights whose training did not diverge");
     }
   }
 }

@@ -104,7 +104,7 @@ void Check(const SynthesisRequest& request, const Network<float>& network) {
   const std::size_t count = request.starts.size();
   if (count == 0 || request.num_frames <= kHistory) {
     throw Error("synthesis", fmt::format("{} samples of {} key frames", count, request.num_frames),
-                fmt::format("Ask for at least one of {} key frames", kHistory + 1));
+                fmt::format("Request at least one sample of {} key frames", kHistory + 1));
   }
   const int steps = request.num_frames - kHistory;
   if (request.noise &&
@@ -113,11 +113,11 @@ void Check(const SynthesisRequest& request, const Network<float>& network) {
     throw Error("synthesis",
                 fmt::format("the noise is {} x {}, {} x {} is needed", request.noise->rows(),
                             request.noise->cols(), network.Options().NoiseSize() * steps, count),
-                "Give one column per sample, all steps below each other");
+                "Give one column per sample, with all steps stacked");
   }
   if (!request.roots.empty() && request.roots.size() != count) {
     throw Error("synthesis",
-                fmt::format("{} tracks of roots for {} samples", request.roots.size(), count),
+                fmt::format("{} root tracks for {} samples", request.roots.size(), count),
                 "Give one per sample, or none");
   }
   for (std::size_t i = 0; i < count; ++i) {
@@ -127,7 +127,7 @@ void Check(const SynthesisRequest& request, const Network<float>& network) {
       throw Error(where,
                   fmt::format("the condition has {} numbers, the networks take {}",
                               start.condition.size(), network.ConditionSize()),
-                  "Make it from the networks' own table of actions");
+                  "Compute it from the action table of the networks");
     }
     if (!start.poses.allFinite() || !start.roots.allFinite() || !start.objects.allFinite() ||
         !start.condition.allFinite()) {
@@ -209,7 +209,7 @@ class RolloutBatch {
     if (!track.raw_poses.col(f).allFinite() || !track.roots.col(f).allFinite()) {
       throw Error(fmt::format("synthesis[{}]", sample),
                   fmt::format("the pose of key frame {} is not finite", f),
-                  "The networks diverged: give weights whose training did not");
+                  "Use weights whose training did not diverge");
     }
     const wandr::Pose<double> pose = PoseOfColumn(track.raw_poses.col(f), track.roots.col(f));
     track.poses.col(f) = PoseColumn(pose);
@@ -217,7 +217,7 @@ class RolloutBatch {
     if (!track.objects.col(f).allFinite()) {
       throw Error(fmt::format("synthesis[{}]", sample),
                   fmt::format("the object's pose of key frame {} is not finite", f),
-                  "Check how it is found");
+                  "Check the function that computes it");
     }
     rollout_.SetObject(column, track.objects.col(f).cast<float>());
   }

@@ -271,7 +271,7 @@ Intent ParseSentence(std::string_view sentence, std::span<const std::string_view
   const std::vector<std::string> words = WordsOf(sentence);
   const std::string where = fmt::format("\"{}\"", sentence);
   if (words.empty()) {
-    throw Error(where, "there is no word in it", "Say for example \"drinks from the mug\"");
+    throw Error(where, "it has no words", "Write, for example, \"drinks from the mug\"");
   }
   std::optional<Phrase> action = FindPhrase(words, false, std::nullopt, MatchAction);
   if (!action) {

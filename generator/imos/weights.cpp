@@ -99,7 +99,7 @@ NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& whe
   if (format.empty() || format.mapped() != kFormat) {
     throw Error(where,
                 format.empty()
-                    ? fmt::format("its metadata does not say that it is '{}'", kFormat)
+                    ? fmt::format("its metadata lacks the format '{}'", kFormat)
                     : fmt::format("its format is '{}', not '{}'", format.mapped(), kFormat),
                 kWeightsRemedy);
   }
@@ -167,10 +167,10 @@ NetworkWeights WithoutTraining(NetworkWeights weights) {
 Eigen::MatrixXf ActionTable(const NetworkWeights& weights) {
   if (!weights.HasActionTable()) {
     throw Error("action embedding",
-                fmt::format("these networks take one of {} numbers, and bring none with them",
+                fmt::format("the networks need an embedding of {} numbers, but their file has none",
                             weights.config.action_size),
-                "Give import-weights the table of embeddings by --actions, so that they are kept "
-                "together");
+                "Pass the embedding table to import-weights with --actions, which stores it with "
+                "the networks");
   }
   return nn::ReadMatrix(weights.tensors, kTableName, "network", kNumActions,
                         weights.config.action_size);
@@ -205,13 +205,13 @@ Eigen::MatrixXf ReadActionTable(const std::filesystem::path& path, int action_si
       if (static_cast<int>(numbers.size()) != action_size) {
         throw Error(value->Where(),
                     fmt::format("it has {} numbers, {} are needed", numbers.size(), action_size),
-                    "Embed all labels by the encoder that the networks were trained with");
+                    "Embed all labels with the encoder that the networks were trained with");
       }
       table.row(a) = Eigen::Map<const Eigen::RowVectorXf>(numbers.data(), action_size);
     }
   }
   if (!table.allFinite()) {
-    throw Error(path.string(), "some embeddings are not finite", "Make them anew");
+    throw Error(path.string(), "some embeddings are not finite", "Compute them again");
   }
   return table;
 }
@@ -259,7 +259,7 @@ void ReadState(const std::filesystem::path& path, const std::string& prefix,
     any = true;
   }
   if (!any) {
-    throw Error(path.string(), "it holds no tensor by a name of IMoS's networks",
+    throw Error(path.string(), "it has no tensor that belongs to IMoS's networks",
                 kCheckpointRemedy);
   }
 }
@@ -281,8 +281,7 @@ class Shapes {
       throw Error(where_, fmt::format("there is no tensor '{}'", name), kCheckpointRemedy);
     }
     if (found->second.shape.size() != 2 || found->second.shape[axis] > 1'000'000) {
-      throw Error(where_, fmt::format("'{}' is not a matrix of a network", name),
-                  kCheckpointRemedy);
+      throw Error(where_, fmt::format("'{}' is not a weight matrix", name), kCheckpointRemedy);
     }
     return static_cast<int>(found->second.shape[axis]);
   }
@@ -301,10 +300,10 @@ void FindBodyInputs(int inputs, const std::string& where, Config& config) {
       if (config.BodyPastInput() == inputs) return;
     }
   }
-  throw Error(
-      where,
-      fmt::format("the body's past encoder takes {} values, which fits no configuration", inputs),
-      kCheckpointRemedy);
+  throw Error(where,
+              fmt::format("the body's past encoder takes {} values, which matches no configuration",
+                          inputs),
+              kCheckpointRemedy);
 }
 
 Config ConfigOfShapes(const nn::TensorMap& tensors, const std::string& where,
@@ -342,9 +341,9 @@ Config ConfigOfShapes(const nn::TensorMap& tensors, const std::string& where,
     const int all_heads = shapes.Rows(layer(0));
     if (c.attention_heads < 1 || all_heads % c.attention_heads != 0) {
       throw Error(where,
-                  fmt::format("attention's {} rows are not those of {} heads", all_heads,
+                  fmt::format("the {} attention rows cannot be split into {} heads", all_heads,
                               c.attention_heads),
-                  "Give the number of heads that the networks were made with");
+                  "Give the number of heads that the networks were trained with");
     }
     c.attention_width = all_heads / c.attention_heads;
   } else {

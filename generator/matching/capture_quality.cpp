@@ -119,7 +119,7 @@ std::string FaultOf(const MotionQuality& quality, const CaptureLimits& limits) {
     return fmt::format("in the air in {:.0f} % of frames", 100.0 * quality.airborne_ratio);
   }
   if (quality.still_sole_m > limits.still_sole_m) {
-    return fmt::format("stands {:.0f} cm above the ground: it is not level",
+    return fmt::format("stands {:.0f} cm above the ground: the ground is not level",
                        100.0 * quality.still_sole_m);
   }
   if (quality.lowest_sole_m < limits.lowest_sole_m) {

@@ -56,8 +56,9 @@ ManifestLines LinesBefore(const std::filesystem::path& path, const json& head,
   for (const auto& [key, value] : head.items()) same_making = same_making && same(key);
   if (!same_making) {
     if (replace) return {};
-    throw Error(path.string(), fmt::format("is of other {}, options, seed or version", made_from),
-                "Choose another folder, or give --force to make it anew");
+    throw Error(path.string(),
+                fmt::format("was made with different {}, options, seed or version", made_from),
+                "Choose another folder, or give --force to make it again");
   }
   return UseJson(path, [&] {
     ManifestLines lines;
@@ -120,7 +121,7 @@ std::vector<Capture> ReadIndex(const fs::path& index) {
   for (const char* needed : {"file", "subject"}) {
     if (column(needed) == header.size()) {
       throw Error(index.string(), fmt::format("has no column '{}'", needed),
-                  "Its first line names the columns: file,subject,category,...");
+                  "Name the columns in the first line: file,subject,category,...");
     }
   }
   std::vector<Capture> captures;
@@ -129,8 +130,9 @@ std::vector<Capture> ReadIndex(const fs::path& index) {
     const std::vector<std::string> fields = Fields(line);
     const std::string where = fmt::format("{}, line {}", index.string(), number);
     if (fields.size() != header.size()) {
-      throw Error(where, fmt::format("{} fields, the header has {}", fields.size(), header.size()),
-                  "Give every column, empty where there is nothing to say");
+      throw Error(where,
+                  fmt::format("has {} fields, but the header has {}", fields.size(), header.size()),
+                  "Give every column; leave unknown values empty");
     }
     const auto field = [&](std::string_view name) -> std::string {
       const std::size_t at = column(name);
@@ -209,11 +211,11 @@ void RequireFiles(const fs::path& folder, const std::vector<Capture>& captures) 
   if (absent.empty()) return;
   const std::size_t named = std::min(kMaxNamed, absent.size());
   throw Error((folder / "index.csv").string(),
-              fmt::format("names {} files, and {} of them {} not there: {}{}", captures.size(),
+              fmt::format("lists {} files, of which {} {} missing: {}{}", captures.size(),
                           absent.size(), absent.size() == 1 ? "is" : "are",
                           fmt::join(absent.begin(), absent.begin() + named, ", "),
                           absent.size() > named ? ", ..." : ""),
-              "Put them where it says, or take their lines out");
+              "Put the files there, or remove their lines");
 }
 
 std::vector<Capture> ListCaptures(const fs::path& folder) {
@@ -290,7 +292,7 @@ bool ImportAll(const fs::path& folder, const fs::path& cache, const RetargetBody
   fs::create_directories(cache, error);
   if (error) {
     throw Error(cache.string(), fmt::format("cannot be created ({})", error.message()),
-                "Check the folder it is to be in");
+                "Check its parent folder");
   }
   const SolePoints soles(target.rest_joints, target.floor_y);
   JointLimits unlimited;

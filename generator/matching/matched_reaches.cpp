@@ -55,7 +55,7 @@ class ReachMatcher {
       reaches_.push_back(reach);
     }
     if (reaches_.empty()) {
-      throw Error("motion library", "has no reach of the wrist asked for",
+      throw Error("motion library", "has no reach with the requested wrist",
                   "Give clips with a marked reach");
     }
   }

@@ -129,7 +129,7 @@ void MotionLibrary::Finish() {
     if (is_walking_[row] != 0) found.push_back(static_cast<int>(row));
   }
   if (found.empty()) {
-    throw Error("motion library", "none of the clips shows somebody standing or walking",
+    throw Error("motion library", "no clip shows a person who stands or walks",
                 "Give motion on level ground, heights in meters");
   }
   MatchRow mean = MatchRow::Zero(), square = MatchRow::Zero();

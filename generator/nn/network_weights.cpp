@@ -266,7 +266,7 @@ AnyWeights AnyFromTensors(const TensorMap& tensors, const std::string& prefix,
     throw Error(where,
                 fmt::format("'{}' belongs to a chain of layers, '{}' to a residual network", *chain,
                             *residual),
-                "Give a file of one network: this one was put together from two");
+                "Give a file with the weights of one network");
   }
   if (!chain && !residual) {
     throw Error(where,

@@ -357,7 +357,7 @@ std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGr
 HandoverGrasps PalmGrasps(const BodyMeasures& body, const Eigen::Matrix3Xd& object_vertices,
                           std::uint64_t seed) {
   if (object_vertices.cols() == 0) {
-    throw Error("handover", "the object has no vertices", "Give a mesh.");
+    throw Error("handover", "the object has no vertices", "Give a mesh");
   }
   constexpr double kPalmThickness = 0.016;  // from the middle of the hand to its skin, meters
   Draw draw(seed ^ 0x6772697073ULL);
@@ -389,13 +389,13 @@ HandoverGrasps PalmGrasps(const BodyMeasures& body, const Eigen::Matrix3Xd& obje
 HandoverMotion MakeHandoverMotion(const BodyMeasures& body, const HandoverGrasps& grasps,
                                   const HandoverOptions& options) {
   if (options.switches < 0 || options.switches > 20) {
-    throw Error("handover", fmt::format("{} switches", options.switches), "Ask for 0 to 20.");
+    throw Error("handover", fmt::format("{} switches", options.switches), "Request 0 to 20");
   }
   if (!(options.min_dwell_s >= 0.0 && options.max_dwell_s >= options.min_dwell_s)) {
-    throw Error("handover", "the range of dwells is empty or negative", "Use 0.1 to 0.5 s.");
+    throw Error("handover", "the range of dwell times is empty or negative", "Use 0.1 to 0.5 s");
   }
   if (!(options.frame_rate > 0.0)) {
-    throw Error("handover", "the frame rate is not positive", "Use 30, for example.");
+    throw Error("handover", "the frame rate is not positive", "Use 30, for example");
   }
   constexpr int kAttempts = 40;
   HandoverOptions drawn = options;
@@ -405,8 +405,8 @@ HandoverMotion MakeHandoverMotion(const BodyMeasures& body, const HandoverGrasps
     std::optional<HandoverMotion> motion = Perform(body, grasps, drawn, script);
     if (motion) return *std::move(motion);
   }
-  throw Error("handover", "the grasps bring no two hands together within the wrists' range",
-              "Turn the object, or hold it differently.");
+  throw Error("handover", "the hands cannot meet with these grasps within the wrists' range",
+              "Turn the object, or hold it differently");
 }
 
 void AddNoise(Clip& clip, const ClipNoise& noise, std::uint64_t seed) {

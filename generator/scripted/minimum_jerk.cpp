@@ -82,17 +82,19 @@ double MinimumJerk(double tau) {
 }
 
 MinimumJerkSpline::MinimumJerkSpline(std::span<const Waypoint> waypoints) {
-  if (waypoints.empty())
-    throw Error("minimum-jerk spline", "has no waypoints", "Give one or more.");
+  if (waypoints.empty()) throw Error("minimum-jerk spline", "has no waypoints", "Give one or more");
   for (std::size_t i = 0; i < waypoints.size(); ++i) {
     const std::string where = fmt::format("waypoint {}", i);
     if (!std::isfinite(waypoints[i].time_s) ||
         (i > 0 && waypoints[i].time_s <= waypoints[i - 1].time_s)) {
-      throw Error(where, fmt::format("time {} s is not after its predecessor", waypoints[i].time_s),
-                  "Order the waypoints by time.");
+      throw Error(
+          where,
+          fmt::format("time {} s is not after that of the previous waypoint", waypoints[i].time_s),
+          "Sort the waypoints by time");
     }
     if (waypoints[i].value.size() != waypoints[0].value.size() || !waypoints[i].value.allFinite()) {
-      throw Error(where, "has another dimension than the first or values that are not finite", "");
+      throw Error(where, "has a different dimension than the first, or values that are not finite",
+                  "");
     }
     times_.push_back(waypoints[i].time_s);
   }

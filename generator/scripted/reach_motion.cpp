@@ -344,9 +344,9 @@ BodyMeasures MeasureBody(const BodyModel& model, const Eigen::VectorXd& betas) {
 
 Clip MakeReachMotion(const BodyMeasures& body, const std::vector<ReachKey>& keys,
                      const ScriptedReachOptions& options, ScriptedReachReport* report) {
-  if (keys.empty()) throw Error("reach motion", "has no keys", "Give at least one.");
+  if (keys.empty()) throw Error("reach motion", "has no keys", "Give at least one");
   if (!(options.frame_rate > 0.0)) {
-    throw Error("reach motion", "the frame rate is not positive", "Use 30, for example.");
+    throw Error("reach motion", "the frame rate is not positive", "Use 30, for example");
   }
   const Channels channels(keys);
   const Person person(body, options);

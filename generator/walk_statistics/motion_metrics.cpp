@@ -51,7 +51,7 @@ std::vector<JointPositions> JointTrajectory(const Clip& clip, const Eigen::Matri
 
 MotionMetrics MeasureMotion(std::span<const JointPositions> frames, double frame_rate_hz) {
   if (frames.empty() || !(frame_rate_hz > 0.0)) {
-    throw Error("motion metrics", "no frames or a frame rate that is not positive", "");
+    throw Error("motion metrics", "has no frames, or a frame rate that is not positive", "");
   }
   const double r = frame_rate_hz;
   MotionMetrics metrics;

@@ -49,7 +49,7 @@ GoalPlan GoalsOf(const NpzReader& archive, const std::string& where, int num_fra
     throw Error(where,
                 fmt::format("goal has {} numbers, goal_frame {}, goal_wrist {}", positions.size(),
                             frames.size(), wrists.size()),
-                "Three coordinates, one frame and one wrist per goal are needed");
+                "Give three coordinates, one frame and one wrist per goal");
   }
   const double code = wrist == Side::kRight ? 1.0 : 2.0;
   for (std::size_t k = 0; k < frames.size(); ++k) {
@@ -57,7 +57,7 @@ GoalPlan GoalsOf(const NpzReader& archive, const std::string& where, int num_fra
     const Eigen::Vector3d position(positions[3 * k], positions[3 * k + 1], positions[3 * k + 2]);
     if (!(frames[k] >= 0.0 && frames[k] < num_frames) || !position.allFinite()) {
       throw Error(where + "[goal]", fmt::format("goal {} is not within the clip", k),
-                  "Frames count from 0, positions are finite");
+                  "Count frames from 0, and give finite positions");
     }
     goals.push_back({position, static_cast<int>(frames[k])});
   }
@@ -140,10 +140,10 @@ Corpus ReadCorpus(const std::vector<fs::path>& folders, const Eigen::Matrix3Xd& 
   }
   if (progress) progress(static_cast<int>(files.size()), static_cast<int>(files.size()));
   if (corpus.clips.empty()) {
-    throw Error(
-        folders.empty() ? "corpus" : folders.front().string(),
-        fmt::format("none of {} file(s) has {} frames to learn from", files.size(), kShortestClip),
-        "Make a corpus with 'holdfast make-reach-data', or import clips");
+    throw Error(folders.empty() ? "corpus" : folders.front().string(),
+                fmt::format("none of {} file(s) has the {} frames that training needs",
+                            files.size(), kShortestClip),
+                "Make a corpus with 'holdfast make-reach-data', or import clips");
   }
   corpus.statistics = gatherer.Finish();
   return corpus;

@@ -35,10 +35,12 @@ void DeadlineRule::Check() const {
       min_frames <= max_frames) {
     return;
   }
-  throw Error("deadline",
-              fmt::format("{} frames and {} m/s, between {} and {} frames, allow no time",
-                          frames_for_reach, walking_m_s, min_frames, max_frames),
-              "Give a walking speed above 0, at least 1 frame, and no minimum above the maximum");
+  throw Error(
+      "deadline",
+      fmt::format("{} frames and {} m/s, limited to {} to {} frames, are not a valid deadline",
+                  frames_for_reach, walking_m_s, min_frames, max_frames),
+      "Give 0 or more frames, a walking speed above 0, a minimum of at least 1 frame, and no "
+      "maximum below the minimum");
 }
 
 int DeadlineRule::Frames(double distance_m) const {

@@ -67,8 +67,10 @@ Clip ClipOfStates(const Eigen::Ref<const StateMatrix<double>>& states, const Cli
 RolloutStart<double> StartAtFrame(const Eigen::Ref<const StateMatrix<double>>& states, int frame,
                                   const Normalizer<double>& normalizer) {
   if (frame < 0 || frame >= states.cols()) {
-    throw Error("start frame", fmt::format("there is no frame {} of {}", frame, states.cols()),
-                fmt::format("Give a frame of 0 to {} (at 30 fps)", states.cols() - 1));
+    throw Error(
+        "start frame",
+        fmt::format("frame {} does not exist: the motion has {} frames", frame, states.cols()),
+        fmt::format("Give a frame of 0 to {} (at 30 fps)", states.cols() - 1));
   }
   const Pose<double> pose = PoseOf<double>(states.col(frame));
   if (frame == 0) return StartAtRest(pose, normalizer);

@@ -50,24 +50,26 @@ void CheckSizes(const NetworkWeights& weights, const std::string& where) {
   }
   if (nn::OutputSize(weights.decoder) != kStateSize) {
     throw Error(where,
-                fmt::format("the decoder gives {} values, a delta has {}",
+                fmt::format("the decoder gives {} values, but a delta has {}",
                             nn::OutputSize(weights.decoder), kStateSize),
                 kRemedy);
   }
   if (const int seen = LatentSeen(weights.decoder, latent); seen != latent) {
-    throw Error(where, fmt::format("the decoder's blocks see {} latents, it has {}", seen, latent),
-                kRemedy);
+    throw Error(
+        where,
+        fmt::format("the decoder's blocks take {} latents, but the decoder has {}", seen, latent),
+        kRemedy);
   }
   if (!weights.encoder) return;
   if (const int seen = LatentSeen(*weights.encoder, 0); seen != 0) {
     throw Error(where,
-                fmt::format("the encoder's blocks see {} latents, an encoder has none", seen),
+                fmt::format("the encoder's blocks take {} latents, but an encoder has none", seen),
                 kRemedy);
   }
   if (nn::InputSize(*weights.encoder) != kStateSize + condition ||
       nn::OutputSize(*weights.encoder) != 2 * latent) {
     throw Error(where,
-                fmt::format("the encoder is {} -> {}, the decoder needs {} -> {}",
+                fmt::format("the encoder is {} -> {}, but the decoder needs {} -> {}",
                             nn::InputSize(*weights.encoder), nn::OutputSize(*weights.encoder),
                             kStateSize + condition, 2 * latent),
                 kRemedy);
@@ -176,7 +178,7 @@ template <typename Real>
 const nn::ColumnNetwork<Real>& Network<Real>::Encoder() const {
   if (!encoder_) {
     throw Error("network", "these weights have no encoder",
-                "Give weights that were saved with it: a training checkpoint");
+                "Give a training checkpoint, which contains the encoder");
   }
   return *encoder_;
 }

@@ -219,7 +219,7 @@ std::vector<ReachSample> ReachGoals(const Network<float>& network, const BoneOff
                                     const std::function<void(int, int)>& progress) {
   if (goals.empty() || count < 1) {
     throw Error("reach", fmt::format("{} goals, {} samples", goals.size(), count),
-                "Give at least one goal and ask for at least one sample");
+                "Give at least one goal, and request at least one sample");
   }
   for (const Eigen::Vector3d& goal : goals) {
     if (!goal.allFinite()) {

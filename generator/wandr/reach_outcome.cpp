@@ -87,7 +87,7 @@ ReachOutcome MeasureReach(const Eigen::Ref<const Eigen::MatrixXf>& joints,
   const JointTrack track(joints);
   const int frames = track.FramesThatAreNumbers();
   if (joints.rows() != kJointNumbers || frames == 0) {
-    throw Error("motion", "it has no frame of 22 joints that are numbers", "Check its start pose");
+    throw Error("motion", "it has no frame with 22 finite joints", "Check its start pose");
   }
   if (!goal.allFinite()) {
     throw Error("goal", "it is not finite", "Give three numbers, meters");

@@ -46,9 +46,9 @@ void ReachProtocol::Check() const {
   require(min_distance_m >= 0.0 && min_distance_m <= max_distance_m && max_distance_m < 100.0,
           "min_distance_m, max_distance_m",
           fmt::format("are {} and {} m", min_distance_m, max_distance_m),
-          "Give 0 <= least <= greatest < 100 m");
+          "Give 0 <= minimum <= maximum < 100 m");
   require(sigma >= 0.0 && sigma < 10.0, "sigma", fmt::format("is {}", sigma),
-          "Give 0 to 10; training has 1");
+          "Give 0 to 10; training uses 1");
   deadline.Check();
 }
 
@@ -93,8 +93,8 @@ std::vector<ReachOutcome> RunReachProtocol(const Network<float>& network,
   if (run.first < 0 || count < 1 || run.first + count > total) {
     throw Error(
         "reach protocol",
-        fmt::format("motions {} to {} of {} were asked for", run.first, run.first + count, total),
-        "Ask for motions that the protocol has");
+        fmt::format("motions {} to {} of {} were requested", run.first, run.first + count, total),
+        "Request motions within the protocol");
   }
   const std::span<const ReachCase> cases(all.data() + run.first, count);
   std::vector<RolloutStart<float>> case_starts;

@@ -209,7 +209,7 @@ void Check(const RolloutRequest& request, const Network<float>& network) {
   const std::size_t count = request.starts.size();
   if (count == 0 || request.num_steps < 1) {
     throw Error("rollout", fmt::format("{} motions of {} steps", count, request.num_steps),
-                "Ask for at least one motion of one step");
+                "Request at least one motion of at least one step");
   }
   if (request.plans.size() != count) {
     throw Error("rollout", fmt::format("{} goals for {} starts", request.plans.size(), count),
@@ -222,7 +222,7 @@ void Check(const RolloutRequest& request, const Network<float>& network) {
         "rollout",
         fmt::format("latents are {} x {}, {} x {} are needed", request.latents->rows(),
                     request.latents->cols(), network.LatentSize() * request.num_steps, count),
-        "Give one column per motion, all steps below each other");
+        "Give one column per motion, with all steps stacked");
   }
   for (std::size_t i = 0; i < count; ++i) {
     if (!StateOf(request.starts[i].pose).allFinite() ||

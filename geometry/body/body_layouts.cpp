@@ -16,7 +16,7 @@ namespace {
 constexpr int kFingerJoints = 2 * kJointsPerHand;
 constexpr int kManoJoints = 1 + kJointsPerHand;
 constexpr std::string_view kTreesRead =
-    "A model with SMPL-X's 55-joint tree is needed, SMPL-H's of 52 or MANO's of 16";
+    "Give a model with SMPL-X's 55-joint tree, SMPL-H's 52-joint tree or MANO's 16-joint tree";
 
 constexpr std::array<ModelKind, 4> kKinds = {ModelKind::kSmplx, ModelKind::kSmplh,
                                              ModelKind::kManoRight, ModelKind::kManoLeft};

@@ -128,10 +128,9 @@ std::shared_ptr<const BodyModel> BodyModel::Load(const std::filesystem::path& pa
 std::string BodyModel::ShapeNote() const {
   if (!parts_->shape_x_corrected) return {};
   return fmt::format(
-      "warning: the shape directions of {} have the right hand's x, the known fault of the "
-      "published "
-      "MANO_LEFT.pkl (smplx issue 48): their x is negated; betas that were fitted with the file as "
-      "it is mean another hand",
+      "warning: the x components of the shape directions of {} have the sign of the right hand, a "
+      "known error of the published MANO_LEFT.pkl (smplx issue 48): the sign is corrected; betas "
+      "fitted with the uncorrected file describe a different hand",
       Name());
 }
 
@@ -150,13 +149,12 @@ std::shared_ptr<const BodyModel> BodyModel::WithTemplate(std::shared_ptr<const B
     throw Error("v_template",
                 fmt::format("has {} vertices, {} has {}", v_template.cols(), model->Name(),
                             model->NumVertices()),
-                "Give the body model whose vertices the subject's surface has");
+                "Give the body model that the subject's surface belongs to");
   }
   const std::span<const double> values(v_template.data(),
                                        static_cast<std::size_t>(v_template.size()));
   if (FirstBeyond(values, kMaxMeters)) {
-    throw Error("v_template", "holds values that are not numbers of meters",
-                "Get the surface again");
+    throw Error("v_template", "holds NaN, infinite or huge values", "Get the surface again");
   }
   return std::shared_ptr<const BodyModel>(new BodyModel(model->parts_, std::move(v_template)));
 }
@@ -168,7 +166,7 @@ Eigen::Matrix3Xd BodyModel::ShapedVertices(const Eigen::VectorXd& betas,
     if (given <= available || coefficients.tail(given - available).isZero(0.0)) return;
     throw Error(Source(),
                 fmt::format("has {} {} coefficients, {} were given", available, what, given),
-                "Give as many as the model has, or another model");
+                "Give at most that many, or use another model");
   };
   if (!is_subject_) check("shape", betas, NumShape());
   check("expression", expression, NumExpression());

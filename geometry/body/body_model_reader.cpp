@@ -33,7 +33,9 @@ Eigen::Matrix3Xi ReadFaces(const BodyModelFields& fields, int num_vertices) {
   Eigen::Matrix3Xi faces(3, static_cast<Eigen::Index>(corners.size() / 3));
   for (std::size_t i = 0; i < corners.size(); ++i) {
     if (corners[i] < 0 || corners[i] >= num_vertices) {
-      throw Error(member.where, fmt::format("names vertex {} of {}", corners[i], num_vertices),
+      throw Error(member.where,
+                  fmt::format("refers to vertex {}, but the model has {} vertices", corners[i],
+                              num_vertices),
                   "The model file is damaged: get it again");
     }
     faces(static_cast<Eigen::Index>(i)) = static_cast<int>(corners[i]);
@@ -52,7 +54,7 @@ void ReadShape(const BodyModelFields& fields, BodyModelParts& parts) {
     const std::vector<std::int64_t> count = member.AsIntegers();
     if (count.size() != 1 || count[0] < 0 || count[0] > directions) {
       throw Error(member.where, fmt::format("is not a number between 0 and {}", directions),
-                  "It counts those columns of shapedirs that are shape, not expression");
+                  "Set it to the number of shape columns of shapedirs (the others are expression)");
     }
     parts.num_shape = static_cast<int>(count[0]);
     parts.num_expression = directions - parts.num_shape;
@@ -148,7 +150,7 @@ std::vector<SparseRow> ReadWeights(const BodyModelFields& fields, const BodyLayo
     }
     if (std::fabs(sum - 1.0) > 1e-3) {
       throw Error(fmt::format("{}[weights]", fields.File()),
-                  fmt::format("of vertex {} sum to {}", v, sum), "Skinning weights sum to 1");
+                  fmt::format("sum to {1} at vertex {0}", v, sum), "Skinning weights sum to 1");
     }
   }
   return rows;
@@ -184,8 +186,10 @@ std::vector<int> ReadHandIds(const BodyModelFields& fields, Side side, int num_v
   std::vector<int> ids;
   for (const std::int64_t id : member.AsIntegers()) {
     if (id < 0 || id >= num_vertices) {
-      throw Error(member.where, fmt::format("names vertex {} of {}", id, num_vertices),
-                  "Vertex ids count from 0");
+      throw Error(
+          member.where,
+          fmt::format("refers to vertex {}, but the model has {} vertices", id, num_vertices),
+          "Count vertex ids from 0");
     }
     ids.push_back(static_cast<int>(id));
   }
@@ -237,7 +241,8 @@ ModelKind SideOfMano(const BodyModelFields& fields, const Eigen::Matrix3Xd& v_te
     if (right != left) side = right ? Side::kRight : Side::kLeft;
   }
   if (!side) {
-    throw Error(fields.File(), "is a hand, but neither its thumb nor its name tells which",
+    throw Error(fields.File(),
+                "is a hand model, but neither its thumb nor its name shows which hand it is",
                 "Put left or right into the file's name, as in MANO_RIGHT.pkl");
   }
   return *side == Side::kRight ? ModelKind::kManoRight : ModelKind::kManoLeft;

@@ -172,9 +172,10 @@ Clip ReadClip(const NpzReader& archive) {
     const NpyMember member = archive.Read("betas");
     const std::vector<std::size_t>& shape = member.array.shape;
     if (shape.size() > 2 || (shape.size() == 2 && shape[0] > 1)) {
-      throw Error(member.where,
-                  fmt::format("has shape {}: a clip has one shape", member.ShapeText()),
-                  "Bring it into a clip with 'holdfast import', which takes the mean");
+      throw Error(
+          member.where,
+          fmt::format("has shape {}, but a clip has a single body shape", member.ShapeText()),
+          "Convert it with 'holdfast import', which averages betas over the frames");
     }
     const std::vector<double> values = member.AsDoubles();
     for (const double value : values) {
@@ -222,8 +223,8 @@ std::optional<std::string> OldPelvisNote(const NpzReader& archive) {
   const Eigen::Vector3d offset = PelvisOffset(archive);
   if (offset.isZero(0.0)) return std::nullopt;
   return fmt::format(
-      "made when {} had its rest pelvis elsewhere: trans is moved by ({:.3f}, {:.3f}, {:.3f}) m, "
-      "so that the body stays where it was",
+      "made with an earlier {}, whose rest pelvis was at another position: trans is moved by "
+      "({:.3f}, {:.3f}, {:.3f}) m to keep the body in place",
       BodyModel::kDefaultName, offset.x(), offset.y(), offset.z());
 }
 
@@ -265,9 +266,8 @@ std::string WrapJointAngles(Clip& clip) {
   }
   if (frames == 0) return {};
   return fmt::format(
-      "warning: joints turn by more than half a turn in {} of {} frames (first {} in frame {}): "
-      "the "
-      "equal rotations within half a turn taken",
+      "warning: joints rotate by more than half a turn in {} of {} frames (first {} in frame {}): "
+      "replaced by the equal rotations within half a turn",
       frames, clip.pose.size(), kJointNames[static_cast<std::size_t>(first_joint)], first_frame);
 }
 
@@ -380,7 +380,7 @@ std::vector<std::uint8_t> HoldingHandOf(const NpyMember& member, Eigen::Index fr
   for (const std::int64_t bits : member.AsIntegers()) {
     if (bits < 0 || bits > (kHoldsRight | kHoldsLeft)) {
       throw Error(member.where, fmt::format("holds {}", bits),
-                  "0 is neither hand, 1 right, 2 left, 3 both");
+                  "Use 0 (neither hand), 1 (right), 2 (left) or 3 (both)");
     }
     hands.push_back(static_cast<std::uint8_t>(bits));
   }
@@ -419,7 +419,7 @@ void RequireInRange(const Clip& clip, std::string_view where) {
         const double angle = clip.pose[t](k, j);
         if (IsWithin(angle, kMaxRadians)) continue;
         throw Error(where,
-                    fmt::format("turns its {} by {:g} in frame {}", kJointNames[j], angle, t),
+                    fmt::format("rotates {} by {:g} rad in frame {}", kJointNames[j], angle, t),
                     kRadiansRemedy);
       }
     }

@@ -27,7 +27,7 @@ std::string MeshChecksum(const TriangleMesh& mesh);
 
 /// Remedy for a clip's missing or different mesh.
 inline constexpr const char* kMeshRemedy =
-    "Put that mesh back, or say which one is meant with --object (transfer: --from-object)";
+    "Restore the clip's mesh, or give it with --object (transfer: --from-object)";
 
 /// Reads holding_hand of a clip's file: bits per frame (1 right, 2 left). Throws Error for a shape
 /// other than (frames) and for other values.

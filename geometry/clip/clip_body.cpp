@@ -21,14 +21,17 @@ bool MovesABody(const Clip& clip) {
 void RequireSameKind(const std::string& source, const Clip& clip, const BodyModel& model) {
   const bool lone_model = model.LoneHand().has_value();
   if (IsHandAlone(clip) && !lone_model) {
-    throw Error(source, fmt::format("is of a hand alone (MANO), {} is a whole body", model.Name()),
+    throw Error(source,
+                fmt::format("is a motion of a hand alone (MANO), but {} is a whole-body model",
+                            model.Name()),
                 "Give the hand's model with --body MANO_RIGHT.pkl (or MANO_LEFT.pkl)");
   }
   if (lone_model && !IsHandAlone(clip) && MovesABody(clip)) {
     throw Error(source,
-                fmt::format("is of a whole body, {} is a {} hand alone", model.Name(),
-                            SideName(*model.LoneHand())),
-                "Make a hand's clip of it with 'holdfast convert --to-body', or give a body");
+                fmt::format("is a whole-body motion, but {} is a model of a {} hand alone",
+                            model.Name(), SideName(*model.LoneHand())),
+                "Convert it to a hand's clip with 'holdfast convert --to-body', or give a "
+                "whole-body model");
   }
 }
 
@@ -44,15 +47,15 @@ Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, std::vector<st
   const bool same_space =
       clip.body_model == body.Name() || (clip.body_model.empty() && same_family);
   if (!same_space) {
-    notes.push_back(fmt::format(
-        "the clip's betas belong to {}, not to {}: its mean shape is used (--body MODEL.npz gives "
-        "another model)",
-        clip.body_model.empty() ? "SMPL-X" : clip.body_model, body.Name()));
+    notes.push_back(
+        fmt::format("the clip's betas belong to {0}, not to {1}: the mean shape of {1} is used "
+                    "(give another model with --body MODEL.npz)",
+                    clip.body_model.empty() ? "SMPL-X" : clip.body_model, body.Name()));
     return {};
   }
   if (std::string note = body.ShapeNote(); !note.empty()) notes.push_back(std::move(note));
   if (clip.betas.size() > body.NumShape()) {
-    notes.push_back(fmt::format("{} betas, the model has {}: the rest is left out",
+    notes.push_back(fmt::format("the clip has {} betas, the model {}: the others are ignored",
                                 clip.betas.size(), body.NumShape()));
     return clip.betas.head(body.NumShape());
   }
@@ -74,8 +77,8 @@ ClipBody BodyOfClip(const std::string& source, const Clip& clip,
   }
   if (vertices > 0) {
     notes.push_back(
-        fmt::format("the subject's own surface has {} vertices, {} has {}: it is not used (--body "
-                    "MODEL gives the model that it belongs to)",
+        fmt::format("the subject's own surface has {} vertices, {} has {}: the surface is not used "
+                    "(give its model with --body MODEL)",
                     vertices, model->Name(), model->NumVertices()));
   }
   Eigen::VectorXd betas = BetasFor(clip, *model, notes);
@@ -154,14 +157,14 @@ std::optional<BodyChange> BringOntoBody(Clip& clip, const ClipBody& body) {
 std::string Describe(const BodyChange& change, const BodyModel& to) {
   if (change.offset.norm() < kNotedShift_m) {
     return fmt::format(
-        "made with {}: limbs and hands of {} are not the clip's own (--body MODEL.npz takes its "
-        "model)",
+        "made with {}: limbs and hands of {} have other proportions (give the original model with "
+        "--body MODEL.npz)",
         change.from, to.Name());
   }
   return fmt::format(
-      "made with {}: on {} trans is moved by ({:.3f}, {:.3f}, {:.3f}) m, from the rest pelvis of "
-      "the one's mean shape to the other's; limbs and hands are not the clip's own (--body "
-      "MODEL.npz takes its model)",
+      "made with {}: on {} trans is moved by ({:.3f}, {:.3f}, {:.3f}) m because the rest pelvis of "
+      "the two models differs; limbs and hands have other proportions (give the original model "
+      "with --body MODEL.npz)",
       change.from, to.Name(), change.offset.x(), change.offset.y(), change.offset.z());
 }
 

@@ -73,7 +73,7 @@ Clip AtTimes(const Clip& clip, const std::vector<double>& at, double frame_rate)
 template <typename Curve>
 Clip ResampleWith(const Clip& clip, double frame_rate) {
   if (!(frame_rate > 0)) {
-    throw Error("resampling", "a frame rate that is not positive", "Give frames per second");
+    throw Error("resampling", "the frame rate is not positive", "Give frames per second");
   }
   const int frames = clip.NumFrames();
   if (frames == 0 || std::abs(frame_rate - clip.frame_rate) < 1e-9) return clip;
@@ -183,7 +183,8 @@ Clip Resample(const Clip& clip, double frame_rate) {
 Clip ResampleAt(const Clip& clip, const std::vector<double>& frames) {
   for (const double at : frames) {
     if (at >= 0.0 && at <= clip.NumFrames() - 1) continue;
-    throw Error("resampling", fmt::format("frame {:g} of {}", at, clip.NumFrames()),
+    throw Error("resampling",
+                fmt::format("frame {:g} does not exist: there are {} frames", at, clip.NumFrames()),
                 "Give times from 0 to the last frame");
   }
   return AtTimes<Chords>(clip, frames, clip.frame_rate);

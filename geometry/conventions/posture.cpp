@@ -194,13 +194,13 @@ Posture MeasurePosture(const LooseMotion& motion, const BodyModel& body) {
 void RequireMeters(const std::string& source, const Clip& clip, const BodyModel& body) {
   const Posture posture = MeasurePosture(LooseMotionOf(clip), body);
   if (!posture.unit_is_certain || posture.meters_per_unit == 1.0) return;
-  throw Error(source,
-              fmt::format("its positions are in {}, not in meters: only so does the body stand on "
-                          "the ground",
-                          posture.meters_per_unit == 0.01 ? "centimeters" : "millimeters"),
-              fmt::format("Make a clip in meters of it: holdfast import {} --meters-per-unit {:g} "
-                          "-o CLIP",
-                          source, posture.meters_per_unit));
+  throw Error(
+      source,
+      fmt::format(
+          "its positions are in {}, not in meters: in meters, the feet would not be on the ground",
+          posture.meters_per_unit == 0.01 ? "centimeters" : "millimeters"),
+      fmt::format("Convert it to meters: holdfast import {} --meters-per-unit {:g} -o CLIP", source,
+                  posture.meters_per_unit));
 }
 
 double LegLength(const SourceMotion& motion, const SkeletonMap& map) {

@@ -209,8 +209,8 @@ class Exporter {
  private:
   void Check() const {
     if (options_.every > 1 && !IsSampledByFrame(report_.format)) {
-      throw Error(output_.string(), "has every frame of the clip",
-                  "Leave 'every' out; it is for mesh sequences, .usda and .xml");
+      throw Error(output_.string(), "always contains every frame of the clip",
+                  "Omit 'every': it applies only to mesh sequences, .usda and .xml");
     }
     if (!options_.onto.empty() && report_.format != ExportFormat::kGlb) {
       throw Error(output_.string(), "cannot hold a character", "Give a name that ends in .glb");
@@ -244,7 +244,8 @@ class Exporter {
   // Puts the motion on the skeleton of a character, which keeps its skin.
   void WriteOnto() {
     if (scene_.body->LoneHand()) {
-      throw Error(scene_.source, "is a hand alone, which no character can take over",
+      throw Error(scene_.source,
+                  "is a motion of a hand alone, which cannot be transferred to a character",
                   "Export it without --onto");
     }
     const std::string character = options_.onto.string();
@@ -293,7 +294,7 @@ class Exporter {
   void WriteContacts() {
     if (object_ == nullptr) {
       throw Error(scene_.source,
-                  scene_.clip.object ? "its object's mesh is not there: " + scene_.object_missing
+                  scene_.clip.object ? "the mesh of its object is missing: " + scene_.object_missing
                                      : "has no object to touch",
                   scene_.clip.object ? "Give it with --object" : "Fit one first ('holdfast fit')");
     }
@@ -364,7 +365,7 @@ ExportFormat ExportFormatOf(const fs::path& output) {
     } catch (const Error&) {
       // Reported below, with a message specific to meshes.
     }
-    throw Error(name, "does not number one mesh per frame",
+    throw Error(name, "has no placeholder for the frame number",
                 fmt::format("Write it like name_%04d{}", extension));
   }
   const bool contacts = output.stem().string().ends_with("contacts");

@@ -143,9 +143,9 @@ void ListUnused(const Fields& fields, bool parts, ImportedClip& imported) {
   for (const std::string& name : fields.Names()) {
     if (used(name)) continue;
     if (name == "dmpls") {
-      imported.dropped.push_back("dmpls: soft tissue has no place in a clip");
+      imported.dropped.push_back("dmpls: clips store no soft tissue");
     } else if (name == "expression" || name == "face_expr") {
-      imported.dropped.push_back(name + ": clips have no face");
+      imported.dropped.push_back(name + ": clips store no facial expression");
     } else if (name.starts_with("markers") || name.starts_with("labels") ||
                name.starts_with("latent_labels")) {
       markers.push_back(name);
@@ -154,8 +154,7 @@ void ListUnused(const Fields& fields, bool parts, ImportedClip& imported) {
     }
   }
   if (!markers.empty()) {
-    imported.dropped.push_back(
-        fmt::format("{}: markers are not a motion", fmt::join(markers, ", ")));
+    imported.dropped.push_back(fmt::format("{}: clips store no markers", fmt::join(markers, ", ")));
   }
   if (!others.empty()) imported.dropped.push_back(fmt::format("{}", fmt::join(others, ", ")));
 }
@@ -167,11 +166,11 @@ WorldUp UpOfNames(const Fields& fields, const ParameterOptions& options, Importe
   if (!upright || *upright == WorldUp::kPlusZ) return WorldUp::kPlusZ;
   const bool own = fields.Has("mocap_frame_rate") || fields.Has("mocap_framerate");
   imported.notes.push_back(
-      own ? fmt::format("warning: the body stands along {0}, and AMASS's world is z-up: "
-                        "'holdfast import --up={0}' turns it if the file is not AMASS's own",
+      own ? fmt::format("warning: the body stands along {0}, but AMASS is z-up: if the file is not "
+                        "from AMASS, use 'holdfast import --up={0}'",
                         WorldUpName(*upright))
-          : fmt::format("warning: AMASS's names, but the body stands along {}, not z: that axis "
-                        "taken as up ('holdfast import --up' says otherwise)",
+          : fmt::format("warning: the field names are AMASS's, but the body stands along {}, not "
+                        "z: that axis is used as up ('holdfast import --up' overrides this)",
                         WorldUpName(*upright)));
   return own ? WorldUp::kPlusZ : *upright;
 }
@@ -235,20 +234,21 @@ ImportedClip ImportAmass(const Fields& fields, const std::filesystem::path& path
     imported.conventions.push_back("finger angles are complete (AMASS adds no mean hand)");
     if (options.flat_hand_mean == false) {
       for (JointPose& pose : clip.pose) pose = AddHandMean(*options.body, pose);
-      imported.conventions.back() = "finger angles taken as differences from the mean hand, added";
+      imported.conventions.back() =
+          "finger angles are taken as differences from the mean hand, which was added";
     } else if (FingersLookFlat(clip, *options.body) == false) {
       imported.notes.push_back(
           "relaxed fingers are near zero, not near a mean hand, as if angles were differences from "
-          "it (--flat-hand-mean no if so)");
+          "it (if so, use --flat-hand-mean no)");
     }
     if (frames > 1 && FingersStand(clip)) {
-      imported.notes.push_back("the fingers stand still all through: they were not captured");
+      imported.notes.push_back("the fingers never move: they were not captured");
     }
   }
   if (clip.surface_model_type == "smpl") {
     for (JointPose& pose : clip.pose) pose = AddHandMean(*options.body, pose);
     imported.notes.push_back(
-        fmt::format("SMPL has no fingers: the relaxed hand of {} taken", options.body->Name()));
+        fmt::format("SMPL has no fingers: the relaxed hand of {} is used", options.body->Name()));
   }
   if (const auto betas = fields.Find("betas"); betas && betas->HoldsNumbers()) {
     SetBetas(ReadBetas(*betas), imported);

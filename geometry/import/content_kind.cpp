@@ -82,7 +82,7 @@ void IdentifyArchive(const std::filesystem::path& path, Identity& identity) {
   if (!identity.fault.empty()) {
     identity.kind = FileKind::kDamagedArchive;
     identity.fault =
-        fmt::format("a zip archive (.npz or other) that does not open: {}", identity.fault);
+        fmt::format("a zip archive (.npz or other) that cannot be opened: {}", identity.fault);
     return;
   }
   const auto any = [&](std::string_view end) {
@@ -148,7 +148,7 @@ void IdentifyJson(const std::filesystem::path& path, Identity& identity) {
     return;
   }
   if (Depth(text) > kMaxDepth) {
-    identity.fault = "begins like JSON, and nests too deep";
+    identity.fault = "begins like JSON, but is nested too deeply";
     return;
   }
   if (IsJsonLines(text)) {
@@ -157,7 +157,7 @@ void IdentifyJson(const std::filesystem::path& path, Identity& identity) {
   }
   const nlohmann::json json = nlohmann::json::parse(text, nullptr, /*allow_exceptions=*/false);
   if (json.is_discarded()) {
-    identity.fault = "begins like JSON, and is not (cut off?)";
+    identity.fault = "begins like JSON, but is not valid JSON (cut off?)";
     return;
   }
   if (!json.is_object()) return;

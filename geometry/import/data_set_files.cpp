@@ -117,12 +117,11 @@ void ReadObjectBeside(const fs::path& file, const Fields& fields, const Paramete
         FindInDataSet(file, fmt::format("objects/{0}/{0}.obj", track.name), options);
   }
   imported.notes.push_back(fmt::format(
-      "the object is {} beside it{}: x_world = R x + T{}", name,
+      "the object is read from {} beside it{}: x_world = R x + T{}", name,
       track.name.empty() ? std::string() : fmt::format(", '{}'", track.name),
-      imported.object_mesh.empty()
-          ? "; its mesh was not found (--object-mesh says which to take, --data-root where the "
-            "data set is)"
-          : ""));
+      imported.object_mesh.empty() ? "; its mesh was not found (give it with --object-mesh, or the "
+                                     "folder of the data set with --data-root)"
+                                   : ""));
   std::vector<std::string> unused;
   for (const std::string& field : fields.Names()) {
     if (field != fields.FirstOf(kObjectPlaces) && field != fields.FirstOf(kObjectTurns) &&
@@ -165,11 +164,11 @@ void ReadSubject(const fs::path& from, const std::string& name, const ParameterO
                  ImportedClip& imported) {
   const fs::path mesh = FindInDataSet(from, name, options);
   if (mesh.empty()) {
-    imported.notes.push_back(fmt::format(
-        "the subject's surface {} was not found beside the file or in the folders above it: the "
-        "mean shape of {} stands in, which is off by centimeters (--data-root FOLDER says where "
-        "the data set is)",
-        name.empty() ? "(which the file does not name)" : name, options.body->Name()));
+    imported.notes.push_back(
+        fmt::format("the subject's surface {} was not found beside the file or in the folders "
+                    "above it: the mean shape of {} is used, which is off by centimeters (give the "
+                    "folder of the data set with --data-root)",
+                    name.empty() ? "(which the file does not name)" : name, options.body->Name()));
     return;
   }
   imported.clip.v_template = ReadMesh(mesh).vertices;
@@ -204,8 +203,8 @@ void AddObjectBeside(const fs::path& body, const ParameterOptions& options,
     std::vector<std::string> names;
     for (const fs::path& path : found) names.push_back(path.filename().string());
     imported.notes.push_back(
-        fmt::format("warning: several files beside it may be its object, none taken: {}. Leave one "
-                    "in the folder",
+        fmt::format("warning: several files beside it may be its object, none is used: {}. Leave "
+                    "only one in the folder",
                     fmt::join(names, ", ")));
     return;
   }
@@ -213,7 +212,7 @@ void AddObjectBeside(const fs::path& body, const ParameterOptions& options,
     const DataFile file(found[0]);
     ReadObjectBeside(found[0], Fields(file), options, imported);
   } catch (const Error& error) {
-    imported.notes.push_back(fmt::format("warning: the object in {} beside it is not taken: {}",
+    imported.notes.push_back(fmt::format("warning: the object in {} beside it is not used: {}",
                                          found[0].filename().string(), error.Problem()));
   }
 }
@@ -223,7 +222,7 @@ void NoteTemplate(const BodyModel& body, ImportedClip& imported) {
   if (vertices == 0 || vertices == body.NumVertices()) return;
   imported.notes.push_back(
       fmt::format("the subject's surface has {} vertices, {} has {}: it is kept in the clip, and "
-                  "used with a body model of that many (--body)",
+                  "used with a body model that has as many (--body)",
                   vertices, body.Name(), body.NumVertices()));
 }
 
@@ -375,8 +374,8 @@ FrameFiles FindFrameFiles(const fs::path& folder, int person) {
     }
   }
   if (found.files.empty()) {
-    throw Error(folder.string(), "is a folder without files of parameters (.pkl .npz .npy .json)",
-                "Give a file, or a folder with one file a frame");
+    throw Error(folder.string(), "is a folder without parameter files (.pkl .npz .npy .json)",
+                "Give a file, or a folder with one file per frame");
   }
   found.missing = CountMissing(frames);
   return found;

@@ -75,7 +75,7 @@ double ReadGrabFrameRate(const Fields& fields, const ParameterOptions& options,
   }
   if (options.source_frame_rate > 0) return options.source_frame_rate;
   imported.notes.push_back(
-      "warning: the file has no framerate: GRAB's 120 Hz taken (--source-fps says otherwise)");
+      "warning: the file has no framerate: assuming GRAB's 120 Hz (--source-fps overrides this)");
   return kGrabFrameRate;
 }
 
@@ -103,11 +103,11 @@ void ReadBody(const Fields& fields, const ParameterOptions& options, ImportedCli
     SetJoints(clip.pose, 0, ReadRotations(*full, kNumJoints, imported, clip.trans.cols()),
               full->Where());
     imported.conventions.push_back(
-        "the body's pose is `fullpose`, finger angles complete (its 24 hand coefficients are the "
-        "same hands compressed)");
+        "the body's pose is read from `fullpose`, finger angles are complete (the 24 hand "
+        "coefficients encode the same hands)");
   } else {
     imported.notes.push_back(
-        "the file has no `fullpose`: its parts taken, hands from coefficients");
+        "the file has no `fullpose`: the pose is read from its parts, the hands from coefficients");
     for (const auto& [name, begin, count] : {std::tuple{"global_orient", 0, 1},
                                              {"body_pose", 1, 21},
                                              {"jaw_pose", 22, 1},
@@ -144,9 +144,10 @@ void ReadHand(const Fields& fields, Side side, ImportedClip& imported) {
   SetJoints(clip.pose, HandBegin(side),
             ReadRotations(full, kJointsPerHand, imported, clip.trans.cols()), full.Where());
   clip.surface_model_type = "mano";
-  imported.conventions.push_back(fmt::format(
-      "the {} hand alone, as MANO: root_orient is the wrist's, fingers are `fullpose` (flat)",
-      SideName(side)));
+  imported.conventions.push_back(
+      fmt::format("the {} hand alone, as MANO: root_orient is the wrist's rotation, fingers are "
+                  "read from `fullpose` (flat)",
+                  SideName(side)));
 }
 
 }  // namespace
@@ -190,14 +191,14 @@ ImportedClip ImportGrab(const Fields& fields, const std::filesystem::path& path,
   const Fields object = fields.In("object");
   clip.object = ReadTrack(object, object_name, frames, imported);
   imported.conventions.push_back(
-      "rotations of object and table are for row vectors (v R + t): transposed for columns");
+      "rotations of object and table act on row vectors (v R + t): transposed for column vectors");
   const auto find_mesh = [&](const Fields& thing, std::string_view key) {
     const std::string name = TextOf(thing, key);
     const std::filesystem::path mesh = FindInDataSet(path, name, options);
     if (mesh.empty() && !name.empty()) {
       imported.notes.push_back(
-          fmt::format("{} was not found beside the file or in the folders above it (--data-root "
-                      "says where the data set is, --object-mesh which mesh to take)",
+          fmt::format("{} was not found beside the file or in the folders above it (give the "
+                      "folder of the data set with --data-root, or the mesh with --object-mesh)",
                       name));
     }
     return mesh;
@@ -231,13 +232,14 @@ ImportedClip ImportGrab(const Fields& fields, const std::filesystem::path& path,
     }
     clip.contact = std::move(labels);
     imported.conventions.push_back(
-        "who holds is who touches: hand and finger labels on the object's vertices");
+        "holding_hand is derived from contact: hand and finger labels on the object's vertices");
   }
   if (!alone && fields.In("body").In("params").Has("expression")) {
-    imported.dropped.push_back("body.params.expression: clips have no face");
+    imported.dropped.push_back("body.params.expression: clips store no facial expression");
   }
   if (!alone && (fields.Has("rhand") || fields.Has("lhand"))) {
-    imported.dropped.push_back("rhand, lhand: the same hands as MANO (--hands rhand takes one)");
+    imported.dropped.push_back(
+        "rhand, lhand: the same hands as MANO (import one with --hands rhand)");
   }
   constexpr std::array<std::string_view, 13> kUsed = {
       "gender", "sbj_id", "obj_name", "motion_intent", "framerate", "body",   "rhand",
@@ -291,7 +293,8 @@ void ReadObject(const fs::path& path, ImportedClip& imported) {
   const fs::path object = path.parent_path() / (SequenceOf(path) + ".object.npy");
   std::error_code ignored;
   if (!fs::is_regular_file(object, ignored)) {
-    imported.notes.push_back(fmt::format("no {} beside it: no object", object.filename().string()));
+    imported.notes.push_back(
+        fmt::format("no {} beside it: imported without an object", object.filename().string()));
     return;
   }
   const DataFile file(object);
@@ -304,11 +307,11 @@ void ReadObject(const fs::path& path, ImportedClip& imported) {
   track.name = sequence.substr(0, sequence.find('_'));
   clip.object = std::move(track);
   imported.conventions.push_back(
-      "the object's rotation is for columns, its translation was in millimeters");
+      "the object's rotation acts on column vectors; its translation was in millimeters");
   const double opened = rows.row(0).maxCoeff() - rows.row(0).minCoeff();
   imported.dropped.push_back(
-      fmt::format("the object's articulation (it opens by {:.2f} rad): a clip's object is rigid, "
-                  "the track is its base's",
+      fmt::format("the object's articulation (it opens by {:.2f} rad): objects in clips are rigid; "
+                  "the track is that of the base",
                   opened));
 }
 
@@ -323,8 +326,8 @@ void ReadMeta(const fs::path& path, const ParameterOptions& options, ImportedCli
     imported.object_mesh_scale = kMillimeter;
     if (imported.object_mesh.empty()) {
       imported.notes.push_back(
-          fmt::format("meta/object_vtemplates/{}/mesh.obj was not found (--data-root says where "
-                      "ARCTIC's data is, --object-mesh which mesh to take)",
+          fmt::format("meta/object_vtemplates/{}/mesh.obj was not found (give the folder of "
+                      "ARCTIC's data with --data-root, or the mesh with --object-mesh)",
                       clip.object->name));
     }
   }
@@ -355,7 +358,7 @@ ImportedClip ImportArctic(const Fields& fields, const fs::path& path,
     throw Error(path.string(),
                 body ? "holds a body; its hands as MANO are in the .mano.npy beside it"
                      : "holds hands alone (MANO)",
-                body ? "Give that file, or leave --hands out"
+                body ? "Give that file, or omit --hands"
                      : "Choose one with --hands rhand or lhand, or give the .smplx.npy beside it");
   }
   ParameterOptions known = options;
@@ -372,7 +375,7 @@ ImportedClip ImportArctic(const Fields& fields, const fs::path& path,
   imported.format = body ? "ARCTIC sequence" : "ARCTIC sequence, a hand alone";
   if (!rate_known) {
     imported.notes.push_back(
-        fmt::format("no frame rate in the file: ARCTIC's {:g} Hz taken", kArcticFrameRate));
+        fmt::format("no frame rate in the file: assuming ARCTIC's {:g} Hz", kArcticFrameRate));
   }
   Clip& clip = imported.clip;
   const std::string sequence = SequenceOf(path);

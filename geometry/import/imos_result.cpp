@@ -99,7 +99,7 @@ void ReadObject(const Fields& object, ImportedClip& imported) {
   RequireFrames(object.Where(), "global_orient", track.orient.cols(), frames);
   clip.object = std::move(track);
   imported.conventions.push_back(
-      "the object's rotations are for row vectors (v R + t): transposed for columns");
+      "the object's rotations act on row vectors (v R + t): transposed for column vectors");
 }
 
 }  // namespace
@@ -139,7 +139,7 @@ ImportedClip ImportImos(const Fields& fields, const std::filesystem::path& path,
   if (surface) {
     clip.v_template = ReadFrameRows(*surface, 3);
     imported.conventions.push_back(
-        "the subject's own surface (the file's template) is the shape; betas stay zero");
+        "the body shape is the subject's own surface (the file's template); betas stay zero");
     NoteTemplate(*options.body, imported);
   }
   if (const auto gender = fields.Find("gender")) {
@@ -157,17 +157,17 @@ ImportedClip ImportImos(const Fields& fields, const std::filesystem::path& path,
     }
   }
   if (imported.object_mesh.empty()) {
-    imported.notes.push_back(fmt::format(
-        "GRAB's mesh of '{}' was not found in the folders above the file (--data-root says where "
-        "GRAB is, --object-mesh which mesh to take)",
-        clip.object->name));
+    imported.notes.push_back(
+        fmt::format("GRAB's mesh of '{}' was not found in the folders above the file (give the "
+                    "folder of GRAB with --data-root, or the mesh with --object-mesh)",
+                    clip.object->name));
   }
   imported.conventions.push_back(
       fmt::format("{} key frames at {:g} Hz", clip.NumFrames(), clip.frame_rate));
   if (options.source_frame_rate == 0) {
     imported.notes.push_back(
-        fmt::format("warning: no frame rate in the file: {:g} Hz taken, the paper has 8 to 10 "
-                    "('holdfast import --source-fps' says otherwise)",
+        fmt::format("warning: no frame rate in the file: assuming {:g} Hz, the paper has 8 to 10 "
+                    "('holdfast import --source-fps' overrides this)",
                     kImosFrameRate));
   }
   constexpr std::array<std::string_view, 6> kUsed = {"sbj_p",     "obj_p",  "obj_name",

@@ -90,13 +90,13 @@ ImportedClip ImportPerson(const OpenFile& open, const ParameterOptions& options)
   const std::vector<std::string> names = open.fields.Names();
   if (static_cast<std::size_t>(options.person) >= names.size()) {
     throw Error(open.path.string(), fmt::format("has {} people", names.size()),
-                "Choose one from 0 on with --person");
+                "Choose one with --person, counted from 0");
   }
   const std::string& name = names[static_cast<std::size_t>(options.person)];
   ImportedClip imported = ImportParameters(open.fields.In(name), open.path, options);
   imported.format = "SMPL-X parameters by person";
   imported.notes.push_back(
-      fmt::format("person '{}' of {} taken (--person chooses)", name, names.size()));
+      fmt::format("person '{}' of {} is used (choose with --person)", name, names.size()));
   return imported;
 }
 
@@ -128,7 +128,7 @@ constexpr std::array kImporters = {
              [](const OpenFile& f, const ParameterOptions& o) {
                return ImportArctic(f.fields, f.path, o);
              }},
-    Importer{"SMPL-X parameters (.npz .pkl .npy .json .pt; the smplx package's names and others')",
+    Importer{"SMPL-X parameters (.npz .pkl .npy .json .pt; names of the smplx package and others)",
              [](const OpenFile& f) { return LooksLikeParameters(f.fields); },
              [](const OpenFile& f, const ParameterOptions& o) {
                return ImportParameters(f.fields, f.path, o);
@@ -138,7 +138,7 @@ constexpr std::array kImporters = {
              [](const OpenFile& f, const ParameterOptions& o) {
                return ImportMano(f.fields, f.path, o);
              }},
-    Importer{"a list of such parameters, one a frame", IsListOfParameters, ImportList},
+    Importer{"a list of such parameters, one per frame", IsListOfParameters, ImportList},
     Importer{"such parameters by person", IsPeople, ImportPerson},
     Importer{"Motion-X (frames, 322), poses (frames, 165 or 156)", IsArray,
              [](const OpenFile& f, const ParameterOptions& o) {
@@ -165,32 +165,31 @@ ImportedClip ImportDataFile(const fs::path& path, const ParameterOptions& option
     throw Error(path.string(), "is a body model, not a motion", "Give it with --body");
   }
   if (LooksLikeObjectPoses(open.fields)) {
-    throw Error(path.string(), "holds the poses of an object, and of no person or hand",
-                "Give the file of the person beside it: the object comes with it");
+    throw Error(path.string(), "holds the poses of an object, but of no person or hand",
+                "Give the file of the person beside it: the object is imported with it");
   }
   if (has("partbody_pose")) {
     throw Error(path.string(), "holds PIXIE's raw output, before decode()",
-                "Save the parameters after it: they have a body_pose");
+                "Save the parameters after decode(): they have a body_pose");
   }
   if (names.empty() && file.Format() != DataFormat::kNpz) names = NamesOfItems(file.Root());
   constexpr std::size_t kMaxNamed = 12;
   const std::vector<std::string> some(
       names.begin(), names.begin() + std::min<std::ptrdiff_t>(
                                          kMaxNamed, static_cast<std::ptrdiff_t>(names.size())));
-  throw Error(
-      path.string(),
-      fmt::format("is {}, with no motion that is known in it ({})", DataFormatName(file.Format()),
-                  names.empty() ? std::string("no names")
-                                : fmt::format("it has: {}{}", fmt::join(some, ", "),
-                                              names.size() > kMaxNamed ? ", ..." : "")),
-      fmt::format("Known: {}", fmt::join(ImportableFormats(), "; ")));
+  throw Error(path.string(),
+              fmt::format("is {} without a known motion ({})", DataFormatName(file.Format()),
+                          names.empty() ? std::string("no names")
+                                        : fmt::format("it has: {}{}", fmt::join(some, ", "),
+                                                      names.size() > kMaxNamed ? ", ..." : "")),
+              fmt::format("Supported: {}", fmt::join(ImportableFormats(), "; ")));
 }
 
 ImportedClip ImportFolder(const fs::path& folder, const ParameterOptions& options) {
   std::error_code ignored;
   if (fs::exists(folder / "clip.npz", ignored)) {
-    throw Error(folder.string(), "is a result folder: its clip is ready for every command",
-                "Give the folder to fit, report, export or score");
+    throw Error(folder.string(), "is a result folder: its clip needs no import",
+                "Give the folder directly to fit, report, export or score");
   }
   const FrameFiles frames = FindFrameFiles(folder, options.person);
   ParameterCollector collector(options);
@@ -201,13 +200,14 @@ ImportedClip ImportFolder(const fs::path& folder, const ParameterOptions& option
   ImportedClip imported = collector.Collect();
   imported.format = fmt::format("SMPL-X parameters, a folder of {} files", frames.files.size());
   if (frames.people > 1) {
-    imported.notes.push_back(fmt::format("up to {} people a frame: number {} taken (--person)",
-                                         frames.people, options.person));
+    imported.notes.push_back(
+        fmt::format("up to {} people per frame: person {} is used (choose with --person)",
+                    frames.people, options.person));
   }
   if (frames.missing > 0) {
     imported.notes.push_back(
-        fmt::format("frames missing between the first and the last number: {}; the others were put "
-                    "together without a gap",
+        fmt::format("frames missing between the first and the last number: {}; the others were "
+                    "joined without a gap",
                     frames.missing));
   }
   SettleWorld(imported, options, {}, true);
@@ -222,8 +222,9 @@ ImportedFile ImportRetargeted(const fs::path& path, const ImportFileOptions& opt
   const SourceMotion source = ReadMotion(path, motion);
   const BodyModel& body = *options.parameters.body;
   if (body.LoneHand()) {
-    throw Error(path.string(), "is a motion of a whole body, " + body.Name() + " a hand alone",
-                "Import it with a whole body first, then 'holdfast convert'");
+    throw Error(path.string(),
+                "is a whole-body motion, but " + body.Name() + " is a model of a hand alone",
+                "Import it with a whole-body model first, then use 'holdfast convert'");
   }
   if (motion.betas.size() == 0 && source.body_model == body.Name()) motion.betas = source.betas;
   imported.clip = ImportMotion(source, path.string(), RetargetBodyOf(body, motion.betas), motion,
@@ -307,7 +308,7 @@ ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) 
 
 std::vector<std::string> ImportableFormats() {
   std::vector<std::string> formats = {"BVH", "ASF/AMC", "glTF", "SkillMimic (.pt)",
-                                      "a folder with one file of parameters a frame"};
+                                      "a folder with one parameter file per frame"};
   for (const Importer& importer : kImporters) formats.emplace_back(importer.reads);
   return formats;
 }

@@ -68,7 +68,7 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
   if (format != MotionFormat::kGltf &&
       !(options.animation.empty() && options.character.empty() && options.prop.empty())) {
     throw Error(where, "holds one motion of one skeleton",
-                "Leave the choice of animation, character and object out: glTF alone has them");
+                "Omit the choice of animation, character and object: it applies only to glTF");
   }
   switch (format) {
     case MotionFormat::kBvh: {
@@ -88,8 +88,8 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
       motion.notes = std::move(notes);
       if (options.source_frame_rate == 0) {
         motion.notes.push_back(
-            fmt::format("warning: AMC files have no frame rate: {:g} Hz taken, CMU's ('holdfast "
-                        "import --source-fps' says otherwise)",
+            fmt::format("warning: AMC files have no frame rate: assuming CMU's {:g} Hz ('holdfast "
+                        "import --source-fps' overrides this)",
                         amc.frame_rate));
       }
       return motion;
@@ -108,25 +108,26 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
       if (options.source_frame_rate > 0) {
         motion.frame_rate = options.source_frame_rate;
       } else {
-        motion.notes.push_back(fmt::format("no frame rate in the file: SkillMimic's {:g} Hz taken",
-                                           motion.frame_rate));
+        motion.notes.push_back(fmt::format(
+            "no frame rate in the file: assuming SkillMimic's {:g} Hz", motion.frame_rate));
       }
       return motion;
     }
     case MotionFormat::kAsf:
-      throw Error(where, "an Acclaim skeleton (.asf), which holds no motion",
-                  "Give the .amc, and this file with --asf where it lies elsewhere");
+      throw Error(where, "is an Acclaim skeleton (.asf), which holds no motion",
+                  "Give the .amc, and this file with --asf if it is in another folder");
     case MotionFormat::kMarkers:
-      throw Error(where,
-                  "a recording of markers: the paths of points on the skin, not the rotations of "
-                  "joints, and which marker sits where is not part of it",
-                  "'holdfast solve' brings it onto a body; 'holdfast doctor' says what is in it");
+      throw Error(
+          where,
+          "is a marker recording: it holds paths of points on the skin, not joint rotations, and "
+          "does not state where each marker is attached",
+          "Fit a body to it with 'holdfast solve', or list its content with 'holdfast doctor'");
     case MotionFormat::kFbx:
       throw Error(where, kFbxProblem, "Export .glb from Blender, and import that");
     case MotionFormat::kUnknown:
       break;
   }
-  throw Error(where, "neither a BVH, an ASF/AMC nor a glTF motion (by its first words)",
+  throw Error(where, "is not a BVH, ASF/AMC or glTF motion (judged by its first words)",
               "Give a file that begins with HIERARCHY (BVH) or :FULLY-SPECIFIED (AMC), a .glb or "
               "a .gltf");
 }
@@ -135,21 +136,22 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
 void AddDoubts(const RetargetReport& retarget, std::vector<std::string>& notes) {
   constexpr double kFarPlace_mm = 30;
   constexpr double kFarDirection = 15 * kDegree;
-  constexpr const char* kLook = "(mean over the frames): look at it with 'holdfast render'";
+  constexpr const char* kLook = "(mean over the frames): check it with 'holdfast render'";
   if (retarget.worst_place_mm > kFarPlace_mm) {
-    notes.push_back(fmt::format("warning: {} is {:.0f} mm off the source's place {}",
+    notes.push_back(fmt::format("warning: {} is {:.0f} mm off its position in the source {}",
                                 kJointNames[retarget.worst_place_joint], retarget.worst_place_mm,
                                 kLook));
   }
   if (retarget.trunk_error_rad > kFarDirection) {
-    notes.push_back(fmt::format("warning: the trunk is {:.0f} degrees off the source's {}",
-                                retarget.trunk_error_rad / kDegree, kLook));
+    notes.push_back(
+        fmt::format("warning: the trunk is {:.0f} degrees off its direction in the source {}",
+                    retarget.trunk_error_rad / kDegree, kLook));
   }
   for (const int side : {0, 1}) {
     if (retarget.hand_error_rad[side] < kFarDirection) continue;
-    notes.push_back(fmt::format("warning: the {} hand points {:.0f} degrees off the source's {}",
-                                side == 0 ? "left" : "right",
-                                retarget.hand_error_rad[side] / kDegree, kLook));
+    notes.push_back(
+        fmt::format("warning: the {} hand is {:.0f} degrees off its direction in the source {}",
+                    side == 0 ? "left" : "right", retarget.hand_error_rad[side] / kDegree, kLook));
   }
 }
 
@@ -189,13 +191,13 @@ Clip ImportMotion(const SourceMotion& motion, const std::string& where, const Re
     retarget.up = up.axis;
     if (!up.certain) {
       notes.emplace_back(
-          "up cannot be told: the body lies, crawls or bends for long; y is taken, as is the "
-          "custom (--up says otherwise)");
+          "the up axis is ambiguous: the body lies, crawls or bends for long; y is used by "
+          "convention (--up overrides this)");
     } else if (up.axis != UpAxis::kY) {
-      notes.push_back(fmt::format(
-          "{} is up: the head is over the feet along it in {:.0f} % of the frames (--up says "
-          "otherwise)",
-          UpAxisName(up.axis), 100 * up.share));
+      notes.push_back(
+          fmt::format("{0} is up: the head is above the feet along {0} in {1:.0f} % of the frames "
+                      "(--up overrides this)",
+                      UpAxisName(up.axis), 100 * up.share));
     }
   }
   retarget.find_ground = options.find_ground;

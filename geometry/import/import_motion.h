@@ -42,7 +42,7 @@ struct ImportReport {
 
 /// Error text for FBX files.
 inline constexpr const char* kFbxProblem =
-    "FBX is neither read nor written, .glb is: Blender converts one to the other";
+    "FBX is not supported: convert to or from .glb with Blender";
 
 /// Whether the file begins like a motion that ReadMotion knows (BVH, AMC, glTF, SkillMimic),
 /// whatever its name. Also true for markers and FBX, for which ReadMotion reports the reason.

@@ -99,12 +99,12 @@ constexpr int kArraySmplhJoints = 52;
   }
   if (width == 7) {
     refuse("an object of ARCTIC: articulation, rotation, translation",
-           "Give the .smplx.npy beside it: the object comes with it");
+           "Give the .smplx.npy beside it: the object is imported with it");
   }
   if (shape.size() == 3 && shape[2] == 3) {
     refuse("positions of joints, not rotations", "Fit a body to them first");
   }
-  refuse("no layout of body parameters that is known without names",
+  refuse("not a known layout of body parameters without names",
          "Give (frames, 322) of Motion-X, (frames, 165) of SMPL-X, (frames, 156) of SMPL-H, or "
          "arrays with names in a .npz");
   throw std::logic_error("unreachable");
@@ -136,13 +136,13 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
     SetJoints(clip.pose, kLeftHandBegin, rows.middleRows(kHandsAt, 2 * kHandDofs), value.Where());
     SetJoints(clip.pose, 22, rows.middleRows(kJawAt, 3), value.Where());
     SetBetas(rows.middleRows(kBetasAt, kNumBetas), imported);
-    imported.conventions.push_back("finger angles complete");
+    imported.conventions.push_back("finger angles are complete");
     if (options.source_frame_rate == 0) {
       imported.notes.push_back(
-          fmt::format("no frame rate in the file: Motion-X's {:g} Hz taken", rate));
+          fmt::format("no frame rate in the file: assuming Motion-X's {:g} Hz", rate));
     }
     if (!rows.middleRows(kExpressionAt, kTransAt - kExpressionAt).isZero(0.0)) {
-      imported.dropped.push_back("expression and face shape: clips have no face");
+      imported.dropped.push_back("expression and face shape: clips store neither");
     }
     up = WorldUp::kPlusY;
   } else {
@@ -159,14 +159,14 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
       clip.surface_model_type = "smplh";
     }
     imported.notes.push_back(
-        fmt::format("warning: an array of poses alone: no translation, and {:g} Hz taken "
-                    "('holdfast import --source-fps' says otherwise)",
+        fmt::format("warning: the array holds poses only: no translation, and {:g} Hz is assumed "
+                    "('holdfast import --source-fps' overrides this)",
                     rate));
-    imported.conventions.push_back("finger angles taken as complete");
+    imported.conventions.push_back("finger angles are assumed to be complete");
   }
   if (options.flat_hand_mean == false) {
     for (JointPose& pose : clip.pose) pose = AddHandMean(*options.body, pose);
-    imported.conventions.push_back("as asked, the mean hand was added to the fingers");
+    imported.conventions.push_back("the mean hand was added to the fingers, as requested");
   }
   SettleWorld(imported, options, up, true);
   return imported;

@@ -43,7 +43,7 @@ bool IsClipFile(const fs::path& path) {
 LoadedClip LoadEmbedded(const std::string& name) {
   const std::vector<std::string> names = EmbeddedNames("clips", ".npz");
   if (HasEmbedded(fmt::format("objects/{}.ply", name))) {
-    throw Error(name, "is an embedded object, and a clip is asked for here",
+    throw Error(name, "is an embedded object, not a clip",
                 fmt::format("Give the clip first: one of {}, or a file", fmt::join(names, ", ")));
   }
   if (std::ranges::find(names, name) == names.end()) {
@@ -83,9 +83,10 @@ LoadedClip ReadFile(const fs::path& path, const ImportFileOptions& options) {
   if (loaded.clip.object && !loaded.object_mesh.empty() && loaded.object_mesh_scale == 1) {
     loaded.clip.object->mesh = fs::absolute(loaded.object_mesh, error).string();
   }
-  loaded.notes.insert(loaded.notes.begin(),
-                      fmt::format("{}: {}, imported on the way ('holdfast import' has options)",
-                                  path.string(), loaded.format));
+  loaded.notes.insert(
+      loaded.notes.begin(),
+      fmt::format("{}: {}, imported automatically (for options, use 'holdfast import')",
+                  path.string(), loaded.format));
   return loaded;
 }
 
@@ -171,9 +172,8 @@ ClipObject FindClipObject(const LoadedClip& loaded, double scale) {
       found.by_name = name != track.mesh;
       if (found.by_name && MadeWith(loaded) != BodyModel::kDefaultName) {
         found.warning = fmt::format(
-            "the mesh of its object was not found: Holdfast's own '{}' stands in, which has "
-            "another "
-            "shape (give the clip's mesh as object)",
+            "the mesh of its object was not found: Holdfast's own '{}' is used instead, which has "
+            "another shape (give the clip's mesh as the object)",
             name);
       }
       found.missing.clear();
@@ -182,7 +182,7 @@ ClipObject FindClipObject(const LoadedClip& loaded, double scale) {
       if (found.missing.empty()) found.missing = error.what();
     }
   }
-  if (found.missing.empty()) found.missing = "the clip names no mesh of its object";
+  if (found.missing.empty()) found.missing = "the clip does not name the mesh of its object";
   return found;
 }
 

@@ -55,14 +55,14 @@ std::optional<Side> ToldSide(const Fields& fields, ImportedClip& imported) {
   const std::vector<double> right = value.Array().AsDoubles();
   if (right.empty()) return std::nullopt;
   if (std::ranges::any_of(right, [&](double r) { return (r != 0) != (right[0] != 0); })) {
-    throw Error(value.Where(), "names both hands in one motion", "Give one hand a file");
+    throw Error(value.Where(), "has both hands in one motion", "Give one file per hand");
   }
   if (right[0] != 0) return Side::kRight;
   if (*name != "is_rhand") {
-    imported.notes.push_back(fmt::format(
-        "warning: {} is 0: a left hand taken. HaMeR's own output keeps a left hand as its mirrored "
-        "right one: mirror it before, if it is that",
-        *name));
+    imported.notes.push_back(
+        fmt::format("warning: {} is 0: imported as a left hand. HaMeR stores a left hand as a "
+                    "mirrored right hand: if this is HaMeR's own output, mirror it first",
+                    *name));
   }
   return Side::kLeft;
 }
@@ -73,26 +73,26 @@ Side SideOf(const Fields& fields, const ParameterOptions& options, ImportedClip&
   if (options.hands == ImportedHands::kRightAlone) of_options = Side::kRight;
   if (const std::optional<Side> model = options.body->LoneHand(); model && model != of_options) {
     throw Error("--hands",
-                fmt::format("asks for a {} hand, {} is a {} one", SideName(*of_options),
+                fmt::format("asks for a {} hand, but {} is a {} hand", SideName(*of_options),
                             options.body->Name(), SideName(*model)),
-                "Leave --hands out, or give the other hand's model");
+                "Omit --hands, or give the other hand's model");
   }
   const bool asked = of_options.has_value();
   const Side wanted = of_options.value_or(Side::kRight);
   if (const std::optional<Side> told = ToldSide(fields, imported)) {
     if (asked && *told != wanted) {
-      throw Error(
-          fields.Where(),
-          fmt::format("is of a {} hand, a {} one is asked for", SideName(*told), SideName(wanted)),
-          fmt::format("Give --hands {0}hand, or the body model of a {1} hand",
-                      *told == Side::kRight ? 'r' : 'l', SideName(*told)));
+      throw Error(fields.Where(),
+                  fmt::format("is of a {} hand, but a {} hand was requested", SideName(*told),
+                              SideName(wanted)),
+                  fmt::format("Give --hands {0}hand, or the body model of a {1} hand",
+                              *told == Side::kRight ? 'r' : 'l', SideName(*told)));
     }
     return *told;
   }
   if (!asked) {
     imported.notes.push_back(
-        "which hand it is the file does not tell: a right one taken (--hands lhand says "
-        "otherwise)");
+        "the file does not state which hand it is: assuming the right hand (--hands lhand "
+        "overrides this)");
   }
   return wanted;
 }
@@ -135,7 +135,7 @@ ImportedClip ReadHandAlone(const Fields& fields, const HandFieldNames& names, Si
   SetJoints(clip.pose, HandBegin(side), finger_rows, pose.Where());
   if (!trans) {
     clip.trans.setZero(3, frames);
-    imported.notes.push_back("warning: no translation of the hand in the file: zero taken");
+    imported.notes.push_back("warning: no translation of the hand in the file: zero is used");
   } else if (told == 1) {
     clip.trans = clip.trans.replicate(1, frames).eval();
   } else {
@@ -191,7 +191,8 @@ Side SideOfName(const std::filesystem::path& path) {
   std::ranges::transform(name, name.begin(), [](unsigned char c) { return std::tolower(c); });
   if (name.find("left") != std::string::npos) return Side::kLeft;
   if (name.find("right") != std::string::npos) return Side::kRight;
-  throw Error(path.string(), "holds the components of one hand, which one it does not tell",
+  throw Error(path.string(),
+              "holds the components of one hand, but its name does not show which one",
               "Name it MANO_LEFT or MANO_RIGHT, as it was downloaded");
 }
 
@@ -235,10 +236,10 @@ Eigen::MatrixXd FingerAngles::Read(const DataValue& value, Side side, ImportedCl
   if (!space) {
     throw Error(value.Where(),
                 fmt::format("holds {} coefficients of the {} hand's principal components, which "
-                            "only the body model has",
+                            "are stored only in the body model",
                             numbers, SideName(side)),
                 "Give that model with --hand-model SMPLX_NEUTRAL.npz (or MANO_LEFT.pkl and "
-                "MANO_RIGHT.pkl), or leave the fingers out with --hands none");
+                "MANO_RIGHT.pkl), or ignore the fingers with --hands none");
   }
   if (numbers > space->components.rows()) {
     throw Error(value.Where(),
@@ -265,11 +266,11 @@ void FingerAngles::AddMean(std::vector<JointPose>& pose) {
 
 std::vector<std::string> FingerAngles::Conventions() const {
   std::vector<std::string> texts;
-  if (matrices_) texts.push_back("fingers are whole rotations, complete as they are");
+  if (matrices_) texts.push_back("fingers are stored as complete rotations (no mean hand to add)");
   const char* mean = mean_added_ ? "differences from the mean hand, which was added"
-                                 : "complete as they are (flat_hand_mean = True)";
+                                 : "complete (flat_hand_mean = True)";
   if (coefficients_ > 0) {
-    texts.push_back(fmt::format("fingers are {} principal components a hand, {}", coefficients_,
+    texts.push_back(fmt::format("fingers are {} principal components per hand, {}", coefficients_,
                                 mean_added_ ? "on top of the mean hand" : "without a mean hand"));
   }
   if (angles_) texts.push_back(fmt::format("finger angles are {}", mean));
@@ -279,8 +280,8 @@ std::vector<std::string> FingerAngles::Conventions() const {
 std::vector<std::string> FingerAngles::Notes() const {
   if (!mean_of_body_ || body_->LoneHand() || body_->Name().starts_with("SMPLX_")) return {};
   return {
-      fmt::format("the mean hand added is that of {}, which is near SMPL-X's but not it: "
-                  "--hand-model SMPLX_NEUTRAL.npz gives the real one",
+      fmt::format("the mean hand of {} was added, which only approximates SMPL-X's (give SMPL-X's "
+                  "with --hand-model SMPLX_NEUTRAL.npz)",
                   body_->Name())};
 }
 
@@ -295,7 +296,8 @@ int NumbersPerHand(const DataValue& value, Eigen::Index frames) {
   if (numbers && !coefficients) return *numbers * kFingers;
   if (member.array.NumElements() == 0 || shape.size() > 2 ||
       (!shape.empty() && shape.back() > kHandDofs)) {
-    throw Error(value.Where(), fmt::format("has shape {}, no hand's", member.ShapeText()),
+    throw Error(value.Where(),
+                fmt::format("has shape {}, which is not that of a hand", member.ShapeText()),
                 "Give angles (frames, 45), matrices (frames, 15, 3, 3), or the coefficients of up "
                 "to 45 principal components (frames, n)");
   }

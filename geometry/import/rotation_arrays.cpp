@@ -158,8 +158,8 @@ bool IsInterleaved(const Eigen::MatrixXd& numbers, const NpyMember& member,
   if (known) return *known;
   throw Error(
       member.where,
-      fmt::format("has shape {}: 6D rotations, by rows or by columns the numbers do not "
-                  "tell (they are {})",
+      fmt::format("has shape {}: 6D rotations, but the numbers do not show whether by rows or by "
+                  "columns (they are {})",
                   member.ShapeText(),
                   best < kSixDTolerance ? "orthonormal both ways" : "not orthonormal either way"),
       "Give matrices (frames, joints, 3, 3), or (frames, joints, 3, 2): their first two "
@@ -174,7 +174,8 @@ Eigen::Matrix3d SixDMatrix(const double* p, bool interleaved, const NpyMember& m
   if (a.norm() < kMinSixDLength || along.norm() < kMinSixDLength) {
     throw Error(
         member.where,
-        fmt::format("holds a 6D rotation in frame {} whose two vectors span no plane", frame),
+        fmt::format("holds a 6D rotation in frame {} whose two vectors are parallel or zero",
+                    frame),
         "Give rotations: cut such frames out or fill them in");
   }
   Eigen::Matrix3d M;
@@ -220,7 +221,7 @@ RotationsRead ReadAnyRotations(const DataValue& value, int joints, RotationDefec
     throw Error(member.where,
                 fmt::format("has shape {}{}", member.ShapeText(),
                             EndsWithQuaternions(TrueShape(member), joints)
-                                ? ": quaternions, whose order the file does not tell"
+                                ? ": quaternions, whose order the file does not state"
                                 : ""),
                 joints == 1
                     ? std::string("Give axis-angle (frames, 3) or matrices (frames, 3, 3)")
@@ -257,7 +258,7 @@ RotationsRead ReadAnyRotations(const DataValue& value, int joints, RotationDefec
       throw Error(member.where,
                   fmt::format("holds a matrix that is {} in frame {}{}",
                               reflected ? "a reflection, not a rotation,"
-                                        : fmt::format("no rotation (R'R is off by {:.3g})", off),
+                                        : fmt::format("not a rotation (R'R is off by {:.3g})", off),
                               t, joints > 1 ? fmt::format(", joint {}", j) : ""),
                   "Give rotation matrices, row-major, or axis-angle");
     }
@@ -273,8 +274,8 @@ constexpr std::string_view kSixDColumnsNote =
     "6D rotations are the first two columns of each matrix, in rows of two";
 constexpr std::string_view kSixDRowsNote =
     "warning: 6D rotations are taken as the first two rows of each matrix, one after the other "
-    "(PyTorch3D); if they are the first two columns, every rotation is the inverse: write them as "
-    "matrices then";
+    "(PyTorch3D); if they are the first two columns, every rotation is inverted: store matrices "
+    "instead";
 
 bool Says(const std::vector<std::string>& texts, std::string_view text) {
   return std::ranges::find(texts, text) != texts.end();
@@ -341,7 +342,8 @@ void NoteRotationDefects(ImportedClip& imported) {
        {std::pair{"body", imported.body_defects}, {"object", imported.object_defects}}) {
     if (const std::string text = Describe(defects); !text.empty()) {
       imported.notes.push_back(fmt::format(
-          "warning: the {}: {}; the nearest rotations taken (SVD, determinant +1)", whose, text));
+          "warning: the {}: {}; replaced by the nearest rotations (SVD, determinant +1)", whose,
+          text));
     }
   }
 }

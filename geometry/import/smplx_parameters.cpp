@@ -67,8 +67,8 @@ Eigen::MatrixXd Joined(const std::vector<Eigen::MatrixXd>& parts) {
 
 void NoteAssumedRate(ImportedClip& imported) {
   imported.notes.push_back(
-      fmt::format("warning: no frame rate in the file: {:g} Hz taken ('holdfast import "
-                  "--source-fps' says otherwise)",
+      fmt::format("warning: no frame rate in the file: assuming {:g} Hz ('holdfast import "
+                  "--source-fps' overrides this)",
                   imported.clip.frame_rate));
 }
 
@@ -150,7 +150,7 @@ void SettleFrameRate(const Fields& fields, const ParameterOptions& options, doub
       const double rate = clip.NumFrames() / seconds, whole = std::round(rate);
       clip.frame_rate = std::abs(rate - whole) < 0.01 * whole ? whole : rate;
       imported.notes.push_back(fmt::format(
-          "no frame rate in the file: {:g} Hz by its mocap_time_length", clip.frame_rate));
+          "no frame rate in the file: {:g} Hz computed from mocap_time_length", clip.frame_rate));
       return;
     }
   }
@@ -228,8 +228,8 @@ void ParameterCollector::Add(const Fields& packed) {
   const std::optional<Fields> found = FindParameters(packed);
   if (!found) {
     throw Error(packed.Where(), "holds no body parameters",
-                fmt::format("A root ({}, ...) and a body ({}, ...) are needed; it has: {}",
-                            kRoot[0], kBody[0], fmt::join(packed.Names(), ", ")));
+                fmt::format("Give a root ({}, ...) and a body ({}, ...); it has: {}", kRoot[0],
+                            kBody[0], fmt::join(packed.Names(), ", ")));
   }
   const Fields& fields = *found;
   std::vector<JointPose> pose;
@@ -269,7 +269,7 @@ void ParameterCollector::Add(const Fields& packed) {
   Clip& clip = imported_.clip;
   clip.pose.insert(clip.pose.end(), pose.begin(), pose.end());
   if (clip.NumFrames() > kMaxImportFrames) {
-    throw Error(fields.Where(), "there are more than two million frames", "Cut it into clips");
+    throw Error(fields.Where(), "has more than two million frames", "Cut it into clips");
   }
   AddBetas(fields);
   if (const auto gender = fields.Find("gender")) {
@@ -300,7 +300,7 @@ void ParameterCollector::ListDropped(const Fields& packed, const Fields& fields)
   for (const std::string& name : names) {
     if (known(name)) continue;
     if (std::ranges::find(kExpression, name) != kExpression.end()) {
-      imported_.dropped.push_back(name + ": clips have no face");
+      imported_.dropped.push_back(name + ": clips store no facial expression");
     } else if (name.starts_with("cam") || name.ends_with("_cam") || name.starts_with("focal") ||
                name.starts_with("pred_cam")) {
       cameras.push_back(name);
@@ -309,7 +309,7 @@ void ParameterCollector::ListDropped(const Fields& packed, const Fields& fields)
     }
   }
   if (!cameras.empty()) {
-    imported_.dropped.push_back(fmt::format("{}: a clip has no camera", fmt::join(cameras, ", ")));
+    imported_.dropped.push_back(fmt::format("{}: clips store no camera", fmt::join(cameras, ", ")));
   }
   if (!others.empty()) imported_.dropped.push_back(fmt::format("{}", fmt::join(others, ", ")));
 }
@@ -318,8 +318,8 @@ void ParameterCollector::DecideFlat(std::optional<bool> known_flat) {
   Clip& clip = imported_.clip;
   if (!has_fingers_) {
     for (JointPose& pose : clip.pose) pose = AddHandMean(*options_.body, pose);
-    imported_.notes.push_back(
-        fmt::format("no fingers taken: the relaxed hand of {} put in", options_.body->Name()));
+    imported_.notes.push_back(fmt::format(
+        "fingers are not imported: the relaxed hand of {} is used", options_.body->Name()));
     return;
   }
   if (!fingers_.MayLackMean()) return;
@@ -330,18 +330,18 @@ void ParameterCollector::DecideFlat(std::optional<bool> known_flat) {
     flat = *known_flat;
   } else if (fingers_.HasCoefficients()) {
     imported_.notes.push_back(
-        "hand coefficients are taken to be on top of the mean hand, the smplx package's default "
-        "(--flat-hand-mean yes says otherwise)");
+        "hand coefficients are assumed to be on top of the mean hand, the smplx package's default "
+        "(--flat-hand-mean yes overrides this)");
   } else if (const auto looks = FingersLookFlat(clip, *options_.body)) {
     flat = *looks;
     imported_.notes.push_back(fmt::format(
-        "whether finger angles are complete the file does not tell; relaxed fingers "
-        "are near {}, so they are taken as {} (--flat-hand-mean says otherwise)",
+        "the file does not state whether finger angles are complete; relaxed fingers are near {}, "
+        "so they are taken as {} (--flat-hand-mean overrides this)",
         flat ? "the mean hand" : "zero", flat ? "complete" : "differences from the mean hand"));
   } else {
     imported_.notes.push_back(
-        "whether finger angles are complete the file does not tell: taken as differences from the "
-        "mean hand, the smplx package's default (--flat-hand-mean yes says otherwise)");
+        "the file does not state whether finger angles are complete: taken as differences from the "
+        "mean hand, the smplx package's default (--flat-hand-mean yes overrides this)");
   }
   if (!flat) fingers_.AddMean(clip.pose);
 }
@@ -351,12 +351,12 @@ void ParameterCollector::DecideBetas() {
   const Index count = betas_[0].size();
   for (const Eigen::VectorXd& betas : betas_) {
     if (betas.size() != count) {
-      imported_.notes.push_back("betas of different lengths: left out, the mean shape stands in");
+      imported_.notes.push_back("betas have different lengths: ignored, the mean shape is used");
       return;
     }
   }
   if (is_smpl_) {
-    imported_.notes.push_back("betas are SMPL's, which mean nothing to SMPL-X: left out");
+    imported_.notes.push_back("betas are SMPL's, which do not apply to SMPL-X: ignored");
     return;
   }
   Eigen::MatrixXd all(count, static_cast<Index>(betas_.size()));
@@ -372,7 +372,7 @@ ImportedClip ParameterCollector::Collect(std::optional<bool> known_flat) {
     if (clip.NumFrames() > 1) NoteAssumedRate(imported_);
   }
   if (frames_without_trans_ > 0) {
-    imported_.notes.push_back(fmt::format("no translation in {} of {} frames: zero there",
+    imported_.notes.push_back(fmt::format("no translation in {} of {} frames: zero is used there",
                                           frames_without_trans_, clip.NumFrames()));
   }
   if (is_smpl_) {
@@ -384,7 +384,7 @@ ImportedClip ParameterCollector::Collect(std::optional<bool> known_flat) {
   Append(imported_.conventions, fingers_.Conventions());
   Append(imported_.notes, fingers_.Notes());
   if (imported_.body_defects.matrices > 0) {
-    imported_.conventions.push_back("rotations are matrices or 6D, turned into axis-angle");
+    imported_.conventions.push_back("rotations are matrices or 6D, converted to axis-angle");
   }
   return std::move(imported_);
 }

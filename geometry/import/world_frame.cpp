@@ -112,18 +112,19 @@ void SettleWorld(ImportedClip& imported, const ParameterOptions& options,
     const Posture posture = MeasurePosture(MotionOf(clip), *options.body);
     up = static_cast<WorldUp>(2 * posture.axis + (posture.sign < 0 ? 1 : 0));
     imported.notes.push_back(
-        fmt::format("the file does not tell which axis is up: {} was taken, where the head is over "
-                    "the feet{} (--up says otherwise)",
+        fmt::format("the file does not state the up axis: {} is used, along which the head is "
+                    "above the feet{} (--up overrides this)",
                     WorldUpName(*up), posture.up_is_certain ? "" : ", though not in all frames"));
   }
   if (*up != WorldUp::kPlusZ) {
     if (clip.surface_model_type == "mano" && !options.body->LoneHand()) {
-      throw Error("--up", "a hand alone turns about its wrist, which its own model has",
-                  "Give that with --body MANO_RIGHT.pkl (or MANO_LEFT.pkl)");
+      throw Error("--up",
+                  "a hand alone rotates about its wrist, whose position only its own model has",
+                  "Give that model with --body MANO_RIGHT.pkl (or MANO_LEFT.pkl)");
     }
     TurnWorld(clip, ZUpFrom(*up), PelvisOf(clip, *options.body));
     imported.conventions.push_back(
-        fmt::format("the file's world is {}-up: turned to z-up about the pelvis of the rest pose",
+        fmt::format("the file's world is {}-up: rotated to z-up about the pelvis of the rest pose",
                     WorldUpName(*up)));
   } else {
     imported.conventions.push_back("the file's world is z-up, as a clip's");
@@ -132,17 +133,17 @@ void SettleWorld(ImportedClip& imported, const ParameterOptions& options,
   const Posture posture = MeasurePosture(MotionOf(clip), *options.body);
   if (posture.unit_is_certain && posture.meters_per_unit != 1) {
     imported.notes.push_back(fmt::format(
-        "positions look like {}: --meters-per-unit {:g} if so",
+        "positions seem to be in {}: if so, use --meters-per-unit {:g}",
         posture.meters_per_unit == 0.01 ? "centimeters" : "millimeters", posture.meters_per_unit));
     return;
   }
   const double ground = posture.ground_m;
   if (!std::isfinite(ground) || std::abs(ground) < 1e-4) return;
   MoveWorld(clip, Eigen::Vector3d(0, 0, -ground));
-  imported.conventions.push_back(fmt::format(
-      "the floor was at z = {:+.3f} m by the feet: everything moved by {:+.3f} m (--keep-ground "
-      "leaves it)",
-      ground, -ground));
+  imported.conventions.push_back(
+      fmt::format("the floor was at z = {:+.3f} m, judged by the feet: everything was moved by "
+                  "{:+.3f} m (--keep-ground disables this)",
+                  ground, -ground));
 }
 
 }  // namespace holdfast

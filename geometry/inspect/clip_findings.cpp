@@ -26,7 +26,7 @@ void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspecti
   inspection.AddFact("up_axis", posture.up_is_certain ? AxisName(posture) : "undecided", "");
   inspection.AddFact("head_over_feet_m", posture.head_over_feet, "");
   if (!posture.up_is_certain) {
-    inspection.Warn("up cannot be told: the body does not stand upright for long",
+    inspection.Warn("the up axis is ambiguous: the body does not stand upright for long",
                     "make sure that z is up");
   } else if (AxisName(posture) == "z") {
     inspection.Ok(fmt::format("z is up: the head is {:.2f} m above the feet, in {:.0f} % of frames",
@@ -37,7 +37,7 @@ void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspecti
             "{} is up (the head is {:.2f} m over the feet along it, in {:.0f} % of frames); "
             "Holdfast's world is z-up",
             AxisName(posture), posture.head_over_feet, 100 * posture.share),
-        "turn root_orient and trans");
+        "rotate root_orient and trans to z-up");
     if (file_is_clip) {
       inspection.next.push_back(TurnUpCommand(inspection.path, posture.axis, posture.sign));
     }
@@ -51,8 +51,9 @@ void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspecti
                            : posture.meters_per_unit == 0.01 ? "centimeters"
                                                              : "millimeters";
   if (posture.meters_per_unit != 1.0) {
-    inspection.Fault(fmt::format("trans is in {}: only then the feet are on the ground", unit),
-                     fmt::format("multiply trans by {:g}", posture.meters_per_unit));
+    inspection.Fault(
+        fmt::format("trans is in {}: in meters, the feet would not be on the ground", unit),
+        fmt::format("multiply trans by {:g}", posture.meters_per_unit));
     if (file_is_clip) {
       inspection.next.push_back(ScaleCommand(inspection.path, posture.meters_per_unit));
     }
@@ -67,13 +68,13 @@ void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspecti
   } else {
     inspection.Warn(
         ground + (std::abs(posture.ground_m) < 0.12 ? " (with a body of average shape)" : ""),
-        fmt::format("take {:.3f} m off the heights in trans if the ground is to be at 0",
+        fmt::format("subtract {:.3f} m from the heights in trans to put the ground at 0",
                     posture.ground_m));
   }
   if (posture.fastest_root_m_per_s > 13.0) {
     inspection.Warn(fmt::format("the root moves at up to {:.0f} m/s, faster than a sprinter",
                                 posture.fastest_root_m_per_s),
-                    "look for leaps, a wrong frame rate or unit");
+                    "check for leaps, a wrong frame rate or a wrong unit");
   }
 }
 
@@ -81,7 +82,8 @@ void DescribeHands(const LooseMotion& motion, const BodyModel& body, Inspection&
   using Reading = HandMeanEvidence::Reading;
   const HandMeanEvidence evidence = JudgeHandMean(motion, body);
   if (!motion.has_hands) {
-    inspection.Warn("no finger poses: the hands are straight", "fit closes the hand that holds");
+    inspection.Warn("no finger poses: the hands are straight",
+                    "'holdfast fit' closes the holding hand");
     return;
   }
   const char* names[] = {"full", "relative", "undecided", "zero", "absent"};
@@ -89,8 +91,8 @@ void DescribeHands(const LooseMotion& motion, const BodyModel& body, Inspection&
   inspection.AddFact("hand_from_mean", evidence.from_mean, "");
   inspection.AddFact("hand_from_zero", evidence.from_zero, "");
   const std::string seen = fmt::format(
-      "they come within {:.2f} of a relaxed hand and {:.2f} of a flat one (1 is from one to the "
-      "other)",
+      "their closest distance is {:.2f} to a relaxed hand and {:.2f} to a flat hand (1 is the "
+      "distance between the two)",
       evidence.from_mean, evidence.from_zero);
   switch (evidence.reading) {
     case Reading::kFull:
@@ -102,17 +104,17 @@ void DescribeHands(const LooseMotion& motion, const BodyModel& body, Inspection&
           fmt::format(
               "finger poses are {}differences from the mean hand (flat_hand_mean=False): {}",
               evidence.certain ? "" : "probably ", seen),
-          "add the model's hands_meanl and hands_meanr to pose_hand: Holdfast takes full "
+          "add the model's hands_meanl and hands_meanr to pose_hand: Holdfast expects full "
           "rotations");
       break;
     case Reading::kZero:
-      inspection.Warn("finger poses are all zero: not captured, and flat as they stand",
-                      "fit closes the hand that holds");
+      inspection.Warn("finger poses are all zero: not captured, so the hands are flat",
+                      "'holdfast fit' closes the holding hand");
       break;
     case Reading::kUndecided:
       inspection.Warn(
-          fmt::format("cannot tell whether finger poses hold the mean hand: {}", seen),
-          "look: holdfast render " + ShellWord(inspection.path) + " -o hand.png --camera hand");
+          fmt::format("it is unclear whether finger poses include the mean hand: {}", seen),
+          "check: holdfast render " + ShellWord(inspection.path) + " -o hand.png --camera hand");
       break;
     case Reading::kAbsent:
       break;
@@ -128,9 +130,9 @@ void DescribeObject(const LooseMotion& motion, const BodyModel& body, double met
   if (!motion.has_object || !motion.has_body) return;
   const ObjectEvidence evidence = JudgeObject(motion, body, meters_per_unit);
   using Convention = ObjectEvidence::Convention;
-  const std::string seen =
-      fmt::format("it turns {:.1f} degrees against the wrist in 0.2 s if columns, {:.1f} if rows",
-                  kDegrees * evidence.column_drift_rad, kDegrees * evidence.row_drift_rad);
+  const std::string seen = fmt::format(
+      "relative to the wrist, it rotates {:.1f} degrees in 0.2 s if columns, {:.1f} if rows",
+      kDegrees * evidence.column_drift_rad, kDegrees * evidence.row_drift_rad);
   inspection.AddFact("object_rotation",
                      evidence.convention == Convention::kColumn ? "column"
                      : evidence.convention == Convention::kRow  ? "row"
@@ -146,8 +148,7 @@ void DescribeObject(const LooseMotion& motion, const BodyModel& body, double met
       break;
     case Convention::kRow:
       inspection.Fault(
-          fmt::format("the object's rotation is written for row vectors, x R + T, as in GRAB: {}",
-                      seen),
+          fmt::format("the object's rotation acts on row vectors, x R + T, as in GRAB: {}", seen),
           "transpose it: negate object_orient");
       if (inspection.identity.kind == FileKind::kClip) {
         inspection.next.push_back(TransposeObjectCommand(inspection.path));
@@ -156,9 +157,11 @@ void DescribeObject(const LooseMotion& motion, const BodyModel& body, double met
     case Convention::kUndecided:
       inspection.Ok(
           evidence.steps == 0
-              ? "row or column rotation of the object is undecidable here: it never turns "
-                "while it is carried"
-              : fmt::format("row or column rotation of the object is undecidable: {}", seen));
+              ? "it is unclear whether the object's rotation acts on row or column vectors: the "
+                "object never rotates while it is carried"
+              : fmt::format(
+                    "it is unclear whether the object's rotation acts on row or column vectors: {}",
+                    seen));
       break;
   }
   std::string holder = "no hand";
@@ -183,10 +186,9 @@ void DescribeObject(const LooseMotion& motion, const BodyModel& body, double met
     const auto says =
         std::ranges::count_if(motion.holding_hand, [&](int b) { return (b & bit) != 0; });
     if (says == 0) {
-      inspection.Warn(
-          fmt::format("holding_hand never says {}, which is the hand that carries the object",
-                      SideName(*evidence.holder)),
-          "check holding_hand: 1 is right, 2 left, 3 both");
+      inspection.Warn(fmt::format("holding_hand is never {}, although that hand carries the object",
+                                  SideName(*evidence.holder)),
+                      "check holding_hand: 1 is right, 2 left, 3 both");
     }
   }
 }

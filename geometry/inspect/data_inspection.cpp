@@ -67,7 +67,7 @@ void ListContent(const DataFile& file, Inspection& inspection) {
   }
   if (lines.size() > kShownEntries) {
     lines.resize(kShownEntries);
-    lines.push_back(fmt::format("... ({} names at the top)", names.size()));
+    lines.push_back(fmt::format("... ({} top-level names)", names.size()));
   }
   for (std::string& line : lines) inspection.AddFact("", "", std::move(line));
 }
@@ -105,7 +105,7 @@ void InspectWeights(const DataFile& file, Inspection& inspection) {
   inspection.AddFact("tensors", static_cast<double>(arrays), "");
   inspection.AddFact("parameters", numbers,
                      fmt::format("{} arrays, {:.4g} numbers", arrays, numbers));
-  inspection.Ok("every array is whole");
+  inspection.Ok("all arrays are intact");
 }
 
 // Inspects a motion that import accepts, by the clip it is imported to.
@@ -137,7 +137,7 @@ void InspectMotionData(Inspection& inspection) {
   if (clip.object) text("object", clip.object->name);
   if (!imported.dropped.empty()) {
     const std::string dropped = fmt::format("{}", fmt::join(imported.dropped, ", "));
-    inspection.AddFact("dropped", dropped, "a clip has no place for: " + dropped);
+    inspection.AddFact("dropped", dropped, "not stored in a clip: " + dropped);
   }
   for (const std::string& convention : imported.conventions) inspection.Ok(convention);
   for (const std::string& note : imported.notes) {
@@ -165,7 +165,7 @@ void InspectMotionData(Inspection& inspection) {
 void InspectData(Inspection& inspection) {
   const FileKind kind = inspection.identity.kind;
   if (!inspection.identity.fault.empty()) {
-    inspection.Fault(inspection.identity.fault, "copy it again, or fix what wrote it");
+    inspection.Fault(inspection.identity.fault, "copy it again, or fix the program that wrote it");
     return;
   }
   if (kind == FileKind::kGlb || kind == FileKind::kGltf) return InspectMotionData(inspection);
@@ -222,10 +222,10 @@ void DescribeHands(const BodyModel& model, bool has_ids, Inspection& inspection)
   const bool mean = model.HandMean(Side::kRight).norm() + model.HandMean(Side::kLeft).norm() > 1e-6;
   inspection.AddFact("hand_mean", mean ? "yes" : "no", "");
   if (mean) {
-    inspection.Ok("a mean hand is there");
+    inspection.Ok("has a mean hand");
   } else {
     inspection.Warn("no mean hand (hands_meanl, hands_meanr): relaxed hands will be flat",
-                    "take the file with 'hands' from the model's page if there is one");
+                    "use the file with 'hands' from the model's website, if there is one");
   }
 }
 
@@ -255,7 +255,7 @@ void InspectModel(Inspection& inspection) {
   inspection.AddFact("vertices", model->NumVertices(), "");
   inspection.AddFact("shape_coefficients", model->NumShape(), "");
   inspection.AddFact("expression_coefficients", model->NumExpression(), "");
-  inspection.Ok("faces, kinematic tree and weights are sound");
+  inspection.Ok("faces, kinematic tree and weights are valid");
   inspection.AddFact("shape_x_corrected", model->ShapeNote().empty() ? "no" : "yes", "");
   if (const std::string note = model->ShapeNote(); !note.empty()) {
     inspection.Warn(note.substr(std::string_view("warning: ").size()),
@@ -277,7 +277,7 @@ void InspectModel(Inspection& inspection) {
   }
   inspection.AddFact(
       "height_m", size.y(),
-      fmt::format("rests {:.3f} m tall (y), arms {:.3f} m across (x)", size.y(), size.x()));
+      fmt::format("rest pose: {:.3f} m tall (y), arm span {:.3f} m (x)", size.y(), size.x()));
   if (size.y() < 1.2 || size.y() > 2.3) {
     inspection.Warn(
         fmt::format("{:.3g} is not the height of a person in meters with y up", size.y()),

@@ -57,16 +57,19 @@ void JudgeUnit(const SourceMotion& motion, const SkeletonMap& map, Inspection& i
     if (length_m > 0.55 && length_m < 1.15) {
       inspection.Ok(fmt::format("a person's size: legs of {:.2f} m", length_m));
     } else {
-      inspection.Warn(fmt::format("legs of {:.2f} m in the unit that the skeleton names", length_m),
-                      "give --meters-per-unit to import");
+      inspection.Warn(
+          fmt::format("legs of {:.2f} m in the unit that the skeleton states", length_m),
+          "give --meters-per-unit to import");
     }
     return;
   }
   inspection.AddFact("unit", best->name, "");
   inspection.AddFact("meters_per_unit", best->meters, "");
   if (length_m < 0.55 || length_m > 1.15) {
-    inspection.Warn(fmt::format("legs are {:.3g} units long: in no common unit an adult's", raw),
-                    "import scales the motion to the body; give --meters-per-unit if it matters");
+    inspection.Warn(
+        fmt::format("legs are {:.3g} units long, which is not an adult's size in any common unit",
+                    raw),
+        "import scales the motion to the body; give --meters-per-unit if it matters");
   } else {
     inspection.Ok(fmt::format("legs of {:.4g} units: {} would make them {:.2f} m", raw, best->name,
                               length_m));
@@ -79,12 +82,12 @@ void JudgeUp(const SourceMotion& motion, const SkeletonMap& map, Inspection& ins
   const std::string_view axis = UpAxisName(up.axis);
   inspection.AddFact("up_axis", up.certain ? std::string(axis) : "undecided", "");
   if (!up.certain) {
-    inspection.Warn("up cannot be told: the body lies, crawls or bends for long",
-                    "import takes y as up, as is the custom; give --up z if it is z");
+    inspection.Warn("the up axis is ambiguous: the body lies, crawls or bends for long",
+                    "import uses y as up by convention; give --up z if z is up");
   } else if (up.axis == UpAxis::kY) {
-    inspection.Ok(fmt::format("y is up, as is the custom (in {:.0f} % of frames)", 100 * up.share));
+    inspection.Ok(fmt::format("y is up, as usual (in {:.0f} % of frames)", 100 * up.share));
   } else {
-    inspection.Ok(fmt::format("{} is up (in {:.0f} % of frames): every command takes it so", axis,
+    inspection.Ok(fmt::format("{} is up (in {:.0f} % of frames): all commands use this axis", axis,
                               100 * up.share));
     options += fmt::format(" --up={}", axis);
   }
@@ -114,10 +117,8 @@ void JudgeLeaps(const SourceMotion& motion, const SkeletonMap& map, Inspection& 
   // A T-pose as first frame is customary, not a fault.
   const bool only_start = count == 1 && frames[0] == 1;
   if (only_start) {
-    inspection.Warn(
-        "frame 0 is a pose of its own (a T-pose is customary); the motion begins in "
-        "frame 1",
-        "leave the first frame out of what you use");
+    inspection.Warn("frame 0 is a separate pose (often a T-pose); the motion begins in frame 1",
+                    "skip the first frame");
   } else {
     inspection.Warn(fmt::format("leaps in {} frame{} ({}{})", count, count == 1 ? "" : "s",
                                 fmt::join(frames, ", "), count > kShownJoints ? ", ..." : ""),
@@ -194,7 +195,7 @@ void InspectMotion(Inspection& inspection) {
   }
   if (inspection.identity.kind == FileKind::kAmc) {
     inspection.Warn(
-        fmt::format("AMC files have no frame rate: {:g} Hz taken, CMU's", motion.frame_rate),
+        fmt::format("AMC files have no frame rate: assuming CMU's {:g} Hz", motion.frame_rate),
         "give another to import with --source-fps");
   }
   Describe(motion, inspection);
@@ -246,14 +247,15 @@ void DescribeArrays(const LooseMotion& motion, Inspection& inspection) {
     if (array.form == RotationForm::kMatrix && array.orthonormality_off > 1e-3) {
       inspection.Warn(fmt::format("{} holds matrices that are not rotations (R'R is off by {:.2g})",
                                   array.key, array.orthonormality_off),
-                      "take the nearest rotations (singular value decomposition)");
+                      "use the nearest rotations (singular value decomposition)");
     }
     if (array.form == RotationForm::kCoefficients) {
       const bool hand = array.role.find("hand") != std::string::npos;
-      inspection.Fault(fmt::format("{} has shape {}, no rotations{}", array.key, array.shape,
-                                   hand ? ": coefficients of the model's hand components" : ""),
-                       hand ? "multiply them with the model's hands_components, and add hands_mean"
-                            : "see how the program that wrote it stores rotations");
+      inspection.Fault(
+          fmt::format("{} has shape {}, which is not a rotation format{}", array.key, array.shape,
+                      hand ? ": coefficients of the model's hand components" : ""),
+          hand ? "multiply them with the model's hands_components, and add hands_mean"
+               : "check how the program that wrote it stores rotations");
     }
     const bool clip_array = array.role != "object rotation";
     if (clip_array &&
@@ -292,7 +294,7 @@ void DescribeModel(const LooseMotion& motion, Inspection& inspection) {
   const bool model_unlike = !type.empty() && motion.num_joints == kNumJoints && type != "smplx" &&
                             type != "smplx_locked_head";
   if (model_unlike) {
-    inspection.Warn(fmt::format("surface_model_type says '{}', the arrays are SMPL-X's", type),
+    inspection.Warn(fmt::format("surface_model_type is '{}', but the arrays are SMPL-X's", type),
                     "trust the arrays, or ask who wrote the file");
   }
 }

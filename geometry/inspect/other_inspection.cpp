@@ -31,7 +31,7 @@ void InspectZip(Inspection& inspection) {
   inspection.AddFact(
       "members", static_cast<double>(inspection.identity.members.size()),
       fmt::format("{} members: {}", inspection.identity.members.size(), fmt::join(names, ", ")));
-  inspection.Fault("an archive of other files", "unpack it, and look at what is in it");
+  inspection.Fault("an archive of other files", "unpack it and check its content");
   inspection.next.push_back(fmt::format("unzip -l {}", ShellWord(inspection.path)));
 }
 
@@ -58,17 +58,17 @@ constexpr Advice kAdvice[] = {
     {FileKind::kPlyPoints, Verdict::kFault, "points without faces: no surface",
      "reconstruct a surface first (for example Poisson in MeshLab)"},
     {FileKind::kUsd, Verdict::kFault, "USD is not read",
-     "a motion comes from its .npz, a mesh from .obj or .ply"},
+     "give the motion as .npz, a mesh as .obj or .ply"},
     {FileKind::kHtml, Verdict::kFault,
-     "a web page: a report, or what a server sent in place of a file (a login?)",
+     "a web page: a report, or a server's response instead of the file (a login page?)",
      "open it in a browser; if it should be data, log in and download it again"},
-    {FileKind::kGitLfsPointer, Verdict::kFault, "a pointer of Git LFS: the file itself is not here",
+    {FileKind::kGitLfsPointer, Verdict::kFault, "a Git LFS pointer: the file itself is not here",
      "git lfs pull"},
     {FileKind::kHdf5, Verdict::kFault, "HDF5 is not read", "write the arrays with numpy.savez"},
     {FileKind::kMatlab, Verdict::kFault, "MATLAB files are not read",
      "write the arrays with numpy.savez (scipy.io.loadmat reads them)"},
-    {FileKind::kUnknown, Verdict::kFault, "nothing known begins like this",
-     "check what wrote it; Holdfast reads .npz, .bvh, .amc, .glb, .obj, .ply, .stl, .off"},
+    {FileKind::kUnknown, Verdict::kFault, "unknown file format",
+     "check which program wrote it; Holdfast reads .npz, .bvh, .amc, .glb, .obj, .ply, .stl, .off"},
 };
 
 }  // namespace
@@ -80,17 +80,17 @@ void InspectOtherFile(Inspection& inspection) {
       return InspectZip(inspection);
     case FileKind::kMetrics:
       inspection.AddFact("schema", identity.detail, "schema: " + identity.detail);
-      inspection.Ok("the numbers of a result");
+      inspection.Ok("the metrics of a result");
       return;
     case FileKind::kSkeletonMap:
-      inspection.Ok(fmt::format("names {}", identity.detail));
+      inspection.Ok(fmt::format("maps {}", identity.detail));
       inspection.next.push_back(fmt::format("holdfast import MOTION.bvh --map {} -o MOTION.npz",
                                             ShellWord(inspection.path)));
       return;
     case FileKind::kText:
     case FileKind::kPicture:
     case FileKind::kVideo:
-      inspection.Fault("nothing that Holdfast reads",
+      inspection.Fault("not a format that Holdfast reads",
                        "give a motion, a body model, a mesh, markers or a result folder");
       return;
     default:
@@ -153,8 +153,8 @@ void InspectMesh(Inspection& inspection) {
     return;
   }
   if (misnamed) {
-    inspection.Fault(fmt::format("its content is {}, its name ends in '{}': meshes are read by "
-                                 "their extension",
+    inspection.Fault(fmt::format("its content is {}, but its name ends in '{}': the mesh format is "
+                                 "chosen by the extension",
                                  extension, inspection.path.extension().string()),
                      fmt::format("rename it to {}{}", Stem(inspection.path), extension));
   }
@@ -190,7 +190,7 @@ void InspectMesh(Inspection& inspection) {
   if (report.watertight) {
     inspection.Ok("watertight: closed, manifold, faces outwards");
   } else if (repaired_report.watertight) {
-    inspection.Ok(fmt::format("watertight once loaded, where this is repaired: {}", repairs));
+    inspection.Ok(fmt::format("watertight after the repairs made on loading: {}", repairs));
   } else {
     std::vector<std::string> faults = Describe(repaired_report);
     std::erase_if(faults, [](const std::string& line) {
@@ -214,11 +214,11 @@ void InspectMesh(Inspection& inspection) {
   if (report.implausible_size) {
     inspection.AddFact("suggested_scale", scales.empty() ? 1.0 : scales.front(), "");
     inspection.AddFact("possible_scales", scales, "");
-    inspection.Warn(fmt::format("{:.3g} x {:.3g} x {:.3g} m, no size to hold", report.extent_m.x(),
-                                report.extent_m.y(), report.extent_m.z()),
+    inspection.Warn(fmt::format("{:.3g} x {:.3g} x {:.3g} m, not a graspable size",
+                                report.extent_m.x(), report.extent_m.y(), report.extent_m.z()),
                     UnitRemedy(report.extent_m, path));
   } else {
-    inspection.Ok("a size for a hand, in meters");
+    inspection.Ok("a graspable size, in meters");
   }
   if (too_complex) inspection.Fault(too_complex->Problem(), too_complex->Remedy());
   if (misnamed || too_complex) return;
@@ -229,7 +229,7 @@ void InspectMesh(Inspection& inspection) {
       fmt::format("holdfast fit demo_drink {} -o {}{}", word, ShellWord(stem + "_held"), scale));
   if (report.num_vertices > kFitVertices) {
     inspection.AddFact("fit_vertices", static_cast<double>(kFitVertices),
-                       fmt::format("fit simplifies it to {} vertices by itself", kFitVertices));
+                       fmt::format("fit simplifies it to {} vertices automatically", kFitVertices));
     inspection.next.push_back(
         fmt::format("holdfast decimate {} -o {}", word, ShellWord(stem + "_300.ply")));
   }
@@ -286,7 +286,7 @@ void DescribeMarkers(const MarkerRecording& recording, Inspection& inspection) {
   inspection.AddFact("unit", recording.unit, fmt::format("unit: {}", recording.unit));
   if (subjects.size() > 1) {
     inspection.Warn(fmt::format("markers of {} subjects", subjects.size()),
-                    "each is a person or an object of its own");
+                    "each is a separate person or object");
   }
 }
 
@@ -307,9 +307,9 @@ void JudgeExtent(const MarkerRecording& recording, Inspection& inspection) {
                                  "file does not say which axis is up",
                                  size.x(), size.y(), size.z(), box.min().z(), box.max().z()));
   if (size.maxCoeff() < kSmallest_m || size.maxCoeff() > kLargest_m) {
-    inspection.Fault(
-        fmt::format("the markers span {:.3g} m: not in {}", size.maxCoeff(), recording.unit),
-        "check the unit in the file");
+    inspection.Fault(fmt::format("the markers span {:.3g} m: the unit is not {}", size.maxCoeff(),
+                                 recording.unit),
+                     "check the unit in the file");
   }
 }
 
@@ -334,7 +334,7 @@ void JudgeGaps(const MarkerRecording& recording, Inspection& inspection) {
   inspection.AddFact("markers_complete", complete, "");
   if (!never.empty()) {
     inspection.Warn(fmt::format("never seen: {}", fmt::join(never, " ")),
-                    "they may be in the static trial alone");
+                    "they may be used only in the static trial");
   }
   if (!partly.empty()) {
     inspection.Warn(fmt::format("gaps: {}", fmt::join(partly, ", ")),
@@ -356,7 +356,7 @@ void InspectMarkers(Inspection& inspection) {
   if (inspection.identity.gzipped) inspection.title += ", gzipped";
   DescribeMarkers(recording, inspection);
   for (const std::string& note : recording.notes) {
-    inspection.Warn(note, "it is read all the same; export it again to be sure");
+    inspection.Warn(note, "it is read anyway; export it again to be sure");
   }
   JudgeExtent(recording, inspection);
   JudgeGaps(recording, inspection);

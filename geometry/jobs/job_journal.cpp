@@ -82,7 +82,7 @@ nlohmann::json JobJournal::Line(const JobStatus& status) const {
   std::getline(in, text);
   const nlohmann::json line = nlohmann::json::parse(text, nullptr, false);
   if (!line.is_object()) {
-    throw Error(path.string(), "is damaged", "Delete it: its jobs are done again");
+    throw Error(path.string(), "is damaged", "Delete it: its jobs are run again");
   }
   return line;
 }
@@ -104,7 +104,7 @@ void JobJournal::Append(const std::string& name, const std::string& hash, bool d
   const bool closed = file >= 0 && ::close(file) == 0;
   if (written != static_cast<ssize_t>(text.size()) || !closed) {
     throw Error(own_.string(), fmt::format("could not be written ({})", std::strerror(reason)),
-                "Free some space and start again: what is done stays done");
+                "Free some space and start again: finished jobs are kept");
   }
   auto known = std::ranges::find_if(files_, [&](const File& f) { return f.path == own_; });
   if (known == files_.end()) known = files_.insert(files_.end(), {own_, 0});
@@ -215,7 +215,7 @@ bool JobOwner::Link(const fs::path& lock) const {
       ::unlink(lock.c_str());
     }
     if (errno != EEXIST) {
-      throw Error(lock.string(), fmt::format("could not be made ({})", std::strerror(errno)),
+      throw Error(lock.string(), fmt::format("could not be created ({})", std::strerror(errno)),
                   "Free some space or check the folder's permissions");
     }
   }

@@ -39,13 +39,13 @@ fs::path PrepareFolder(const fs::path& folder, const std::string& kind) {
   fs::create_directories(hidden, error);
   if (error) {
     throw Error(folder.string(), fmt::format("cannot be created ({})", error.message()),
-                "Check the folder it is to be in");
+                "Check its parent folder");
   }
   const nlohmann::json head = {{"schema", kSchema}, {"kind", kind}};
   if (!fs::exists(about)) {
     WriteAtomically(about, JsonText(head) + "\n");
   } else if (ReadJson(about) != head) {
-    throw Error(folder.string(), fmt::format("holds results of another command than '{}'", kind),
+    throw Error(folder.string(), fmt::format("holds results of a command other than '{}'", kind),
                 "Choose another folder");
   }
   return hidden;
@@ -120,10 +120,10 @@ class JobRunner {
       const std::optional<JobStatus> status = journal_.Find(jobs_[k].name);
       if (status && status->done && status->hash != hashes_[k] && !options_.replace) {
         throw Error(options_.folder.string(),
-                    fmt::format("holds results of another list, options, seed or version: '{}' "
-                                "asked for something else",
+                    fmt::format("holds results of another list, options, seed or version: the "
+                                "configuration of '{}' differs",
                                 jobs_[k].name),
-                    "Choose another folder, or give --force to make them anew");
+                    "Choose another folder, or give --force to replace them");
       }
       if (status) tries_before_[k] = status->tries;
       if (IsSettled(k)) {
@@ -173,7 +173,7 @@ class JobRunner {
     if (unknown || space.available >= kMinBytes) return;
     throw Error(options_.folder.string(),
                 fmt::format("could not be written (the disk is full; {})", outcome.fault),
-                "Free some space and start again: what is done stays done");
+                "Free some space and start again: finished jobs are kept");
   }
 
   // Retries the jobs that another process holds, until they are done or their owner is dead.
@@ -231,7 +231,7 @@ class JobRunner {
       out.close();
       if (!out) {
         throw Error((options_.folder / kManifest).string(), "could not be written",
-                    "Free some space and start again: what is done stays done");
+                    "Free some space and start again: finished jobs are kept");
       }
     });
   }

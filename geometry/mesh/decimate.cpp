@@ -332,7 +332,7 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
     const std::string problem =
         edges.non_manifold > 0
             ? fmt::format("{} edges have more than two faces", edges.non_manifold)
-            : std::string("its surface has no two sides (it is twisted like a Moebius strip)");
+            : std::string("its surface has only one side (it is twisted like a Moebius strip)");
     if (!may_wrap) {
       throw Error(
           "mesh", problem,
@@ -343,7 +343,7 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
   const Eigen::Index parted = PartTouchingFans(surface);
   if (parted > 0) {
     result.notes.push_back(
-        fmt::format("Parted the surface at {} places where it touches in a point only.", parted));
+        fmt::format("Split the surface at {} places where it touches in a point only.", parted));
   }
 
   if (surface.NumVertices() <= options.vertices) {
@@ -355,12 +355,12 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
     const MeshParts found = FindParts(surface);
     const auto require = [&](Eigen::Index fewest) {
       if (fewest <= options.vertices) return;
-      throw Error("mesh",
-                  fmt::format("cannot be decimated to {} vertices: it is of {} loose parts that "
-                              "need {} at the least",
-                              options.vertices, found.parts.size(), fewest),
-                  "Join its parts or leave some out in a mesh editor, or ask for more vertices "
-                  "(--object-vertices in a fit)");
+      throw Error(
+          "mesh",
+          fmt::format("cannot be decimated to {} vertices: its {} loose parts need at least {}",
+                      options.vertices, found.parts.size(), fewest),
+          "Join its parts or leave some out in a mesh editor, or ask for more vertices "
+          "(--object-vertices in a fit)");
     };
     if (const Eigen::Index fewest = FewestVertices(found); fewest > options.vertices) {
       require(may_wrap ? FewestVerticesWrapped(found, Extent(surface).maxCoeff()) : fewest);

@@ -67,7 +67,7 @@ void RequireInRange(const TriangleMesh& mesh, std::string_view where) {
     for (Eigen::Index k = 0; k < 3; ++k) {
       if (IsWithin(mesh.vertices(k, v), kMaxMeters)) continue;
       throw Error(where, fmt::format("vertex {} has the coordinate {:g}", v, mesh.vertices(k, v)),
-                  "Coordinates are taken within 100,000: remove the vertex, or scale the mesh");
+                  "Coordinates must be within 100,000: remove the vertex, or scale the mesh");
     }
   }
 }

@@ -158,8 +158,8 @@ std::string UnitRemedy(const Eigen::Vector3d& extent_m, std::string_view path) {
     const Eigen::Vector3d in_cm = 100.0 * scales[i] * extent_m;
     text += fmt::format("{}{}{}: --object-scale {:g} makes it {:.3g} x {:.3g} x {:.3g} cm",
                         i > 0 ? "; or in " : "", UnitOfScale(scales[i]),
-                        is_stl && scales[i] == 0.001 ? ", as .stl files are by custom" : "",
-                        scales[i], in_cm.x(), in_cm.y(), in_cm.z());
+                        is_stl && scales[i] == 0.001 ? ", as usual for .stl files" : "", scales[i],
+                        in_cm.x(), in_cm.y(), in_cm.z());
   }
   return text;
 }
@@ -194,14 +194,14 @@ std::vector<std::string> Describe(const MeshReport& report) {
   fault(report.num_non_manifold_vertices, "vertex", "vertices",
         "where parts of the surface touch in a point only");
   fault(report.num_duplicate_vertices, "vertex", "vertices",
-        "at exactly the place of another (repair welds them)");
+        "at exactly the position of another (repair welds them)");
   fault(report.num_unreferenced_vertices, "vertex", "vertices", "of no face (repair drops them)");
   fault(report.num_degenerate_faces, "face", "faces", "without area (repair removes them)");
   fault(report.num_duplicate_faces, "face", "faces", "given more than once (repair drops them)");
   fault(report.num_misoriented_edges, "edge", "edges",
-        "between faces of opposite orientation (repair turns them where it can)");
+        "between faces of opposite orientation (repair flips them where it can)");
   fault(report.num_inside_out_components, "closed component", "closed components",
-        "inside out (repair turns them)");
+        "inside out (repair flips them)");
   fault(report.num_nested_solids, "closed component", "closed components",
         "inside another solid without being a cavity");
   if (report.implausible_size) {
@@ -362,7 +362,8 @@ RepairedMesh RepairMesh(const TriangleMesh& mesh) {
   for (std::size_t v = 0; v < first.size(); ++v) welded += first[v] != static_cast<int>(v);
   for (int& v : out.faces.reshaped()) v = first[v];
   RequireNoHub(out);
-  note(welded, "Welded", "vertex at the place of another", "vertices at the places of others");
+  note(welded, "Welded", "vertex at the position of another",
+       "vertices at the positions of others");
 
   note(FilterFaces(out.faces, [&](Eigen::Index f) { return !HasRepeatedCorner(out.faces.col(f)); }),
        "Dropped", "face with a repeated corner", "faces with a repeated corner");

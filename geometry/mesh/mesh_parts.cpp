@@ -328,12 +328,12 @@ std::vector<std::string> Describe(const PartedSheets& parted) {
   const auto edges = [](Eigen::Index n) { return fmt::format("{} edge{}", n, n == 1 ? "" : "s"); };
   if (parted.edges > 0) {
     notes.push_back(
-        fmt::format("Parted the surface along {} of more than two faces.", edges(parted.edges)));
+        fmt::format("Split the surface along {} of more than two faces.", edges(parted.edges)));
   }
   if (parted.one_sided > 0) {
     notes.push_back(
-        fmt::format("Cut the surface along {}: it has no two sides there (it is twisted "
-                    "like a Moebius strip).",
+        fmt::format("Cut the surface along {}: it has only one side there (it is twisted like a "
+                    "Moebius strip).",
                     edges(parted.one_sided)));
   }
   return notes;

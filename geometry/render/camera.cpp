@@ -81,7 +81,7 @@ View::View(const Camera& camera, int width, int height)
   if (!((camera.target - camera.eye).norm() > 0.0) || !(camera.near_m > 0.0) ||
       !(camera.vertical_fov_rad > 0.0 && camera.vertical_fov_rad < std::numbers::pi)) {
     throw Error(
-        "camera", "looks nowhere",
+        "camera", "is invalid",
         "Eye and target must differ, near be positive, and the field of view lie in (0, pi).");
   }
   camera_from_world_ = CameraFromWorldRotation(camera);

@@ -211,7 +211,7 @@ void RequireTrack(const Clip& clip, const std::optional<ObjectTrack>& track, con
     return;
   }
   throw Error("clip",
-              fmt::format("{} is to be drawn but its track is missing or has another length", what),
+              fmt::format("{} cannot be drawn: its track is missing or has another length", what),
               "Fit the object first (holdfast fit), or draw the body alone");
 }
 
@@ -336,7 +336,8 @@ Image ClipRenderer::Draw(int frame, const ClipRenderOptions& options) const {
   }
   if (options.markers.size() > 0 && options.markers.cols() != NumFrames()) {
     throw Error("render",
-                fmt::format("markers of {} frames for {}", options.markers.cols(), NumFrames()),
+                fmt::format("the markers have {} frames, the clip has {}", options.markers.cols(),
+                            NumFrames()),
                 "Give the markers that the clip was solved from");
   }
   BodyState state;

@@ -35,7 +35,7 @@ void Check(std::span<const RenderItem> items, const RenderOptions& options) {
     const TriangleMesh& mesh = *item.mesh;
     if (mesh.NumFaces() > 0 &&
         (mesh.faces.minCoeff() < 0 || mesh.faces.maxCoeff() >= mesh.NumVertices())) {
-      throw Error(where, "a face names a vertex that does not exist", "");
+      throw Error(where, "a face refers to a vertex that does not exist", "");
     }
     if (item.vertex_colors && item.vertex_colors->cols() != mesh.NumVertices()) {
       throw Error(where,

@@ -88,7 +88,7 @@ void Require(const fs::path& path, VideoFormat format, int num_frames, double fr
   }
   if (format == VideoFormat::kGif && frame_rate > kMaxGifRate) {
     throw Error(path.string(), fmt::format("cannot have {:g} frames per second", frame_rate),
-                fmt::format("A .gif shows {:g} at most", kMaxGifRate));
+                fmt::format("Use at most {:g} for a .gif", kMaxGifRate));
   }
 }
 
@@ -131,7 +131,7 @@ bool WriteVideo(const fs::path& path, int num_frames, const VideoOptions& option
           height = image.height;
           if (*format == VideoFormat::kMp4 && (width % 2 != 0 || height % 2 != 0)) {
             throw Error(path.string(), fmt::format("cannot have {} x {} pixels", width, height),
-                        "An .mp4 has even numbers of them");
+                        "Use an even width and height for an .mp4");
           }
           ffmpeg.emplace(Arguments(temporary, *format, image, options.frame_rate, palette_frames));
         }
@@ -184,12 +184,12 @@ std::string LastLines(std::FILE* file) {
        k < lines.size(); ++k) {
     joined += (joined.empty() ? "" : "; ") + lines[k];
   }
-  return joined.empty() ? "it said nothing" : joined;
+  return joined.empty() ? "no error message" : joined;
 }
 
 Error CannotStart(int reason) {
   if (reason == ENOENT) {
-    return Error("ffmpeg", "is not installed: it is what makes .mp4 and .gif files",
+    return Error("ffmpeg", "is not installed, but is needed to write .mp4 and .gif files",
                  "Install the package ffmpeg, or write pictures (-o frame_%03d.png)");
   }
   return Error("ffmpeg", fmt::format("cannot be started ({})", std::strerror(reason)),

@@ -219,10 +219,9 @@ TriangleMesh Shown(const TriangleMesh& object, std::vector<std::string>& notes) 
     options.vertices = kShownVertices;
     options.samples = 0;
     TriangleMesh shown = Decimate(object, options).mesh;
-    notes.push_back(
-        fmt::format("The object is shown with {} of its {} vertices; distances are "
-                    "those of all.",
-                    shown.NumVertices(), object.NumVertices()));
+    notes.push_back(fmt::format(
+        "The object is shown with {} of its {} vertices; distances are computed with all of them.",
+        shown.NumVertices(), object.NumVertices()));
     return shown;
   } catch (const Error&) {
     return object;  // cannot be simplified: the file is larger then

@@ -37,7 +37,7 @@ nlohmann::json MetricsBeside(const std::filesystem::path& clip) {
   }
   nlohmann::json metrics = ReadJson(path);
   if (!metrics.is_object()) {
-    throw Error(path.string(), "is not the JSON of a result", "Remove it, or make it anew");
+    throw Error(path.string(), "is not the JSON of a result", "Delete it, or generate it again");
   }
   return metrics;
 }
@@ -72,11 +72,11 @@ std::vector<std::string> NotesOf(const ReportInput& input) {
   std::vector<std::string> notes;
   const bool matters = input.object || !input.clip.betas.isZero(0.0);
   if (input.foreign_body && matters) {
-    notes.push_back(fmt::format(
-        "The clip was made with another body model ({}) than the one shown ({}): its shape is not "
-        "shown, and contact can be off by centimeters.",
-        input.made_with == "SMPL-X" ? "SMPL-X, " + input.clip.gender : input.made_with,
-        input.body->Name()));
+    notes.push_back(
+        fmt::format("The clip was made with another body model ({}) than the one shown ({}): the "
+                    "clip's body shape is not shown, and contact can be off by centimeters.",
+                    input.made_with == "SMPL-X" ? "SMPL-X, " + input.clip.gender : input.made_with,
+                    input.body->Name()));
   }
   if (!input.object_missing.empty()) {
     notes.push_back("The object is not shown: " + input.object_missing);
@@ -165,7 +165,7 @@ bool HasReportPlayer() { return HasEmbedded(kPlayerPage); }
 
 ReportPage MakeReportPage(std::span<const ReportInput> clips, const ReportPageOptions& options,
                           const StagedProgress& progress) {
-  if (clips.empty()) throw Error("report", "is to show no clip", "Give a clip or more");
+  if (clips.empty()) throw Error("report", "has no clip to show", "Give at least one clip");
   PlayerPage();  // fail before the work
   nlohmann::json header = {{"schema", "holdfast/report/1"},
                            {"holdfast_version", HOLDFAST_VERSION},

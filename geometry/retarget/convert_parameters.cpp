@@ -80,7 +80,7 @@ std::vector<std::string> Lost(const Clip& clip, const BodyModel& from, const Bod
                                clip.v_template.cols(), to.Name(), to.NumVertices()));
   }
   if (clip.contact && clip.contact->body.size() > 0 && !SameSurface(from, to)) {
-    lost.emplace_back("contact_body: labels of the other model's vertices");
+    lost.emplace_back("contact_body: its labels belong to the other model's vertices");
   }
   return lost;
 }
@@ -89,13 +89,13 @@ void RequireConvertible(const BodyModel& from, const BodyModel& to) {
   if (!from.LoneHand()) return;
   if (!to.LoneHand()) {
     throw Error(from.Name(),
-                fmt::format("is a hand alone: it does not move the body {}", to.Name()),
-                "Say which body it belongs to: --onto CLIP, the motion of the whole body");
+                fmt::format("is a hand alone, which does not move the body {}", to.Name()),
+                "Give the motion of the whole body with --onto CLIP");
   }
   if (*from.LoneHand() != *to.LoneHand()) {
     throw Error(from.Name(),
-                fmt::format("is a {} hand, {} a {} one", SideName(*from.LoneHand()), to.Name(),
-                            SideName(*to.LoneHand())),
+                fmt::format("is a {} hand, but {} is a {} hand", SideName(*from.LoneHand()),
+                            to.Name(), SideName(*to.LoneHand())),
                 "Give the model of the same side");
   }
 }

@@ -518,7 +518,7 @@ RetargetBody RetargetBodyOf(const BodyModel& model, const Eigen::VectorXd& betas
 Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const RetargetBody& body,
               const RetargetOptions& options, RetargetReport* report) {
   if (!(motion.frame_rate > 0) || motion.NumFrames() == 0) {
-    throw Error("retargeting", "a motion without frames or frame rate", "Give its frame rate");
+    throw Error("retargeting", "the motion has no frames or no frame rate", "Give its frame rate");
   }
   const MappedMotion mapped(motion, map, options.up);
   const Retargeter retargeter(mapped, body, options);

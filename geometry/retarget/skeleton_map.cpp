@@ -129,7 +129,7 @@ void CheckTree(const SkeletonMap& map, const SourceMotion& motion, const std::st
     while (s >= 0 && s != map.source[above]) s = motion.parents[s];
     if (s < 0) {
       throw Error(where,
-                  fmt::format("'{}' stands for {} but does not hang on '{}', which stands for {}",
+                  fmt::format("'{}' is mapped to {} but is not below '{}', which is mapped to {}",
                               motion.joint_names[map.source[j]], kJointNames[j],
                               motion.joint_names[map.source[above]], kJointNames[above]),
                   kMapRemedy);
@@ -206,8 +206,8 @@ SkeletonMap RecognizeSkeleton(const SourceMotion& motion, const std::string& whe
   }
   if (best_missing > 0) {
     throw Error(where,
-                fmt::format("a skeleton of unknown naming: the nearest is '{}', which finds no {}; "
-                            "the joints here are {}",
+                fmt::format("the joint names are unknown: the closest known skeleton is '{}', but "
+                            "it finds no {}; the joints here are {}",
                             best->name, fmt::join(MissingLimbs(*best), ", "),
                             fmt::join(motion.joint_names, ", ")),
                 kMapRemedy);

@@ -169,7 +169,8 @@ HoleFill::HoleFill(const TriangleMesh& mesh) {
   faces_ = parted.faces;
   const HalfEdges edges({Eigen::Matrix3Xd::Zero(3, all), faces_});
   if (edges.NumApart() > 0) {
-    throw Error("mesh", "has an edge of more than two faces, or of two that disagree",
+    throw Error("mesh",
+                "has an edge of more than two faces, or of two faces with opposite orientation",
                 "Repair the mesh first");
   }
   std::vector<Eigen::Vector3i> caps;
@@ -204,7 +205,7 @@ namespace {
 
 double CountedVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
                      const Eigen::AlignedBox3d& box, const SharedCubes::Faces* faces, int threads) {
-  if (!(voxel_m > 0.0)) throw Error("voxel", "must be positive", "2 mm is usual");
+  if (!(voxel_m > 0.0)) throw Error("voxel", "must be positive", "Use 2 mm, for example");
   const Eigen::Vector3d low = a.Min().cwiseMax(b.Min()).cwiseMax(box.min());
   const Eigen::Vector3d high = a.Max().cwiseMin(b.Max()).cwiseMin(box.max());
   if ((low.array() >= high.array()).any()) return 0.0;

@@ -70,7 +70,7 @@ Touch FindTouch(const Eigen::Matrix3Xd& hand_vertices_in_object,
 
 ContactTrack TrackContact(std::span<const Touch> frames, std::span<const std::uint8_t> counts) {
   if (!counts.empty() && counts.size() != frames.size()) {
-    throw Error("contact", "has another number of frames than the flags that count them",
+    throw Error("contact", "has a different number of frames than there are frame flags",
                 "Give one flag per frame, or none");
   }
   ContactTrack track;

@@ -38,7 +38,7 @@ Unevenness MeasureUnevenness(std::span<const Eigen::Isometry3d> world_from_body,
                              std::span<const std::uint8_t> counts) {
   if (!(frame_rate_hz > 0.0)) throw Error("frame rate", "is not positive", "Give one in Hz");
   if (!counts.empty() && counts.size() != world_from_body.size()) {
-    throw Error("motion", "has another number of frames than the flags that count them",
+    throw Error("motion", "has a different number of frames than there are frame flags",
                 "Give one flag per frame, or none");
   }
   const double r = frame_rate_hz;

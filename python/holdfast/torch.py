@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""The body model and the energy terms as functions that PyTorch differentiates.
+"""The body model and the energy terms as differentiable PyTorch functions.
 
 >>> import holdfast, holdfast.torch
 >>> body = holdfast.torch.Body(holdfast.BodyModel.load())
@@ -7,7 +7,7 @@
 >>> loss = holdfast.torch.distance_energy(vertices[0], object_vertices, reference)
 >>> loss.backward()
 
-Work is done on the CPU in float64, by Holdfast; results have the dtype and the device of the first
+Holdfast computes on the CPU in float64; results have the dtype and the device of the first
 argument. Gradients are analytic and cannot be differentiated again.
 """
 

@@ -206,7 +206,7 @@ void BindProperties(Class& model) {
       .def_property_readonly(
           "name", [](const BodyModel& self) { return self.Name(); }, "of the file")
       .def_property_readonly("num_vertices", &BodyModel::NumVertices)
-      .def_property_readonly("num_shape", &BodyModel::NumShape, "usable betas")
+      .def_property_readonly("num_shape", &BodyModel::NumShape, "number of usable betas")
       .def_property_readonly(
           "faces", [](const BodyModel& self) { return Rows(self.Faces()); },
           "(F, 3) vertex ids, counter-clockwise seen from outside; a copy")
@@ -254,20 +254,23 @@ void BindBody(py::module_& module) {
           "files that are not body models.")
       .def("__call__", &PoseBody, "poses"_a, "trans"_a = py::none(), "betas"_a = py::none(),
            "vertex_ids"_a = py::none(), "threads"_a = 0,
-           "Poses the body: (vertices (T, V, 3), joints (T, 55, 3)), meters, in the frame of trans."
-           "\n\nposes (T, 165) or (T, 55, 3) axis-angle in radians, of full hands "
+           "Poses the body: (vertices (T, V, 3), joints (T, 55, 3)), meters, in the frame of "
+           "trans.\n"
+           "\n"
+           "poses (T, 165) or (T, 55, 3) axis-angle in radians, with complete finger angles "
            "(flat_hand_mean=True); trans (T, 3) meters, None for zero: the pelvis is at J_0 + "
            "trans; betas (B,), fewer than num_shape count as zero; vertex_ids (V,) to pose some "
            "vertices only, in that order (an empty array of ints: joints only); threads 0: all. "
-           "Raises Error for betas that the model has not and vertex ids out of range.")
+           "Raises Error for more betas than the model has and for vertex ids out of range.")
       .def("vjp", &PullBack, "poses"_a, "trans"_a, "betas"_a, "grad_vertices"_a = py::none(),
            "grad_joints"_a = py::none(), "vertex_ids"_a = py::none(), "threads"_a = 0,
            py::kw_only(), "with_betas"_a = false,
-           "The gradient of a loss by (poses (T, 165), trans (T, 3)), from its gradient by what "
-           "the call with the same arguments returned: grad_vertices (T, V, 3), grad_joints (T, "
-           "55, 3), one of them or both. with_betas: by betas (B,) too, summed over the frames, as "
-           "a third array. Exact (reverse mode, by hand), through the pose blend shapes as well; "
-           "the numbers do not depend on threads.");
+           "Backpropagates a loss through the call with the same arguments: returns its gradients "
+           "with respect to (poses (T, 165), trans (T, 3)). grad_vertices (T, V, 3), grad_joints "
+           "(T, 55, 3): its gradients with respect to the returned arrays, one or both. "
+           "with_betas: also return the gradient with respect to betas (B,), summed over the "
+           "frames, as a third array. Exact (hand-written reverse mode), including the pose blend "
+           "shapes; independent of threads.");
 }
 
 }  // namespace holdfast::python

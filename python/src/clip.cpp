@@ -135,7 +135,7 @@ ClipPtr SliceOf(const Clip& clip, const py::slice& slice) {
 
 void BindTrack(py::module_& module) {
   py::class_<ObjectTrack>(module, "ObjectTrack",
-                          "An object's way through a clip: x_world = R x_object + T.")
+                          "The trajectory of an object in a clip: x_world = R x_object + T.")
       .def(py::init([](const py::object& trans, const py::object& orient, std::string name,
                        std::string mesh, const py::object& surface) {
              ObjectTrack track;
@@ -169,8 +169,8 @@ void BindTrack(py::module_& module) {
             if (!track.surface) return py::none();
             return MeshTuple(*track.surface);
           },
-          "(vertices (V, 3) meters, faces (F, 3)) of the object, copies: as the file that the clip "
-          "came from holds or names it, or as it was fitted; None where it is not known")
+          "(vertices (V, 3) meters, faces (F, 3)) of the object, copies: from the clip's file or "
+          "the file it references, or the fitted object; None if unknown")
       .def("__len__", [](const ObjectTrack& track) { return track.trans.cols(); });
 }
 
@@ -211,7 +211,7 @@ void BindFields(Class& clip) {
       "object", [](Clip& self) { return self.object ? &*self.object : nullptr; },
       "ObjectTrack, or None");
   clip.def("with_object", &WithObject, "object"_a,
-           "A copy with this ObjectTrack, or without any for None.");
+           "A copy with this ObjectTrack; None removes the object.");
   clip.def_property(
       "frame_rate", [](const Clip& self) { return self.frame_rate; },
       [](Clip& self, double value) { self.frame_rate = PositiveRate(value); }, "Hz");
@@ -244,11 +244,11 @@ void BindClip(py::module_& module) {
   BindFields(clip);
   clip.def_readwrite("gender", &Clip::gender)
       .def_readwrite("model_type", &Clip::surface_model_type, "'smplx', 'smplh', ...")
-      .def_readwrite("body_model", &Clip::body_model, "name of the model that betas are of")
+      .def_readwrite("body_model", &Clip::body_model, "name of the body model of betas")
       .def_readwrite("subject", &Clip::subject)
       .def_readwrite("action", &Clip::action)
       .def("__len__", &Clip::NumFrames)
-      .def("__getitem__", &SliceOf, "Frames begin:end as a clip of their own.")
+      .def("__getitem__", &SliceOf, "Frames begin:end as a new clip.")
       .def("__repr__",
            [](const Clip& self) {
              return fmt::format(
@@ -265,14 +265,14 @@ void BindClip(py::module_& module) {
             return std::make_shared<Clip>(
                 RunAside([self, frame_rate] { return Resample(self, frame_rate); }));
           },
-          "frame_rate"_a, "The clip at another frame rate, Hz.")
+          "frame_rate"_a, "The clip resampled to another frame rate, Hz.")
       .def("to_smplx", &ToSmplx,
-           "The arguments of smplx's forward by its names, arrays (T, ...) and betas (1, B), for a "
-           "model made with use_pca=False, flat_hand_mean=True.")
+           "The arguments of smplx's forward() by name, arrays (T, ...) and betas (1, B), for a "
+           "model created with use_pca=False, flat_hand_mean=True.")
       .def_static("load", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
                   "frame_rate"_a = py::none(),
-                  "A clip: an embedded one by name ('demo_drink'), a result folder, or any file of "
-                  "motion that import_motion reads, with its frame_rate.")
+                  "Loads a clip: an embedded one by name ('demo_drink'), a result folder, or any "
+                  "motion file that import_motion reads; frame_rate as there.")
       .def(
           "save",
           [](const Clip& self, const std::filesystem::path& path, bool force) {
@@ -281,17 +281,16 @@ void BindClip(py::module_& module) {
             RunAside([self, path] { WriteClip(self, path); });
           },
           "path"_a, py::kw_only(), "force"_a = false,
-          "Writes AMASS's SMPL-X .npz, atomically, without the object's mesh. Raises Error for a "
-          "file that exists, which force=True overwrites.");
+          "Writes AMASS's SMPL-X .npz, atomically, without the object's mesh. Raises Error if the "
+          "file exists, unless force=True.");
   module.def(
       "import_motion", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
       "frame_rate"_a = py::none(),
-      "A clip from GRAB, AMASS, ARCTIC, Motion-X, smplx parameters, glTF, BVH, ASF/AMC, ..., "
-      "told by the content. frame_rate in Hz; 0: as the file has it; None: that, but 30 for motion "
-      "that is retargeted. The mesh of its object, which the file holds or names, is "
-      "clip.object.surface. "
-      "What was decided on the way is logged to 'holdfast' (INFO; WARNING where it may be wrong, "
-      "as a frame rate that the file does not tell).");
+      "Imports a clip from GRAB, AMASS, ARCTIC, Motion-X, smplx parameters, glTF, BVH, ASF/AMC, "
+      "...; the format is detected from the content. frame_rate in Hz; 0: the file's; None: the "
+      "file's, but 30 for retargeted motion. The mesh of its object, which the file contains or "
+      "references, is clip.object.surface. Decisions made by the import are logged to 'holdfast' "
+      "(INFO; WARNING if they may be wrong, such as a frame rate that the file does not state).");
 }
 
 void RequireNew(const std::filesystem::path& path, bool force) {
@@ -365,7 +364,7 @@ ClipObject OwnObject(const ClipArgument& clip, double scale) {
 LoadedObject ObjectOf(const py::handle& value, const ClipArgument& clip, double scale) {
   if (!value.is_none()) return ObjectOf(value, scale);
   if (!clip.clip->object) {
-    throw Error(clip.name, "has no object, and none is given", "Say which one with object");
+    throw Error(clip.name, "has no object, and none is given", "Give one with object");
   }
   const ObjectTrack& track = *clip.clip->object;
   const ClipObject own = OwnObject(clip, scale);

@@ -101,26 +101,25 @@ void BindConvert(py::module_& module) {
                                             "A clip in the parameters of another body model.")
       .def_readonly("clip", &ConvertedMotion::clip,
                     "Clip for the other model, finger angles complete (flat_hand_mean=True)")
-      .def_readonly("body", &ConvertedMotion::body, "BodyModel that it is for")
+      .def_readonly("body", &ConvertedMotion::body, "BodyModel of the parameters")
       .def_property_readonly(
           "residual", [](const ConvertedMotion& self) { return Part(self, "residual"); },
-          "dict: how far joints are from the source's: 'joints' by name, 'mean_mm', 'max_mm'; "
+          "dict of joint distances from the source: 'joints' by name, 'mean_mm', 'max_mm'; "
           "'vertex_mean_mm', 'vertex_max_mm' where both models have the same triangles")
       .def_property_readonly(
           "arm", [](const ConvertedMotion& self) { return Part(self, "arm"); },
-          "dict: 'frames_out_of_reach', 'max_missing_mm' of a hand that was put onto a body; or "
-          "None")
+          "dict: 'frames_out_of_reach', 'max_missing_mm' of a hand attached to a body; or None")
       .def_property_readonly(
           "not_carried_over",
           [](const ConvertedMotion& self) { return Part(self, "not_carried_over"); },
-          "list of str: what the other model has no place for")
+          "list of str: what the other model cannot represent")
       .def("save", &Save, "path"_a, py::kw_only(), "layout"_a = "auto", "hands"_a = "complete",
            "force"_a = false,
            "Writes the parameters, .npz or .json. layout: names of the arrays: 'amass', the smplx "
-           "package's ('smplx', 'smplh' or 'mano', as the model is), or 'auto': by the extension, "
-           "AMASS's in .npz. hands: finger angles 'complete' (flat_hand_mean), or 'relative' to "
-           "the model's mean hand. Raises Error for a file that exists, which force=True "
-           "overwrites.")
+           "package's ('smplx', 'smplh' or 'mano', matching the model), or 'auto': by the "
+           "extension, AMASS's in .npz. hands: finger angles 'complete' (flat_hand_mean), or "
+           "'relative' to the model's mean hand. Raises Error if the file exists, unless "
+           "force=True.")
       .def("__repr__", [](const ConvertedMotion& self) {
         return fmt::format("<holdfast.ConvertResult: {} frames for {}, joints within {:.3f} mm>",
                            self.clip->NumFrames(), self.body->Name(), self.conversion.max_mm);
@@ -128,16 +127,19 @@ void BindConvert(py::module_& module) {
   module.def(
       "convert", &Convert, "clip"_a, py::kw_only(), "to_body"_a, "from_body"_a = py::none(),
       "from_hands"_a = "auto", "betas"_a = ConvertOptions().num_betas, "onto"_a = py::none(),
-      "Parameters of one body model as those of another: SMPL-X, SMPL-H, MANO.\n\n"
-      "Rotations are kept; trans is corrected for the models' pelvises (of a hand, wrists); betas "
-      "are fitted to the joints; what is left is in the result.\n\n"
-      "clip: a Clip, a path or an embedded name; the world of other programs' files is left as it "
-      "is. to_body, from_body: a BodyModel, or None for the embedded one. from_hands: finger "
+      "Converts parameters of one body model to those of another: SMPL-X, SMPL-H, MANO.\n"
+      "\n"
+      "Rotations are kept; trans is corrected for the offset between the models' pelvises (for a "
+      "hand: wrists); betas are fitted to the joints; the result has the remaining errors.\n"
+      "\n"
+      "clip: a Clip, a path or an embedded name; the world axes of other programs' files are not "
+      "changed. to_body, from_body: a BodyModel, or None for the embedded one. from_hands: finger "
       "angles of the clip are 'complete' (flat_hand_mean), 'relative' to its model's mean hand, or "
-      "'auto': as its format has them. betas: shape coefficients to solve for, 0 to 300; 0: the "
-      "mean shape. onto: from a hand alone to a body, the clip of as many frames whose body it "
-      "belongs to; the arm brings its wrist to the hand. Returns ConvertResult. Raises Error for "
-      "models that have no such way between them.\n\n"
+      "'auto': by its format. betas: shape coefficients to solve for, 0 to 300; 0: the mean shape. "
+      "onto: for a clip of a hand alone, the clip of the body to attach it to, with the same "
+      "number of frames; the arm is solved so that the wrist is at the hand. Returns "
+      "ConvertResult. Raises Error for models that cannot be converted into each other.\n"
+      "\n"
       "    smplh = holdfast.BodyModel.load('SMPLH_MALE.pkl')\n"
       "    holdfast.convert('walk.npz', to_body=smplh).save('walk_h.npz')");
 }

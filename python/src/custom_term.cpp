@@ -159,19 +159,22 @@ std::vector<CustomTerm> CustomTermsOf(const py::object& terms) {
 
 void BindCustomTerm(py::module_& module) {
   const std::string doc =
-      "A term of your own in the problem that Ceres solves for each frame of a fit.\n\n"
+      "A user-defined term of the problem that Ceres solves for each frame of a fit.\n"
+      "\n"
       "name: letters, digits and underscores; its energy is the column energy_<name> of per_frame "
       "(None in frames without it). blocks: names of the parameter blocks that it depends on: " +
       BlocksText() +
-      ". Rotations are unit quaternions (x, y, z, w), object to world; translations are in "
-      "meters, fingers axis-angle in radians; wrist blocks are offsets from the clip's wrist and "
-      "move where two hands hold. function(frame, *blocks): takes the frame's number and copies of "
-      "the blocks, and returns residuals (num_residuals,), or a tuple (residuals, [Jacobian "
+      ". Rotations are unit quaternions (x, y, z, w), object to world; translations are in meters, "
+      "fingers axis-angle in radians; wrist blocks are offsets from the clip's wrist and move "
+      "where two hands hold. function(frame, *blocks): takes the frame's number and copies of the "
+      "blocks, and returns residuals (num_residuals,), or a tuple (residuals, [Jacobian "
       "(num_residuals, size) of each block]); without Jacobians Ceres differentiates numerically. "
-      "weight: of the sum of squares.\n\n"
-      "Where the function raises, returns another shape or a number that is not finite at a "
-      "frame's start, that frame keeps its start and 'warnings' of the result names term and "
-      "frame.\n\n"
+      "weight: of the sum of squares.\n"
+      "\n"
+      "If the function raises, or returns a wrong shape or a non-finite number at the initial "
+      "values of a frame, the frame keeps its initial values, and 'warnings' of the result names "
+      "the term and the frame.\n"
+      "\n"
       "    def upright(frame, q):\n"
       "        x, y, z, w = q\n"
       "        return np.array([2 * (x * z + w * y), 2 * (y * z - w * x)])  # z axis: vertical\n"

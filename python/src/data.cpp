@@ -27,7 +27,8 @@ py::array ArrayOf(NpyMember member) {
   const py::dtype type(fmt::format("{}{}{}", array.big_endian ? '>' : '<', array.kind, length));
   std::vector<py::ssize_t> shape(array.shape.begin(), array.shape.end());
   if (array.data.size() != array.NumElements() * array.item_size) {
-    throw Error(member.where, "has not as many bytes as its shape says", "Get the file again");
+    throw Error(member.where, "does not have the number of bytes that its shape requires",
+                "Download the file again");
   }
   if (array.data.empty()) return py::array(type, shape);
   std::vector<py::ssize_t> strides(shape.size());
@@ -86,8 +87,9 @@ class Converter {
       return made_[value.Index()] = ArrayOf(value.Array());
     }
     if (is_object && value.Names().empty()) {
-      throw Error(value.Where(), fmt::format("is {}, which is not data", value.Describe()),
-                  "Save what it holds as arrays");
+      throw Error(value.Where(),
+                  fmt::format("is {}, which cannot be converted to data", value.Describe()),
+                  "Save its contents as arrays");
     }
     py::dict dict;
     made_[value.Index()] = dict;
@@ -111,13 +113,13 @@ py::object LoadSafe(const std::filesystem::path& path) {
 void BindData(py::module_& module) {
   module.def(
       "load_pickle_safe", &LoadSafe, "path"_a,
-      "Reads a pickle without executing anything in it; also torch files, .npz, .npy, "
-      "safetensors and JSON, told by the content, gzipped or not. A dict of arrays (with "
-      "the type and shape that they have), numbers, texts, None, lists and dicts; what the "
-      "file holds when that is not a dict. Tuples and sets are lists, scipy.sparse and chumpy "
-      "arrays numpy's, other plain objects dicts of their fields; keys are texts, those "
-      "that are neither texts nor integers are left out. Raises Error for a file that needs "
-      "any class beyond those of plain data, naming it.");
+      "Reads a pickle without executing anything in it; also torch files, .npz, .npy, safetensors "
+      "and JSON, gzipped or not; the format is detected from the content. Returns a dict of arrays "
+      "(with their types and shapes), numbers, strings, None, lists and dicts, or the value in the "
+      "file if it is not a dict. Tuples and sets become lists, scipy.sparse and chumpy arrays "
+      "become numpy arrays, other plain objects become dicts of their fields; keys become strings, "
+      "and keys that are neither strings nor integers are left out. Raises Error, naming the "
+      "class, for a file that needs any class other than those of plain data.");
 }
 
 }  // namespace holdfast::python

@@ -39,8 +39,8 @@ py::dict Export(const py::object& clip, const std::filesystem::path& path, const
   ExportFormatOf(path);
   const ReportInput scene = SceneOf(clip, object, object_scale, body);
   if (!object.is_none() && !scene.clip.object) {
-    throw Error("object", "the clip has no object track for it to move along",
-                "Leave it out, or fit it first (holdfast.fit)");
+    throw Error("object", "is given, but the clip has no object trajectory",
+                "Leave it out, or fit the object first (holdfast.fit)");
   }
   std::optional<TexturedMesh> look;
   if (IsPath(object)) {
@@ -60,7 +60,8 @@ py::dict Export(const py::object& clip, const std::filesystem::path& path, const
     try {
       physics = PhysicsOfClip(scene, density, protocol);
     } catch (const Error& error) {  // if decomposition of the mesh fails
-      LogNotes({fmt::format("the object is one hull and hands only push: it {}", error.Problem())});
+      LogNotes({fmt::format("the object is exported as its convex hull, and hands only push: it {}",
+                            error.Problem())});
       if (density) options.density_kg_m3 = *density;
     }
   }
@@ -96,24 +97,25 @@ void BindExport(py::module_& module) {
       "object_scale"_a = 1.0, "body"_a = py::none(), "onto"_a = py::none(), "correctives"_a = true,
       "tolerance_mm"_a = 1e3 * usual.tolerance_m, "density"_a = py::none(), "every"_a = 1,
       "force"_a = false, "threads"_a = 0, "progress"_a = py::none(),
-      "Writes a clip for other programs, in the format of the file's name.\n\n"
+      "Writes a clip for other programs, in the format of the file's name.\n"
+      "\n"
       ".glb: skinned body with pose correctives as morph targets, and the object, animated "
-      "(meters, "
-      "y up); .bvh: the skeleton (centimeters, y up); .usda: the body's points and the object's "
-      "transform in every frame (meters, z up); .xml: MJCF for MuJoCo, the object free, the hand "
-      "that holds it simulated, a key frame a frame, meshes in a folder beside it; .npz: the "
-      "clip; contacts.npz, contacts.csv: where hands touch the object; name_%04d.ply or .obj: a "
-      "mesh a frame of the body, and of the object with 'object_' in the name.\n\n"
+      "(meters, y up); .bvh: the skeleton (centimeters, y up); .usda: the body's points and the "
+      "object's transform in every frame (meters, z up); .xml: MJCF for MuJoCo, the object free, "
+      "the holding hand simulated, one key frame per frame, meshes in a folder beside it; .npz: "
+      "the clip; contacts.npz, contacts.csv: where hands touch the object; name_%04d.ply or .obj: "
+      "a mesh of the body per frame, and of the object with 'object_' in the name.\n"
+      "\n"
       "clip: a Clip, a result of fit(), refine(), grasp() or synthesize(), a file, a result folder "
       "or an embedded name. object, object_scale, body as in score(). onto: of a .glb, a character "
       "(.glb, .gltf) whose skeleton is moved and whose skin is kept. correctives: False: no morph "
       "targets. tolerance_mm: of the .glb's skin from the body model's, 0.001 to 100. density: of "
       "the object, kg/m3, of the .xml; None: the mass of trials (score()). every: .xml, .usda and "
-      "meshes: each n-th frame. force: "
-      "files that exist are overwritten. Returns a dict: 'files' written, 'object': whether it is "
-      "among them, and what the format has to tell ('surface_error_mm', 'object_mass_kg', ...). "
-      "Raises Error for a name of no format, for files that exist and for what cannot be "
-      "written; Stopped.\n\n"
+      "meshes: every n-th frame. force: overwrite existing files. Returns a dict: 'files' written, "
+      "'object': whether the object is exported, and values of the format ('surface_error_mm', "
+      "'object_mass_kg', ...). Raises Error for an unknown format, for existing files and for "
+      "contents that cannot be written; Stopped.\n"
+      "\n"
       "    holdfast.export(held, 'held.glb')");
 }
 

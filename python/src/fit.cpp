@@ -61,21 +61,22 @@ CarriedPtr Fit(const py::object& clip, const py::object& object, const py::objec
   return carried;
 }
 
-constexpr const char* kFitDoc = R"(Carries an object through a clip: object pose and finger angles
-are solved for every frame. A clip that has the object's trajectory keeps it as data; without one a
-hand takes the object in the first frame and holds it.
+constexpr const char* kFitDoc =
+    R"(Fits an object to a clip: solves object pose and finger angles for
+every frame. If the clip has the object's trajectory, the trajectory is the data; else a hand takes
+the object in the first frame and holds it.
 
 clip: Clip, path, or name of an embedded clip. object: path, name of an embedded object, or
 (vertices (V, 3), faces (F, 3)) in meters; None: the mesh of the clip's own object
-(clip.object.surface, or what its track names).
+(clip.object.surface, or the mesh that its track references).
 
-at: (3,) point of the object to take hold at, its own frame, meters, scaled. region, avoid: parts of
-its surface to touch, or not, as (vertices, faces) or mesh file, scaled as the object is. weights: dict
-by term, such as {'penetration': 3000.0}. custom_terms: list of CustomTerm, terms of your own beside
-those, with solve='sequential'. body: BodyModel.
+at: (3,) point where the object is grasped, in its own frame, meters, scaled. region, avoid: parts
+of its surface to touch, or not, as (vertices, faces) or mesh file, scaled as the object is.
+weights: dict by term, such as {'penetration': 3000.0}. custom_terms: list of CustomTerm, additional
+terms; needs solve='sequential'. body: BodyModel.
 
 progress: callable (stage, done, total), False stops. threads 0: all. Returns FitResult. Raises
-FitFailure where no hand can hold the object or none touches it, Stopped, and Error.
+FitFailure if no hand can hold the object or touches it, Stopped, and Error.
 
     held = holdfast.fit('demo_drink', 'mug')
     held.clip.save('held.npz')
@@ -160,16 +161,16 @@ void SaveFit(const CarriedClip& self, const std::filesystem::path& folder, bool 
 }
 
 void BindFitResult(py::module_& module) {
-  py::class_<CarriedClip, CarriedPtr>(module, "FitResult", "A clip with its object, and how.")
+  py::class_<CarriedClip, CarriedPtr>(module, "FitResult",
+                                      "The result of a fit: a clip with its object, and measures.")
       .def_readonly("clip", &CarriedClip::clip,
                     "Clip with object, fitted fingers and arms, and holding_hand")
       .def_property_readonly(
           "status", [](const CarriedClip&) { return "carried"; },
-          "'carried': all else is raised as FitFailure")
-      .def_property_readonly(
-          "held_by", &HolderOf,
-          "'right' or 'left' where that hand alone holds at some time, else 'both'; "
-          "who holds in which frame is clip.holding_hand")
+          "'carried'; any other outcome raises FitFailure")
+      .def_property_readonly("held_by", &HolderOf,
+                             "'right' or 'left' if only that hand holds the object, else 'both'; "
+                             "clip.holding_hand has the holding hand of each frame")
       .def_property_readonly(
           "warnings",
           [](const CarriedClip& self) {
@@ -177,11 +178,11 @@ void BindFitResult(py::module_& module) {
             for (const std::string& text : self.run.warnings) warnings.push_back(PythonText(text));
             return warnings;
           },
-          "list of str: what is doubtful")
+          "list of str: warnings")
       .def_property_readonly(
           "metrics",
           [](const CarriedClip& self) { return ToPython(FitMetricsJson(self.job, self.run)); },
-          "dict: what the program writes as metrics.json: options, contact, energies, solver")
+          "dict: the content of the program's metrics.json: options, contact, energies, solver")
       .def_property_readonly("energies", &EnergiesOf,
                              "dict of (T,) arrays by term and unit ('energy_penetration_m2'), "
                              "without weights; 'energy_total' is the weighted sum")
@@ -196,36 +197,37 @@ void BindFitResult(py::module_& module) {
           "dict of numbers: contact and penetration over the clip, frames, contact pairs, frames "
           "that failed, medians of the solve")
       .def_property_readonly("grasp", &FirstGraspOf,
-                             "dict: 'made', and of a grasp that was made its measures, 'fingers' "
-                             "(45,) and 'wrist_from_object' (4, 4), of both hands by 'right' and "
-                             "'left'")
+                             "dict: 'made', and for a new grasp its measures, 'fingers' (45,) and "
+                             "'wrist_from_object' (4, 4); for both hands by 'right' and 'left'")
       .def_property_readonly(
           "drink",
           [](const CarriedClip& self) {
             return ToPython(
                 DrinkJson(self.run.report.drink, self.run.report.drunk.value_or(DrinkMeasures{})));
           },
-          "How the person drinks (fit(drink=True)): frames, millimeters, degrees; None for nobody.")
+          "Measures of drinking (fit(drink=True)): frames, millimeters, degrees; None without "
+          "drinking.")
       .def_property_readonly(
           "clearance",
           [](const CarriedClip& self) {
             return ToPython(ClearanceJson(self.run.report.clearance));
           },
-          "dict of numbers: how far the arms avoided the body, and frames that are still in it")
+          "dict of numbers: by how much the arms were adjusted to avoid the body, and frames that "
+          "still collide")
       .def_property_readonly(
           "switches", [](const CarriedClip& self) { return ToPython(SwitchesOfFit(self)); },
           "list of dict: hand-overs, with frame, from, to, confidence")
       .def_property_readonly(
           "seconds", [](const CarriedClip& self) { return self.run.seconds; },
-          "to grasp, fit and measure, the object prepared")
+          "time to grasp, fit and measure, without preparing the object")
       .def_property_readonly(
           "object", [](const CarriedClip& self) { return MeshTuple(self.run.object->object.mesh); },
           "(vertices (V, 3) meters, faces (F, 3)) that was fitted, scaled; copies")
       .def_property_readonly("object_name",
                              [](const CarriedClip& self) { return self.run.object->object.name; })
       .def("save", &SaveFit, "folder"_a, py::kw_only(), "force"_a = false,
-           "Writes clip.npz and object.ply into a folder, which is made where it is not there. "
-           "Raises Error where it has one of them, which force=True overwrites.")
+           "Writes clip.npz and object.ply to a folder, which is created if needed. Raises Error "
+           "if one of the files exists, unless force=True.")
       .def("__repr__", [](const CarriedClip& self) {
         return fmt::format("<holdfast.FitResult: {} held by {}>", self.run.object->object.name,
                            HoldersText(CountHeld(self.clip->holding_hand)));
@@ -279,8 +281,8 @@ void BindFit(py::module_& module) {
         return fit(clip, object, "hand_over"_a = true, **options);
       },
       "clip"_a, "object"_a = py::none(),
-      "fit(clip, object, hand_over=True, ...): carries an object through a motion in which it "
-      "passes from hand to hand. Options are those of fit().");
+      "fit(clip, object, hand_over=True, ...): fits an object to a motion in which it passes from "
+      "hand to hand. Options are those of fit().");
   BindRefine(module);
   BindTransfer(module);
   BindGrasp(module);

@@ -100,25 +100,27 @@ std::unique_ptr<Follower> MakeFollower(const py::object& clip, const std::option
 }  // namespace
 
 void BindFollow(py::module_& module) {
-  py::class_<Follower>(
-      module, "GoalFollower",
-      "A person follows a goal of the wrist that moves as it likes, frame by frame "
-      "at 30 Hz: a pose depends on the goals up to it and on no later one.\n\n"
-      "    follower = holdfast.GoalFollower()\n"
-      "    pose, trans = follower.step((0.5, -0.6, 1.1))")
+  py::class_<Follower>(module, "GoalFollower",
+                       "A person whose wrist follows a moving goal, frame by frame at 30 Hz: each "
+                       "pose depends only on the current goal and earlier ones.\n"
+                       "\n"
+                       "    follower = holdfast.GoalFollower()\n"
+                       "    pose, trans = follower.step((0.5, -0.6, 1.1))")
       .def(py::init(&MakeFollower), py::kw_only(), "clip"_a = py::none(), "frame"_a = py::none(),
            "wrist"_a = "right", "candidates"_a = FollowOptions().candidates,
            "horizon"_a = FollowOptions().horizon, "sigma"_a = FollowOptions().sigma,
            "weights"_a = "", "body"_a = py::none(), "seed"_a = 1,
-           "Goes on from a frame of a clip (the last if none is given), or stands at the origin, "
-           "facing -y.\n\ncandidates: motions tried in every frame, over so many frames (horizon); "
-           "sigma: of the latents.")
+           "Continues from a frame of a clip (default: the last), or starts from a person standing "
+           "at the origin, facing -y.\n"
+           "\n"
+           "candidates: number of motions tried in every frame; horizon: their length in frames; "
+           "sigma: standard deviation of the latents.")
       .def("step", &Follower::Step, "goal"_a,
-           "(pose (55, 3) axis-angle, trans (3,)) 1/30 s later, `goal` (3,) being where the wrist "
-           "is wanted now: world, meters, z up. Raises Error for a goal below the ground or more "
-           "than 20 m away.")
+           "(pose (55, 3) axis-angle, trans (3,)) 1/30 s later. goal: (3,) current goal of the "
+           "wrist, world, meters, z up. Raises Error for a goal below the ground or more than 20 m "
+           "away.")
       .def("push", &Follower::Push, "by"_a,
-           "Something moves the body by (3,) meters, 1 m at most, over the next 0.3 s.")
+           "Pushes the body by (3,) meters, at most 1 m, over the next 0.3 s.")
       .def_property_readonly("clip", &Follower::Motion,
                              "Clip at 30 Hz: where it started, and a frame for each step; a copy")
       .def("__repr__", [](Follower& self) {

@@ -247,9 +247,10 @@ void BindFrameFitter(py::module_& module) {
       "Fits an object to one hand or both, frame after frame, for live use: start() takes hold, "
       "each step() solves one frame, in about a millisecond for one hand. hand: 'right', 'left', "
       "'both', or a list; weights as for fit(); betas (B,) of the body; frame_rate in Hz; object "
-      "as for fit(). Two hands share the object: their arms avoid each other (poses has "
-      "them). What comes out is what fit(keep_grasp=True) gives for the frames. May be called "
-      "from several threads: calls wait for each other.\n\n"
+      "as for fit(). With two hands, the arms are also adjusted to hold the object together (poses "
+      "has them). The results are those of fit(keep_grasp=True) for the same frames. Thread-safe: "
+      "concurrent calls are serialized.\n"
+      "\n"
       "    fitter = holdfast.FrameFitter('mug')\n"
       "    fitter.start(clip.poses[0], clip.trans[0], R, T)\n"
       "    for poses, trans in frames:\n"
@@ -260,12 +261,11 @@ void BindFrameFitter(py::module_& module) {
            "object_scale"_a = 1.0, "object_vertices"_a = 300, "custom_terms"_a = py::none(),
            "threads"_a = 0)
       .def("start", &StartFitter, "poses"_a, "trans"_a, "object_rotation"_a, "object_translation"_a,
-           "The hand takes hold as it is: poses (165,) or (55, 3) axis-angle in radians with the "
+           "Starts the hold from this pose: poses (165,) or (55, 3) axis-angle in radians with the "
            "grasping fingers, trans (3,) meters; the object is x_world = R x_object + T, "
-           "object_rotation (3, 3) or axis-angle (3,), object_translation (3,) meters. What is too "
-           "deep in the other comes out. Returns (R (3, 3), T (3,), fingers (45,); of both hands "
-           "(2, "
-           "45), right and left). May be called again.")
+           "object_rotation (3, 3) or axis-angle (3,), object_translation (3,) meters. Deep "
+           "penetration of hand and object is resolved. Returns (R (3, 3), T (3,), fingers (45,); "
+           "of both hands (2, 45), right and left). May be called again.")
       .def("step", &StepFitter, "poses"_a, "trans"_a,
            "Solves the next frame, poses (165,) or (55, 3) and trans (3,): the object's R (3, 3) "
            "and T "

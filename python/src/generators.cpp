@@ -415,7 +415,8 @@ std::unique_ptr<BoundCase> LoadCase(const std::string& path, const std::string& 
   scene.object = std::move(own.mesh);
   scene.object_source = own.in_clip ? path : own.source;
   scene.object_missing = own.missing;
-  if (!scene.object) throw Error(path, scene.object_missing, "Put the mesh where the clip says");
+  if (!scene.object)
+    throw Error(path, scene.object_missing, "Put the mesh at the path in the clip");
   made->one.keys = imos::KeyFramesOf(scene.clip, rule);
   return made;
 }
@@ -449,8 +450,8 @@ py::dict Generate(const BoundCase& self, const std::string& objects, const std::
 void BindActionCase(py::module_& module) {
   py::class_<BoundCase>(
       module, "ActionCase",
-      "Somebody who does something with an object, as IMoS's networks see it (Ghosh et al. 2023): "
-      "15 key frames of a clip, the first four of which are given. Made by action_case().")
+      "An action with an object in the form of IMoS's networks (Ghosh et al. 2023): 15 key frames "
+      "of a clip, of which the first four are given. Created by action_case().")
       .def_property_readonly("subject",
                              [](const BoundCase& self) { return self.one.sequence.subject; })
       .def_property_readonly("name", [](const BoundCase& self) { return self.one.sequence.name; })
@@ -488,16 +489,18 @@ void BindActionCase(py::module_& module) {
             return std::make_shared<Clip>(ResampleSmoothly(keys, frame_rate));
           },
           "keys"_a, "frame_rate"_a = kMotionRate,
-          "Key frames joined by curves: a Clip of frame_rate Hz.")
+          "Key frames interpolated by curves: a Clip of frame_rate Hz.")
       .def("score", &BoundCase::Score, "clip"_a,
            "'values' of holdfast.score() of a Clip with this case's object, volumes left out.")
       .def("generate", &Generate, "objects"_a, py::kw_only(), "weights"_a = "", "stream"_a = 0,
            "stroke_seed"_a = 1, "sigma"_a = 1.0, "finish"_a = false, "seed"_a = 1,
-           "What a network generates after the four given key frames, as a dict: 'keys' a Clip of "
-           "15, 'clip' all frames fitted (objects='fitted' with finish), 'seconds' and "
-           "'finishing_seconds' of one core.\n\nobjects: 'given' (ground truth), 'carried' (fixed "
-           "to the wrist) or 'fitted' (the loop of synthesize()). weights: file of another "
-           "network. Latents are drawn from `stream` of `seed`, their standard deviation sigma.");
+           "Generates the motion after the four given key frames with a network. Returns a dict: "
+           "'keys' a Clip of 15, 'clip' all frames fitted (objects='fitted' with finish), "
+           "'seconds' and 'finishing_seconds' of one core.\n"
+           "\n"
+           "objects: 'given' (ground truth), 'carried' (fixed to the wrist) or 'fitted' (the loop "
+           "of synthesize()). weights: file of another network. Latents are drawn from `stream` of "
+           "`seed`, their standard deviation sigma.");
   module.def("action_case", &LoadCase, "path"_a, py::kw_only(), "key_frames"_a = "whole",
              "ActionCase of a clip's file; None for a clip too short for 15 key frames.\n\n"
              "key_frames: 'whole' spreads them over the clip, 'paper' over the contact, as "
@@ -512,7 +515,7 @@ void BindActionCase(py::module_& module) {
         return ToPython(json);
       },
       "weights"_a = "",
-      "What a network of ActionCase.generate() is, as a dict: 'weights', 'checksum', 'notes' and "
+      "Describes a network of ActionCase.generate(), as a dict: 'weights', 'checksum', 'notes' and "
       "'config'.");
 }
 
@@ -525,12 +528,13 @@ deadlines (N,) in frames from the start, streams (N,) of `seed` that latents are
 standard deviation sigma. method: 'intention', 'latent-opt', 'vae-opt-lm', 'vae-opt-lbfgs',
 'vae-opt-lbfgs-step1' or 'vae-opt-adam'. refit: planted feet are pinned and the wrist is placed.
 
-with_intention, parts ('wrist', 'pelvis', 'heading'), min_frames_left and hold_last_goal say what the
-network is told of the goal. weights: file of another network.
+with_intention, parts ('wrist', 'pelvis', 'heading'), min_frames_left and hold_last_goal select what
+the network gets of the goal. weights: file of another network.
 
-Returns N dicts: states (T, 135), joints (T, 22, 3), foot_skating_ratio (share of frames whose lowest
-vertex moves by more than 2/3 cm), latents, closest_m and seconds_at of each iterate, and solves:
-(minimizer, linear solver, iterations, termination). No result depends on the others of a batch.)";
+Returns N dicts: states (T, 135), joints (T, 22, 3), foot_skating_ratio (fraction of frames whose
+lowest vertex moves by more than 2/3 cm), latents, closest_m and seconds_at of each iterate, and
+solves: (minimizer, linear solver, iterations, termination). Results do not depend on the rest of
+the batch.)";
 
 constexpr const char* kWalkDoc =
     R"(A clip's body at 30 Hz with its feet, for measures of motion, as a
@@ -539,22 +543,24 @@ yaw (T,) of the pelvis in radians (0 faces -y), angles (T, 22) of joints from th
 soles (T, 4, 3): left heel, left ball, right heel, right ball; contacts (T,): bit i where sole i is on
 the ground (below 4 cm, slower than 0.35 m/s).
 
-'cut': frames from the first that is not finite are left out; 'other_shape': its betas are another
-model's; 'second_crouch': frame in which it crouches a second time on its way, or -1; 'lean_back_rad':
-greatest lean backwards while waiting; 'hand': way of the hand that gets farthest (speed, straightness);
+'cut': frames from the first non-finite one on are left out; 'other_shape': its betas are of another
+model; 'second_crouch': frame in which the person crouches a second time on the way, or -1;
+'lean_back_rad': maximum lean backwards while waiting; 'hand': path of the hand that moves farthest
+(speed, straightness);
 'foot_skating_ratio' (NaN without skating=True): as in reach_motions. clip, body as in score().)";
 
 }  // namespace
 
 void BindGenerators(py::module_& module) {
-  module.def(
-      "reach_starts", &ReachStartsOf, "clips"_a = py::none(), py::kw_only(),
-      "single_precision"_a = true, "weights"_a = "",
-      "Where motions of WANDR's protocol start, and the network: {'starts': [...], "
-      "'network': {...}}.\n\nclips: frame 25 at 30 Hz of each Clip or path; None: six "
-      "composed poses. A start has 'name', 'state' and 'previous_delta' (135 numbers each), "
-      "'pelvis' (3 meters) and 'ahead' (3, the heading), both of the pose as the network has "
-      "it unless single_precision is False. weights: file of another network.");
+  module.def("reach_starts", &ReachStartsOf, "clips"_a = py::none(), py::kw_only(),
+             "single_precision"_a = true, "weights"_a = "",
+             "Where motions of WANDR's protocol start, and the network: {'starts': [...], "
+             "'network': {...}}.\n"
+             "\n"
+             "clips: frame 25 at 30 Hz of each Clip or path; None: six composed poses. A start has "
+             "'name', 'state' and 'previous_delta' (135 numbers each), 'pelvis' (3 meters) and "
+             "'ahead' (3, the heading), both in the network's precision unless single_precision is "
+             "False. weights: file of another network.");
   module.def("reach_motions", &ReachMotions, "method"_a, "states"_a, "previous_deltas"_a, "goals"_a,
              "deadlines"_a, "streams"_a, py::kw_only(), "frames"_a = 240, "sigma"_a = 1.0,
              "parts"_a = std::vector<std::string>{"wrist", "pelvis", "heading"},

@@ -190,14 +190,15 @@ py::dict ManyGrasps(const py::object& object, int count, const py::object& at,
 }  // namespace
 
 void BindGrasp(py::module_& module) {
-  py::class_<HeldObject, HeldPtr>(module, "GraspResult", "A grasp: one frame of who holds.")
+  py::class_<HeldObject, HeldPtr>(module, "GraspResult",
+                                  "The result of a grasp search: a clip of one frame.")
       .def_readonly("clip", &HeldObject::clip, "Clip of one frame, with the object in the hand")
       .def_readonly("hand", &HeldObject::hand, "'right', 'left' or 'both'")
       .def_property_readonly(
           "numbers", [](const HeldObject& self) { return self.numbers.attr("copy")(); },
           "dict: measures of the grasp, 'fingers' (45,) axis-angle in radians and "
-          "'wrist_from_object' (4, 4), which fit any pose of the body; of both hands by 'right' "
-          "and 'left'")
+          "'wrist_from_object' (4, 4), which do not depend on the pose of the body; for both hands "
+          "by 'right' and 'left'")
       .def_property_readonly(
           "object", [](const HeldObject& self) { return MeshTuple(self.object.mesh); },
           "(vertices (V, 3) meters, faces (F, 3)), scaled; copies")
@@ -206,12 +207,15 @@ void BindGrasp(py::module_& module) {
       });
   GraspJob job;
   static const std::string one_doc =
-      "Closes a hand around an object: a clip of one frame of a standing person who holds it.\n\n"
+      "Closes a hand around an object: a clip of one frame of a standing person who holds it.\n"
+      "\n"
       "object, at, region and avoid as for fit(). clip: with hand='both' the pose is its first "
-      "frame's. Returns GraspResult. Raises FitFailure where there is no grasp, Stopped, and "
-      "Error.\n\n"
+      "frame's. Returns GraspResult. Raises FitFailure if there is no grasp, Stopped, and Error.\n"
+      "\n"
       "    held = holdfast.grasp('mug', style='handle')\n"
-      "    held.numbers['fingers'], held.clip\n\nOptions:\n" +
+      "    held.numbers['fingers'], held.clip\n"
+      "\n"
+      "Options:\n" +
       OptionsText(OptionsOf(job).Without({"apart_cm", "apart_angle_deg"}));
   module.def("grasp", &CloseOn, "object"_a, py::kw_only(), "at"_a = py::none(),
              "region"_a = py::none(), "avoid"_a = py::none(), "clip"_a = py::none(),
@@ -219,21 +223,23 @@ void BindGrasp(py::module_& module) {
              one_doc.c_str());
   static const std::string many_doc =
       "Many distinct grasps of an object: each touches, is at most 1 mm deep and holds the "
-      "object's "
-      "weight in every direction with this friction, as linear programs prove.\n\n"
-      "object, at, region and avoid as for fit(). Of a use that is asked for all are of that use, "
-      "with 'auto' they come first. Returns a dict of arrays, best score first, those of "
-      "grasps.npz: "
-      "'wrist_from_object' and 'object_from_wrist' (N, 4, 4) meters, 'finger_pose' (N, 45) "
-      "axis-angle in SMPL-X's order, 'style' (N,), 'least_friction' (N,), 'ball_lower' (N,), "
-      "'contact_grasp' (C,), 'contact_point_object' and 'contact_normal_object' (C, 3) and more; "
-      "and 'clip', a frame for each of the first 100. trial_friction: MuJoCo tries each grasp with "
-      "this coefficient, as hold_trial() does; adds 'held_directions' of 6, 'worst_slip_mm' and "
-      "'worst_slip_deg' (N,). There may be fewer than `count`. Raises "
-      "FitFailure where there is none, Stopped, and Error, also for a mesh that encloses no "
-      "solid.\n\n"
+      "object's weight in every direction with this friction, as certified by linear programs.\n"
+      "\n"
+      "object, at, region and avoid as for fit(). If a use is given, all grasps are of that use; "
+      "with 'auto', grasps of the detected use come first. Returns a dict of arrays, best score "
+      "first, those of grasps.npz: 'wrist_from_object' and 'object_from_wrist' (N, 4, 4) meters, "
+      "'finger_pose' (N, 45) axis-angle in SMPL-X's order, 'style' (N,), 'least_friction' (N,), "
+      "'ball_lower' (N,), 'contact_grasp' (C,), 'contact_point_object' and 'contact_normal_object' "
+      "(C, 3) and more; and 'clip', a frame for each of the first 100. trial_friction: MuJoCo "
+      "tries each grasp with this coefficient, as hold_trial() does; adds 'held_directions' of 6, "
+      "'worst_slip_mm' and 'worst_slip_deg' (N,). There may be fewer than `count`. Raises "
+      "FitFailure if there is none, Stopped, and Error, also for a mesh that does not enclose a "
+      "solid.\n"
+      "\n"
       "    many = holdfast.grasps('mug', 50)\n"
-      "    many['wrist_from_object'][0], many['finger_pose'][0]\n\nOptions:\n" +
+      "    many['wrist_from_object'][0], many['finger_pose'][0]\n"
+      "\n"
+      "Options:\n" +
       OptionsText(OptionsOf(job).Without({"closings", "refinements", "upright"}));
   module.def("grasps", &ManyGrasps, "object"_a, "count"_a = GraspSetOptions{}.count, py::kw_only(),
              "at"_a = py::none(), "region"_a = py::none(), "avoid"_a = py::none(),

@@ -49,8 +49,8 @@ Eigen::MatrixXd MarkerPositions(const py::handle& value, std::size_t markers,
   if (array.ndim() != 3 || array.shape(1) != static_cast<py::ssize_t>(markers) ||
       array.shape(2) != 3 || array.shape(0) == 0) {
     throw py::value_error(fmt::format(
-        "{}: expected an array (T, {}, 3), meters, one marker a name, NaN where it is not seen",
-        name, markers));
+        "{}: expected an array (T, {}, 3), meters, one marker per name, NaN if not visible", name,
+        markers));
   }
   Eigen::MatrixXd positions =
       Eigen::Map<const Eigen::MatrixXd>(array.data(), 3 * array.shape(1), array.shape(0));
@@ -110,7 +110,7 @@ ObjectMarkers PlacesOf(const py::dict& given) {
     markers.places.col(column) = Eigen::Map<const Eigen::Vector3d>(place.data());
   }
   if (!markers.places.allFinite()) {
-    throw py::value_error("object_markers: expected finite places, meters");
+    throw py::value_error("object_markers: expected finite positions, meters");
   }
   return markers;
 }
@@ -122,8 +122,8 @@ void SetObject(const py::object& object, const py::object& object_markers, doubl
   if (object_markers.is_none()) {
     if (!object.is_none()) {
       throw py::value_error(
-          "object_markers: expected a table (.csv) or a dict of places of the object's markers in "
-          "its mesh's frame, got None");
+          "object_markers: expected a table (.csv) or a dict of positions of the object's markers "
+          "in its mesh frame, got None");
     }
     return;
   }
@@ -134,14 +134,14 @@ void SetObject(const py::object& object, const py::object& object_markers, doubl
     options.object = ObjectMarkersOf(text, recording, where);
   } else {
     throw py::type_error(
-        fmt::format("object_markers: expected a table (.csv), names or a dict of places, got {}",
+        fmt::format("object_markers: expected a table (.csv), names or a dict of positions, got {}",
                     TypeText(object_markers)));
   }
   if (object.is_none()) return;
   if (options.object->places.cols() == 0) {
     throw py::value_error(
-        "object_markers: names alone do not tell where markers are on the mesh: expected a table "
-        "(.csv) or a dict of places");
+        "object_markers: names do not define where the markers are on the mesh: expected a table "
+        "(.csv) or a dict of positions");
   }
   mesh = ObjectOf(object, scale);
 }
@@ -210,47 +210,44 @@ void Write(const std::filesystem::path& path, const py::object& recording, bool 
 }  // namespace
 
 void BindMarkers(py::module_& module) {
-  module.def(
-      "read_markers", &Read, "path"_a,
-      "Labeled markers of a C3D, TRC, Vicon CSV or Qualisys TSV file, gzipped or not, as a "
-      "dict: 'names' (list of M), 'positions' (T, M, 3) meters in the file's axes, NaN where "
-      "a marker is not seen, 'rate_hz', 'unit' of the file, 'format'. Raises Error for a "
-      "file that is none of these or malformed.\n\n"
-      "    drink = holdfast.read_markers('drink.c3d')");
-  module.def(
-      "write_markers", &Write, "path"_a, "recording"_a, py::kw_only(), "force"_a = false,
-      "Writes a recording, a dict as of read_markers() or a file of markers, as a C3D file: "
-      "floats, millimeters, residual -1 where a marker is not seen. Atomic. Raises Error for what "
-      "the format can't hold, and for a file that exists, which force=True overwrites.\n\n"
-      "    holdfast.write_markers('drink.c3d', holdfast.read_markers('drink.tsv'))");
+  module.def("read_markers", &Read, "path"_a,
+             "Labeled markers of a C3D, TRC, Vicon CSV or Qualisys TSV file, gzipped or not, as a "
+             "dict: 'names' (list of M), 'positions' (T, M, 3) meters in the file's axes, NaN "
+             "where a marker is not visible, 'rate_hz', 'unit' of the file, 'format'. Raises Error "
+             "for a file of another format or a malformed file.\n"
+             "\n"
+             "    drink = holdfast.read_markers('drink.c3d')");
+  module.def("write_markers", &Write, "path"_a, "recording"_a, py::kw_only(), "force"_a = false,
+             "Writes a recording, a dict as of read_markers() or a file of markers, as a C3D file: "
+             "floats, millimeters, residual -1 where a marker is not visible. Atomic. Raises Error "
+             "for data that the format cannot store, and if the file exists, unless force=True.\n"
+             "\n"
+             "    holdfast.write_markers('drink.c3d', holdfast.read_markers('drink.tsv'))");
   module.def(
       "solve_markers", &Solve, "recording"_a, py::kw_only(), "static"_a = py::none(),
       "table"_a = py::none(), "up"_a = "auto", "posture"_a = "seated", "object"_a = py::none(),
       "object_markers"_a = py::none(), "object_scale"_a = 1.0, "body"_a = py::none(),
       "progress"_a = py::none(),
-      "Labeled optical markers to a body in motion: shape and places of the markers first (as "
-      "MoSh, Loper et al. 2014), then poses of all frames, labels put right.\n\n"
+      "Fits a moving body to labeled optical markers: first body shape and marker placement (as "
+      "MoSh, Loper et al. 2014), then the poses of all frames, with wrong labels corrected.\n"
+      "\n"
       "recording: a file, or a dict as of read_markers() ('names', 'positions' (T, M, 3) meters, "
       "'rate_hz'). static: a recording, in either form, of the same person and markers at rest. "
-      "table: a .csv of names (name,joint,vertex,cluster) besides the known ones. up: 'auto', "
-      "'x', 'y', 'z', '-x', '-y' or '-z', the recording's. posture: of legs without markers, "
-      "'seated' or 'standing'. object_markers: a .csv (name,x,y,z) or a dict of places of an "
-      "object's "
-      "markers in its mesh's frame, meters, or their names ('cup_a,cup_b,cup_c'; 'cup_*' is all "
-      "that begin so): the clip has the object's pose. object: its mesh, a file, an embedded "
-      "object or (vertices, faces); "
-      "object_scale multiplies it. body: a BodyModel; None: the embedded one. progress: callable "
-      "(stage, done, total); False stops. Returns (Clip, dict): T frames at the recording's rate, "
-      "z "
-      "up, and what became of the markers ('rms_mm', 'markers', 'swaps', 'outliers', "
-      "'unmarked_joints'); its 'repaired' is the recording, a dict as of read_markers(), with "
-      "labels "
-      "put right, outliers and gaps filled; 'carried' (T, M, 3) is where the body carries those of "
-      "'markers', meters in the recording's axes; 'fingertips' are names of those on fingertips. "
-      "Raises Error for names that are not known and for "
-      "recordings that tell "
-      "no pose, FitFailure, Stopped.\n\n"
-      "    clip, told = holdfast.solve_markers('drink.c3d', static='rest.c3d')");
+      "table: a .csv of additional marker names (name,joint,vertex,cluster). up: 'auto', 'x', 'y', "
+      "'z', '-x', '-y' or '-z', the recording's. posture: leg posture if the legs have no markers, "
+      "'seated' or 'standing'. object_markers: a .csv (name,x,y,z) or a dict of positions of an "
+      "object's markers in its mesh frame, meters, or their names ('cup_a,cup_b,cup_c', or "
+      "'cup_*'): also solves the object's pose. object: its mesh, a file, an embedded object or "
+      "(vertices, faces); object_scale multiplies it. body: a BodyModel; None: the embedded one. "
+      "progress: callable (stage, done, total); False stops. Returns (Clip, dict): T frames at the "
+      "recording's rate, z up, and a report on the markers ('rms_mm', 'markers', 'swaps', "
+      "'outliers', 'unmarked_joints'); its 'repaired' is the recording, a dict as of "
+      "read_markers(), with labels corrected, outliers and gaps filled; 'carried' (T, M, 3) has "
+      "the positions of 'markers' on the solved body, meters in the recording's axes; 'fingertips' "
+      "has the names of markers on fingertips. Raises Error for unknown names and for recordings "
+      "that do not determine a pose, FitFailure, Stopped.\n"
+      "\n"
+      "    clip, report = holdfast.solve_markers('drink.c3d', static='rest.c3d')");
 }
 
 }  // namespace holdfast::python

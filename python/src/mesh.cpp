@@ -190,8 +190,8 @@ double Volume(const py::object& mesh_a, const py::object& mesh_b, bool exact, do
     const ExactVolume found = ExactIntersectionVolume(a.mesh, b.mesh);
     if (!found.Known()) {
       throw Error(fmt::format("{} and {}", a.source, b.source),
-                  fmt::format("share no volume that is known exactly: {}", Describe(found.status)),
-                  "Close and repair the surfaces (check_mesh says where), or give exact=False");
+                  fmt::format("have no exact intersection volume: {}", Describe(found.status)),
+                  "Close and repair the surfaces (check_mesh reports where), or give exact=False");
     }
     return found.volume_m3;
   });
@@ -281,13 +281,15 @@ py::object QueryPoints(const MeshDistance& surface, const py::object& points, in
 void BindDistance(py::module_& module) {
   py::class_<MeshDistance>(
       module, "SignedDistance",
-      "Signed distance to a surface, meters: negative inside.\n\n"
-      "SignedDistance('mug')([[0, 0, 0.1]]); of arrays: SignedDistance(vertices, faces).\n\n"
+      "Signed distance to a surface, meters: negative inside.\n"
+      "\n"
+      "SignedDistance('mug')([[0, 0, 0.1]]); of arrays: SignedDistance(vertices, faces).\n"
+      "\n"
       "Exact with cell=0: closest points from a tree of boxes; the sign of a watertight mesh from "
       "the angle-weighted pseudonormal, that of any other from the generalized winding number, at "
-      "O(faces) a point. With cell=0.002, say, a grid of that many meters a cell: tricubic "
-      "interpolation of exact distances at its nodes, about 100 ns a point, within `padding` of "
-      "the surface's box; beyond it a lower bound.")
+      "O(faces) per point. With cell=0.002, for example, a grid with cells of this size in meters: "
+      "tricubic interpolation of exact distances at its nodes, about 100 ns per point, within "
+      "`padding` of the surface's box; beyond it a lower bound.")
       .def(py::init(&MakeDistance), "mesh"_a, "faces"_a = py::none(), py::kw_only(), "cell"_a = 0.0,
            "padding"_a = 0.02, "threads"_a = 0,
            "mesh: a path, the name of an embedded object, (vertices (V, 3), faces (F, 3)), or the "
@@ -310,8 +312,8 @@ void BindDistance(py::module_& module) {
           },
           "points"_a, "threads"_a = 0,
           "points (N, 3): (distances (N,), gradients (N, 3)). Exact: of unit length, away from the "
-          "closest point outside; on the surface its normal. Of a grid: the exact derivative of "
-          "the value that the grid gives, not quite of unit length.");
+          "closest point outside; on the surface its normal. On a grid: the exact derivative of "
+          "the interpolated value, only approximately of unit length.");
 }
 
 }  // namespace
@@ -363,30 +365,29 @@ void BindMesh(py::module_& module) {
       },
       "path_or_name"_a, "scale"_a = 1.0,
       "A mesh (.obj .ply .stl .off .glb .gltf) or an embedded object, times `scale`: (vertices (V, "
-      "3) meters, "
-      "faces (F, 3)). Repaired where that does not change the shape (vertices at one place welded, "
-      "faces without area left out, parts turned outwards); what was done is logged to 'holdfast' "
-      "(INFO). Raises Error naming the file and the fault.");
+      "3) meters, faces (F, 3)). Repaired where that does not change the shape (coincident "
+      "vertices welded, faces without area removed, parts oriented outwards); repairs are logged "
+      "to 'holdfast' (INFO). Raises Error naming the file and the problem.");
   module.def("decimate", &DecimateMesh, "mesh"_a, "vertices"_a = 300, py::kw_only(),
              "method"_a = "lindstrom-turk", "allow_wrap"_a = true,
              "Collapses edges until `vertices` are left: (vertices, faces). mesh: a path, the name "
              "of an embedded object, or (vertices (V, 3), faces (F, 3)). method: 'lindstrom-turk', "
-             "'garland-heckbert' or 'garland-heckbert-probabilistic'. allow_wrap: what cannot be "
-             "decimated as it is, is wrapped first. Raises Error where it cannot be done.");
+             "'garland-heckbert' or 'garland-heckbert-probabilistic'. allow_wrap: wrap a mesh "
+             "first if it cannot be decimated directly. Raises Error if decimation fails.");
   module.def("check_mesh", &Check, "mesh"_a,
-             "What a mesh is like, as it is (nothing repaired): a dict of counts of faults, "
-             "watertight, extent_m, area_m2, volume_m3, suggested_scale, and the same as sentences "
-             "under 'description'. mesh: a path, a name, or (vertices (V, 3), faces (F, 3)).");
-  module.def("doctor", &Doctor, "clip_or_mesh"_a,
-             "What is right and wrong with a Clip, a mesh (vertices, faces), an embedded clip or "
-             "object, or any file or result folder: a list of dicts with verdict ('ok', 'warning' "
-             "or 'fault'), text and fix ('' where there is nothing to do). Raises nothing for the "
-             "content of a file.");
+             "Checks a mesh without repairing it: returns a dict of defect counts, watertight, "
+             "extent_m, area_m2, volume_m3, suggested_scale, and the same as sentences under "
+             "'description'. mesh: a path, a name, or (vertices (V, 3), faces (F, 3)).");
+  module.def(
+      "doctor", &Doctor, "clip_or_mesh"_a,
+      "Checks a Clip, a mesh (vertices, faces), an embedded clip or object, or any file or result "
+      "folder: returns a list of dicts with verdict ('ok', 'warning' or 'fault'), text and fix ('' "
+      "if nothing is to be done). Does not raise for the content of a file.");
   module.def("intersection_volume", &Volume, "mesh_a"_a, "mesh_b"_a, "exact"_a = true,
              py::kw_only(), "voxel"_a = 0.002, "threads"_a = 0,
-             "Volume that two solids share, m^3. exact: of the polyhedra, to rounding; raises "
-             "Error for surfaces that are open, or cross themselves where it matters. Else counted "
-             "in cubes of edge `voxel`, meters, for any surface.");
+             "Intersection volume of two solids, m^3. exact: of the polyhedra, up to rounding; "
+             "raises Error for surfaces that are open, or that intersect themselves where it "
+             "matters. Else counted in cubes of edge `voxel`, meters, for any surface.");
 }
 
 }  // namespace holdfast::python

@@ -142,22 +142,22 @@ void BindReachResult(py::module_& module) {
           },
           "(K,) bool: which goals the best motion reaches, within 10 cm")
       .def_readonly("misses", &ReachAnswer::why_missed,
-                    "list of K: why the best motion missed a goal, None where it did not or never "
-                    "set out")
+                    "list of K: why the best motion missed a goal, None if it reached the goal or "
+                    "did not attempt it")
       .def_property_readonly(
           "goals",
           [](const ReachAnswer& self) {
             return ToPython(
                 GoalsJson(self.report.motions.front().sample, self.goals, self.why_missed));
           },
-          "list of K dict: what became of each goal in the best motion; frames at 30 Hz")
+          "list of K dict: outcome of each goal in the best motion; frames at 30 Hz")
       .def_property_readonly(
           "quality", [](const ReachAnswer& self) { return ToPython(QualitiesJson(self)); },
           "list of dict, one for each clip: goals reached, skating, time in the air, speed")
-      .def_readonly("warnings", &ReachAnswer::warnings, "list of str: what is hard about the goals")
+      .def_readonly("warnings", &ReachAnswer::warnings, "list of str: warnings about the goals")
       .def_property_readonly(
           "seconds", [](const ReachAnswer& self) { return self.report.seconds; },
-          "of making the motions")
+          "time to generate the motions")
       .def("__repr__", [](const ReachAnswer& self) {
         return fmt::format("<holdfast.ReachResult: {} motions, the best reaches {} of {} goals>",
                            self.clips.size(), self.report.motions.front().sample.NumReached(),
@@ -171,14 +171,14 @@ goals: (K, 3) or (3,), world, meters, z up from the ground. clip: continues from
 embedded clip, at `frame` (from 0, at the clip's rate; None: the last); None: a person of `body` who
 stands at the origin, facing -y.
 
-object: a mesh that stands on a table at the first goal (the middle of its bottom), is taken there
-and carried to the other goals; as for fit(). approach: (3,) along the forearm, elbow to wrist, on
-arrival (latent-opt). obstacles: list of mesh files or (vertices, faces) in the world (latent-opt).
-weights: file of another network.
+object: a mesh that stands on a table with the middle of its bottom at the first goal, is taken
+there and carried to the other goals; as for fit(). approach: (3,) along the forearm, elbow to
+wrist, on arrival (latent-opt). obstacles: list of mesh files or (vertices, faces) in the world
+(latent-opt). weights: file of another network.
 
-Returns ReachResult, or with an object TakeResult; goals that are missed are no error. Raises
-FitFailure where the network's numbers break in every sample or the object cannot be taken, Stopped,
-and Error for goals that are out of the question.
+Returns ReachResult, or with an object TakeResult; a missed goal does not raise. Raises FitFailure
+if the motion diverges in every sample or the object cannot be taken, Stopped, and Error for invalid
+goals.
 
     reached = holdfast.reach([1.5, 1.0, 1.1])
     reached.clip, reached.reached, reached.misses
@@ -284,7 +284,7 @@ void BindTake(py::module_& module) {
           "per_frame", [](const TakenObject& self) { return PartOf(self, "per_frame"); },
           "dict of lists of T: object_tilt_deg, arm_lacks_mm, hand_error_deg, max_penetration_mm, "
           "min_distance_mm")
-      .def_readonly("warnings", &TakenObject::warnings, "list of str: what is not quite right")
+      .def_readonly("warnings", &TakenObject::warnings, "list of str: warnings")
       .def("__repr__", [](const TakenObject& self) {
         return fmt::format("<holdfast.TakeResult: {} taken with the {} hand, {} frames>",
                            self.object->object.name, self.hand, self.clip->NumFrames());

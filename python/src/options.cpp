@@ -118,7 +118,7 @@ void SetOptions(const py::kwargs& given, const OptionTable& table) {
     if (option == nullptr) {
       std::vector<std::string> known;
       for (const Option& one : table.All()) known.push_back(one.name);
-      throw py::type_error(fmt::format("no option is called '{}'. {}help() has them all", name,
+      throw py::type_error(fmt::format("unknown option '{}'. {}help() lists all options", name,
                                        Suggestion(name, known)));
     }
     const py::handle handle = value;
@@ -163,8 +163,9 @@ void BindOptions(py::module_& module) {
       },
       "job"_a,
       "The options that a function takes by name: {name: {'default', 'flag' of the command line, "
-      "'help', and 'choices' (list of str) or 'range' (least, most)}}. job: 'fit' (of offhand(), "
-      "too), 'grasp' (of grasps(), too), 'reach', 'refine', 'synthesize', 'transfer'.\n\n"
+      "'help', and 'choices' (list of str) or 'range' (min, max)}}. job: 'fit' (of offhand(), "
+      "too), 'grasp' (of grasps(), too), 'reach', 'refine', 'synthesize', 'transfer'.\n"
+      "\n"
       "    holdfast.options('fit')['contact_threshold_mm']['default']");
 }
 

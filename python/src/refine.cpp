@@ -31,8 +31,8 @@ LoadedObject RefinedObject(const ClipArgument& clip, const py::object& given, do
   const ClipObject own = OwnObject(clip);
   if (own.mesh && !own.by_name && !SameSurface(*own.mesh, object.mesh)) {
     throw Error(object.source,
-                "is not the object whose trajectory the clip has: " + clip.clip->object->mesh,
-                "Leave out object, or fit it anew: fit(clip, object)");
+                "is not the object of the clip's trajectory: " + clip.clip->object->mesh,
+                "Leave out object, or fit it again: fit(clip, object)");
   }
   return object;
 }
@@ -113,26 +113,27 @@ py::dict DistanceDict(const RefinedClip& self) {
 }  // namespace
 
 void BindRefine(py::module_& module) {
-  py::class_<RefinedClip, RefinedPtr>(module, "RefineResult", "A cleaned clip, before and after.")
+  py::class_<RefinedClip, RefinedPtr>(module, "RefineResult",
+                                      "A refined clip, with measures before and after.")
       .def_readonly("clip", &RefinedClip::clip,
                     "Clip with refined object, arms and fingers, and holding_hand")
       .def_property_readonly(
           "before",
           [](const RefinedClip& self) { return ToPython(QualityJson(self.report.before)); },
-          "dict of numbers: contact, penetration, unevenness of the object")
+          "dict of numbers: contact, penetration, jitter of the object")
       .def_property_readonly(
           "after", [](const RefinedClip& self) { return ToPython(QualityJson(self.report.after)); },
-          "the same of the refined clip, by the same hands in the same frames")
+          "the same for the refined clip, for the same hands in the same frames")
       .def_property_readonly(
           "gaps",
           [](const RefinedClip& self) {
             return py::make_tuple(LeastDistances(self.report.before.contact),
                                   LeastDistances(self.report.after.contact));
           },
-          "(before (T,), after (T,)): least distance of the hands' skin from the object, mm")
+          "(before (T,), after (T,)): minimum distance of the hands' skin from the object, mm")
       .def_property_readonly("distance", &DistanceDict,
-                             "dict: how far the object is from the data, 'rms_mm', 'rms_deg', and "
-                             "of each frame 'mm' and 'deg' (T,)")
+                             "dict: distance of the object from the data, 'rms_mm', 'rms_deg', and "
+                             "per frame 'mm' and 'deg' (T,)")
       .def_property_readonly(
           "holds", [](const RefinedClip& self) { return ToPython(HoldsOfRefined(self)); },
           "list of dict: frames [begin, end) that a hand holds, and how")
@@ -141,15 +142,15 @@ void BindRefine(py::module_& module) {
           "list of dict: frames [begin, end) in which the object lies still")
       .def_property_readonly(
           "touches", [](const RefinedClip& self) { return ToPython(TouchesOfRefined(self)); },
-          "list of dict: frames [begin, end) in which a hand is at the object without moving it")
+          "list of dict: frames [begin, end) in which a hand touches the object without moving it")
       .def_property_readonly(
           "kept", [](const RefinedClip& self) { return ToPython(KeptJson(self.report.kept)); },
-          "list of dict: frames [begin, end) that stay as the clip has them, because they were "
-          "deeper refined")
+          "list of dict: frames [begin, end) left unchanged, because refining made the penetration "
+          "deeper")
       .def_property_readonly(
           "fingers",
           [](const RefinedClip& self) { return ToPython(FingersJson(self.report.fingers)); },
-          "list of dict: of each hand, whether fingers move, frames into which a joint jumped by "
+          "list of dict: for each hand, whether fingers move, frames in which a joint jumped by "
           "more than 40 degrees, rotations replaced")
       .def_property_readonly(
           "ball", [](const RefinedClip& self) { return self.report.ball; },
@@ -171,11 +172,13 @@ void BindRefine(py::module_& module) {
       });
   RefineOptions options;
   static const std::string doc =
-      "Cleans a clip that has its object's trajectory, captured or predicted: penetration, jitter, "
-      "lost contact; near the data.\n\n"
-      "object as for fit(). weights: dict by term. Returns RefineResult. Raises FitFailure where "
-      "no "
-      "hand that holds touches the object, Stopped, and Error.\n\nOptions:\n" +
+      "Refines a clip that has its object's trajectory, captured or predicted: reduces "
+      "penetration, jitter and lost contact, close to the data.\n"
+      "\n"
+      "object as for fit(). weights: dict by term. Returns RefineResult. Raises FitFailure if no "
+      "holding hand touches the object, Stopped, and Error.\n"
+      "\n"
+      "Options:\n" +
       OptionsText(OptionsOf(options));
   module.def("refine", &Refine, "clip"_a, "object"_a = py::none(), py::kw_only(),
              "weights"_a = py::none(), "object_scale"_a = 1.0, "body"_a = py::none(),

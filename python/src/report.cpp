@@ -97,16 +97,17 @@ void BindReport(py::module_& module) {
       "contact_threshold_mm"_a = usual.contact_threshold_mm, "title"_a = "", "force"_a = false,
       "threads"_a = 0, "progress"_a = py::none(),
       "Writes one self-contained page (.html) of a clip: a 3D player, curves of every frame, "
-      "provenance. It needs no network.\n\n"
+      "provenance. It needs no network.\n"
+      "\n"
       "clips: a Clip, a result of fit(), refine(), grasp() or synthesize(), a file, a result "
-      "folder "
-      "or an embedded name; or a list of them, or a dict of them by the names to show. A second "
-      "clip is overlaid on the first as a ghost; of more, the page has a choice. object, "
-      "object_scale, body as in score(), for all clips; a result brings its own object and the "
-      "curves of its energies. contact_threshold_mm: skin this close to the object counts as "
-      "contact, 0.1 to 12, where the clip has no metrics. title: of the page; by default the names "
-      "of object and motion. force: a file that exists is overwritten. Raises Error for one that "
-      "exists, and where the library was built without the player; Stopped.\n\n"
+      "folder or an embedded name; or a list of them, or a dict of them by the names to show. A "
+      "second clip is overlaid on the first as a ghost; with more clips, the page has a selection. "
+      "object, object_scale, body as in score(), for all clips; a result brings its own object and "
+      "the curves of its energies. contact_threshold_mm: skin this close to the object counts as "
+      "contact, 0.1 to 12, where the clip has no metrics. title: of the page; default: the names "
+      "of object and motion. force: overwrite an existing file. Raises Error if the file exists, "
+      "and if the library was built without the player; Stopped.\n"
+      "\n"
       "    holdfast.report({'mug': held, 'bottle': held_bottle}, 'compare.html')");
 }
 

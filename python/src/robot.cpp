@@ -147,9 +147,9 @@ py::list Contacts(const TransferredRobot& self) {
 void BindRobot(py::module_& module) {
   py::class_<RobotHand>(module, "RobotHand", "A robot's hand: links, joints, fingers.")
       .def(py::init([](const std::filesystem::path& path) { return ReadRobotHand(path); }),
-           "path"_a, "URDF (.urdf) or MJCF (.xml); holdfast.Error says what is wrong with it")
+           "path"_a, "URDF (.urdf) or MJCF (.xml). Raises holdfast.Error for an invalid file")
       .def_readonly("name", &RobotHand::name)
-      .def_readonly("notes", &RobotHand::notes, "list of str: what was left out or mended")
+      .def_readonly("notes", &RobotHand::notes, "list of str: what was ignored or repaired")
       .def_property_readonly(
           "joints",
           [](const RobotHand& self) {
@@ -159,7 +159,7 @@ void BindRobot(py::module_& module) {
             }
             return joints;
           },
-          "dict: limits (radians or meters) of each joint that moves on its own, by name")
+          "dict: limits (radians or meters) of each independent joint, by name")
       .def_property_readonly(
           "parts",
           [](const RobotHand& self) {
@@ -169,7 +169,7 @@ void BindRobot(py::module_& module) {
             }
             return parts;
           },
-          "list of (part, link): which link stands for which part of a human hand, as found");
+          "list of (part, link): detected links of each part of a human hand");
   py::class_<TransferredRobot, TransferredPtr>(module, "RobotTransfer",
                                                "A clip's hand, transferred to a robot's.")
       .def_property_readonly(
@@ -192,10 +192,10 @@ void BindRobot(py::module_& module) {
             return ToPython(RobotMeasuresJson(RunAside(
                 [of = self->of] { return MeasureHuman(of->setup, of->options.threads); })));
           },
-          "dict: the human hand of the clip by the same measure")
+          "dict: the same measures of the clip's human hand")
       .def_property_readonly(
           "solve_ms", [](const TransferredRobot& self) { return self.transfer.solve_ms; },
-          "wall time of solving all frames, the first frame's starts apart, ms")
+          "wall time of solving all frames, without the starts of the first frame, ms")
       .def("baseline", &ByBaseline, "method"_a,
            "The same clip on the same robot by a published method, as a RobotTransfer: "
            "'laplacian' (an interaction mesh, OmniRetarget, Yang et al. 2025), 'keypoints' "
@@ -203,10 +203,10 @@ void BindRobot(py::module_& module) {
            "et al. 2020).")
       .def("hold_trial", &TryIt, "human"_a = false, py::kw_only(),
            "friction"_a = TrialProtocol{}.scene.friction,
-           "Whether the hand keeps the object in the frame with most contacts, simulated by "
-           "MuJoCo with gravity in six directions: a dict with 'held_directions', slips in mm and "
-           "degrees, 'mass_kg' and 'grip_N'; None for a hand with sliding joints. human: of the "
-           "clip's hand. Raises Error without MuJoCo.")
+           "Whether the hand keeps the object in the frame with most contacts, simulated by MuJoCo "
+           "with gravity in six directions: a dict with 'held_directions', slips in mm and "
+           "degrees, 'mass_kg' and 'grip_N'; None for a hand with sliding joints. human: try the "
+           "clip's human hand. Raises Error without MuJoCo.")
       .def(
           "save",
           [](const TransferredRobot& self, const std::filesystem::path& path, bool force) {
@@ -214,9 +214,7 @@ void BindRobot(py::module_& module) {
             WriteRobotMotion(self.Setup(), self.transfer.poses, self.measures, path);
           },
           "path"_a, py::kw_only(), "force"_a = false,
-          "Writes robot.npz (docs/robots.md). Raises Error for a file that exists, which "
-          "force=True "
-          "overwrites.")
+          "Writes robot.npz (docs/robots.md). Raises Error if the file exists, unless force=True.")
       .def(
           "save_scene",
           [](const TransferredRobot& self, const std::filesystem::path& path, bool force) {
@@ -225,15 +223,14 @@ void BindRobot(py::module_& module) {
             WriteRobotScene(self.Setup(), self.transfer.poses, path);
           },
           "path"_a, py::kw_only(), "force"_a = false,
-          "Writes a scene for MuJoCo (.xml) with its meshes in a folder beside it. Raises Error "
-          "for "
-          "a file or folder that exists, which force=True overwrites.");
+          "Writes a scene for MuJoCo (.xml) with its meshes in a folder beside it. Raises Error if "
+          "the file or folder exists, unless force=True.");
   module.def("transfer_to_robot", &Transfer, "clip"_a, "robot"_a, py::kw_only(), "hand"_a = "auto",
              "correspondence"_a = py::none(), "on_path"_a = false, "object"_a = py::none(),
              "object_scale"_a = 1.0, "body"_a = py::none(), "threads"_a = 0,
              "progress"_a = py::none(),
-             "The hand of a clip (path, Clip, result of fit) that holds the object, on a robot's "
-             "hand (path to URDF or MJCF): contacts kept, nothing inside the other. "
+             "Transfers the hand of a clip (path, Clip, result of fit) that holds the object to a "
+             "robot's hand (path to URDF or MJCF): keeps contacts, avoids penetration. "
              "`correspondence`: list of (part, link) as RobotHand.parts. Returns a RobotTransfer.");
 }
 

@@ -86,7 +86,7 @@ py::object Score(const py::object& clip, ScoreArguments& in) {
   protocol.measure_voxels = protocol.contact.voxel_mm > 0.0;
   if (!protocol.measure_voxels && !protocol.measure_exact) {
     throw py::value_error(
-        "voxel_mm=0 leaves no way to measure volumes with exact='off': give a voxel size, or "
+        "voxel_mm=0 excludes exact='off', since no volume would be measured: give a voxel size, or "
         "exact='auto'");
   }
   protocol.contact.threads = in.options.threads;
@@ -169,21 +169,22 @@ void RenderTo(const py::object& clip, const std::filesystem::path& path, const p
 }
 
 constexpr const char* kScoreDoc =
-    "What 'holdfast score' measures of a clip, as a dict.\n\n"
+    "Measures a clip as 'holdfast score' does. Returns a dict.\n"
+    "\n"
     "'values' has the numbers by name ('penetration_max_mm', 'contact_frames_ratio', ...), None "
     "where undefined; 'hands' the same for each hand that holds; 'own_body' the frames in which "
     "the object ('object_in_body_worst_frame') and the arms are deepest in the person's own body; "
-    "'definitions' what each name "
-    "means; 'protocol' the thresholds; 'reference' and errors such as 'mpjpe_mm' with a reference; "
-    "'notes' what to know.\n\n"
+    "'definitions' the definition of each name; 'protocol' the thresholds; 'reference' and errors "
+    "such as 'mpjpe_mm' with a reference; 'notes' remarks.\n"
+    "\n"
     "clip and reference: a Clip, a path, an embedded name or a result such as fit()'s. object: a "
-    "mesh in meters (path, "
-    "embedded name, or (vertices, faces)) in place of the one that the clip names; object_scale "
-    "multiplies it. exact: the shared volume by cutting the meshes ('off', 'auto': by voxels where "
-    "that is undefined, 'on'). symmetric: whether the object is, when poses are compared ('off', "
-    "'auto', 'on'). overlap, resample: for a reference of another length or frame rate. per_frame "
-    "adds 'per_frame' to each hand and to 'own_body'. body: a BodyModel in place of the embedded "
-    "one.\n\n"
+    "mesh in meters (path, embedded name, or (vertices, faces)) in place of the clip's; "
+    "object_scale multiplies it. exact: intersection volume by cutting the meshes ('off', 'auto': "
+    "by voxels where it is undefined, 'on'). symmetric: whether the object is, when poses are "
+    "compared ('off', 'auto', 'on'). overlap, resample: for a reference of another length or frame "
+    "rate. per_frame adds 'per_frame' to each hand and to 'own_body'. body: a BodyModel in place "
+    "of the embedded one.\n"
+    "\n"
     ">>> holdfast.score(held, \"mug\")[\"values\"][\"penetration_max_mm\"]";
 
 void BindScoreOf(py::module_& module) {
@@ -251,23 +252,24 @@ void BindScore(py::module_& module) {
       "force"_a = false, "threads"_a = 0,
       "Whether the hand would keep the object, simulated by MuJoCo (libmujoco-dev): a dict with "
       "'held_directions' of 6, slips in mm and degrees by direction of gravity and along the "
-      "clip's motion, and the 'protocol' (docs/metrics.md). None where no frame has one hand alone "
-      "holding an object. clip, object, body as in score(). friction: coefficient of hand and "
-      "object. film: a video (.mp4, .gif) of the trial to write; Error where it exists, which "
-      "force=True overwrites. Raises holdfast.Error without MuJoCo.");
+      "clip's motion, and the 'protocol' (docs/metrics.md). None if in no frame exactly one hand "
+      "holds an object. clip, object, body as in score(). friction: coefficient of hand and "
+      "object. film: a video (.mp4, .gif) of the trial to write; raises Error if it exists, unless "
+      "force=True. Raises holdfast.Error without MuJoCo.");
   module.def("render", &RenderTo, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
              "object_scale"_a = 1.0, "body"_a = py::none(), "size"_a = std::pair(640, 480),
              "camera"_a = "auto", "frame"_a = py::none(), "sheet"_a = std::pair(4, 2),
              "frame_rate"_a = py::none(), "markers"_a = py::none(), "force"_a = false,
              "threads"_a = 0, "progress"_a = py::none(),
-             "Draws a clip without GPU or display.\n\nA .png is a sheet of (columns, rows) "
-             "pictures evenly through the clip, or one picture of `frame`; with %d or %03d in the "
-             "name one of each frame; a .gif or .mp4 a video (through the program ffmpeg) at "
-             "frame_rate Hz, by default the clip's. size: (width, height) of a picture, pixels. "
-             "camera: 'auto', 'front', 'side', 'follow' or 'hand'. markers: a folder that "
-             "'holdfast solve' made, whose measured markers are drawn too. Amber: skin within 3 mm "
-             "of the object; red: skin inside it. clip, object, body "
-             "as in score(). Raises Error for files that exist, which force=True overwrites.");
+             "Draws a clip without GPU or display.\n"
+             "\n"
+             "A .png is a sheet of (columns, rows) pictures evenly through the clip, or one "
+             "picture of `frame`; with %d or %03d in the name one of each frame; a .gif or .mp4 a "
+             "video (through the program ffmpeg) at frame_rate Hz, by default the clip's. size: "
+             "(width, height) of a picture, pixels. camera: 'auto', 'front', 'side', 'follow' or "
+             "'hand'. markers: a result folder of 'holdfast solve', whose measured markers are "
+             "also drawn. Amber: skin within 3 mm of the object; red: skin inside it. clip, "
+             "object, body as in score(). Raises Error for existing files, unless force=True.");
 }
 
 }  // namespace holdfast::python

@@ -134,27 +134,26 @@ void BindStudies(py::module_& module) {
              "Positions (T, 55, 3) of the joints of a clip (Clip, path or embedded name), meters "
              "in the world: of the clip's own shape where its betas are of this body, else of the "
              "mean shape.");
+  module.def("find_holds", &Holds, "clip"_a, "object"_a = py::none(), py::kw_only(),
+             "object_scale"_a = 1.0, "cell"_a = DistanceGridOptions{}.cell_m, "body"_a = py::none(),
+             "threads"_a = 0,
+             "Detects who holds the object of a clip that has its trajectory, noisy or not. "
+             "Returns a dict of 'holding_hand' (T,) (0 nobody, 1 right, 2 left, 3 both) and "
+             "'switches', as FitResult.switches. The clip's own holding_hand is ignored. object as "
+             "for fit(); cell: edge of a cell of the object's distance grid, meters.");
   module.def(
-      "find_holds", &Holds, "clip"_a, "object"_a = py::none(), py::kw_only(),
-      "object_scale"_a = 1.0, "cell"_a = DistanceGridOptions{}.cell_m, "body"_a = py::none(),
-      "threads"_a = 0,
-      "Who holds the object of a clip that has its trajectory, noisy or not: a dict of "
-      "'holding_hand' (T,) (0 nobody, 1 right, 2 left, 3 both) and 'switches', as "
-      "FitResult.switches. The clip's own holding_hand is not looked at. object as for fit(); "
-      "cell: edge of a cell of the object's distance grid, meters.");
-  module.def("find_handovers", &Handovers, "clip"_a, "object_size"_a, py::kw_only(),
-             "body"_a = py::none(),
-             "Where an object would change hands in a clip that has none: as find_holds(), from "
-             "the hands alone (after Ghosh et al. 2023, section 5.7). object_size: its middle "
-             "extent of three, meters. Raises Error where the hands never meet.");
+      "find_handovers", &Handovers, "clip"_a, "object_size"_a, py::kw_only(), "body"_a = py::none(),
+      "Detects where an object would change hands in a clip without object: as find_holds(), but "
+      "only from the hands (after Ghosh et al. 2023, section 5.7). object_size: its middle extent "
+      "of three, meters. Raises Error if the hands never meet.");
   module.def(
       "handover_clip", &HandoverClip, "object"_a, py::kw_only(), "seed"_a = 1,
       "frame_rate"_a = 30.0, "switches"_a = 0, "noise"_a = std::array{0.0, 0.0, 0.0},
       "object_scale"_a = 1.0, "body"_a = py::none(),
       "A synthetic clip of a standing person who passes the object from hand to hand, in flat "
       "palms: (Clip, frames of the switches), with the true holding_hand. switches: 0 draws one to "
-      "three. noise: standard deviations per axis and frame of the object's place (meters) and "
-      "rotation (radians) and of every joint (radians). The same for the same seed.");
+      "three. noise: standard deviations per axis and frame of the object's position (meters) and "
+      "rotation (radians) and of every joint (radians). The same seed gives the same clip.");
 }
 
 }  // namespace holdfast::python

@@ -126,7 +126,7 @@ SynthesisPtr SynthesizeFor(const std::string& action, const py::object& object,
   } else {
     if (frame && *frame < 0) throw py::value_error("frame: expected 0 or more");
     if (job.standing.in_hand || job.standing.left || !betas.is_none()) {
-      throw py::value_error("start, hand and betas are the clip's: leave them out");
+      throw py::value_error("start, hand and betas are given by the clip: leave them out");
     }
     call.from = ClipOf(clip, body);
   }
@@ -153,7 +153,8 @@ clip: continues from this Clip, path or embedded clip, which shows the object in
 (from 0; None: the last). None: a person who stands at the origin, facing -y, with `betas` (B,).
 weights, action_embeddings: files of other networks.
 
-Returns SynthesisResult. Raises FitFailure where the object cannot be held so, Stopped, and Error.
+Returns SynthesisResult. Raises FitFailure if the object cannot be held for the action, Stopped, and
+Error.
 
     made = holdfast.synthesize('drink', 'mug')
     made.clip.save('drink.npz')
@@ -168,7 +169,8 @@ void BindSynthesize(py::module_& module) {
       .def_property_readonly(
           "clip", [](const SynthesisAnswer& self) { return self.fit->clip; },
           "Clip with the object fitted to every frame")
-      .def_readonly("motion", &SynthesisAnswer::motion, "Clip of the best sample before that")
+      .def_readonly("motion", &SynthesisAnswer::motion,
+                    "Clip of the best sample before the object is fitted")
       .def_readonly("fit", &SynthesisAnswer::fit, "FitResult")
       .def_property_readonly("action",
                              [](const SynthesisAnswer& self) {
@@ -191,11 +193,10 @@ void BindSynthesize(py::module_& module) {
           },
           "list of dict: sample and faults, best first")
       .def_readonly("switch_frame", &SynthesisAnswer::switch_frame,
-                    "frame in which the other hand takes the object over, or None")
-      .def_readonly(
-          "at_face_m", &SynthesisAnswer::at_face_m,
-          "meters that the rim, the phone ... of `clip` stays from its place at the lips, "
-          "the ear ... where it is nearest; None for actions away from the face")
+                    "frame in which the other hand takes the object, or None")
+      .def_readonly("at_face_m", &SynthesisAnswer::at_face_m,
+                    "minimum distance, in meters, of the rim, the phone, ... in `clip` from its "
+                    "target at the lips, the ear, ...; None for actions away from the face")
       .def_readonly("seconds_per_key_frame", &SynthesisAnswer::seconds_per_key_frame)
       .def("__repr__", [](const SynthesisAnswer& self) {
         return fmt::format("<holdfast.SynthesisResult: {} ({} frames)>",

@@ -144,21 +144,23 @@ py::tuple PenetrationEnergy(const py::object& points, const py::object& signed_d
 }  // namespace
 
 void BindTerms(py::module_& module) {
+  module.def("pair_distances", &PairDistances, "hand"_a, "object"_a,
+             "|h_i - o_j| of hand (N, 3) and object (M, 3), meters: (N, M). The reference D of the "
+             "terms below is this matrix in the frame in which the hand takes hold.");
   module.def(
-      "pair_distances", &PairDistances, "hand"_a, "object"_a,
-      "|h_i - o_j| of hand (N, 3) and object (M, 3), meters: (N, M). The reference D of the terms "
-      "below is this in the frame in which the hand takes hold.");
-  module.def("distance_energy", &DistanceEnergy, "hand"_a, "object"_a, "reference"_a, py::kw_only(),
-             "threads"_a = 0,
-             "(energy, grad_hand, grad_object) of E_d = sum_ij (|h_i - o_j| - D_ij)^2, that hand "
-             "and object keep their distances (IMoS, eq. 7).\n\nhand (N, 3), object (M, 3), "
-             "reference D (N, M), meters, hand and object in one frame, whichever. Gradients are "
-             "exact, (N, 3) and (M, 3); where two points coincide the direction is zero.");
+      "distance_energy", &DistanceEnergy, "hand"_a, "object"_a, "reference"_a, py::kw_only(),
+      "threads"_a = 0,
+      "(energy, grad_hand, grad_object) of E_d = sum_ij (|h_i - o_j| - D_ij)^2, which keeps the "
+      "distances of hand and object (IMoS, eq. 7).\n"
+      "\n"
+      "hand (N, 3), object (M, 3), reference D (N, M), meters, hand and object in the same frame. "
+      "Gradients are exact, (N, 3) and (M, 3); where two points coincide the direction is zero.");
   module.def("contact_energy", &ContactEnergy, "hand"_a, "object"_a, "reference"_a,
              "threshold_m"_a = 0.01,
-             "(energy, grad_hand, grad_object) of E_c = sum |h_i - o_j|^2 over the pairs with "
-             "D_ij < threshold_m, that what touched stays together (IMoS, eq. 8).\n\nShapes as in "
-             "distance_energy.");
+             "(energy, grad_hand, grad_object) of E_c = sum |h_i - o_j|^2 over the pairs with D_ij "
+             "< threshold_m, which keeps contacts together (IMoS, eq. 8).\n"
+             "\n"
+             "Shapes as in distance_energy.");
   module.def("penetration_energy", &PenetrationEnergy, "points"_a, "signed_distance"_a,
              "give_m"_a = 0.0, py::kw_only(), "threads"_a = 0,
              "(energy, grad_points) of sum_i max(0, -d(p_i) - give_m)^2 for points (N, 3) in the "

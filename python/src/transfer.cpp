@@ -102,14 +102,14 @@ TransferredPtr Transfer(const py::object& clip, const py::object& object, const 
 }
 
 constexpr const char* kTransferDoc =
-    R"(Carries a clip with a held object over to another object of the kind, or another person, contacts
-kept: where skin touched, and how far it was, goes along over a dense map between the objects'
-surfaces; then hand and object are fitted.
+    R"(Transfers a clip with a held object to another object of the same kind, or to another
+person, keeping contacts: a dense map between the objects' surfaces maps contact points and
+distances; then hand and object are fitted.
 
 clip: Clip, path, or result with an object (its mesh, or from_object). object: the other one, as for
 fit(); None: the clip's own. scale: factor, or (3,) one for each axis. map: found by shape, or pairs of
 points ((n, 3), (n, 3)), meters, or a path to them. betas: (B,) shape of another person. Returns
-TransferResult. Raises FitFailure where no hand touches it, Stopped, and Error.
+TransferResult. Raises FitFailure if no hand touches the object, Stopped, and Error.
 
     held = holdfast.fit('demo_drink', 'mug')
     large = holdfast.transfer(held, scale=1.2)
@@ -126,19 +126,19 @@ void BindTransfer(py::module_& module) {
       .def_readonly("clip", &TransferredClip::clip, "Clip with object, arms and fingers fitted")
       .def_property_readonly(
           "map", [](const TransferredClip& self) { return ToPython(MapJson(self.map)); },
-          "dict: how the map between the surfaces stretches, and what it leaves between them")
+          "dict: stretch of the map between the surfaces, and the distance that it leaves between "
+          "them")
       .def_property_readonly(
           "holds",
           [](const TransferredClip& self) {
             return ToPython(TransferredHoldsJson(self.report.holds));
           },
-          "list of dict: of each hold, whether its grasp is clean or was searched anew, and how "
-          "far "
-          "contacts are from where the map has them")
+          "list of dict: for each hold, whether its grasp is clean or a new one was searched, and "
+          "how far contacts are from their mapped points")
       .def_property_readonly(
           "following",
           [](const TransferredClip& self) { return ToPython(FollowingJson(self.report)); },
-          "dict: what kept its way, and how body and arms followed")
+          "dict: which trajectory was kept, and how body and arms followed")
       .def_property_readonly(
           "contact",
           [](const TransferredClip& self) {

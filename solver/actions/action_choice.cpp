@@ -193,7 +193,7 @@ ActionChoice ChooseKeys(const ActionPerson& person, const BodyPlacement& start,
                         const ActionScript& script, std::span<const ActionGrasp> grasps,
                         std::span<const double> offsets, const Eigen::Matrix3Xd& object_points) {
   if (grasps.empty()) {
-    throw Error("action", "has no way of holding the object", "Find grasps first");
+    throw Error("action", "has no grasp of the object", "Find grasps first");
   }
   const ActionKeySearch search(person, start, script, object_points);
   std::size_t best = 0;

@@ -86,7 +86,7 @@ Chosen Choose(const ActionClipRequest& request, std::optional<bool> in_hand, Act
   const std::vector<ActionGrasp>& grasps =
       handover ? request.grasps.Paired() : request.grasps.Single();
   if (grasps.empty()) {
-    made.fault = handover ? "no two hands find room" : "no grasp";
+    made.fault = handover ? "no room for both hands" : "no grasp";
     return chosen;
   }
   const ActionActor& actor = request.actor;

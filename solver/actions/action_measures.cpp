@@ -137,7 +137,7 @@ void MeasureAction(const ActionActor& actor, const ActionProp& prop, const Clip&
 ActionFault FaultOf(const ActionQuality& quality, std::string_view action) {
   const bool fast = action == "use" || action == "shake" || action == "brush" || action == "chop";
   if (quality.worst_key > 60.0) {
-    return {"no comfortable pose", fmt::format("a key costs {:.0f}", quality.worst_key)};
+    return {"no comfortable pose", fmt::format("a key pose has cost {:.0f}", quality.worst_key)};
   }
   if (quality.hand_error_rad > 8.0 * kDegree) {
     return {"wrist beyond its limits",

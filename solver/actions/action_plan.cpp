@@ -45,8 +45,8 @@ std::vector<Choice> ChoicesOf(const ActionSetOptions& options) {
   }
   for (const std::string& object : options.objects) {
     if (std::ranges::find(known, object) != known.end()) continue;
-    throw Error(object, "is nothing that these actions are made with",
-                fmt::format("There are {}", fmt::join(known, ", ")));
+    throw Error(object, "is not an object of these actions",
+                fmt::format("Their objects are {}", fmt::join(known, ", ")));
   }
   return choices;
 }

@@ -84,7 +84,7 @@ bool Carry(const CapturedClipRequest& request, CapturedClip& made, CarryReport& 
   try {
     carried = CarryObject(made.clip, body, request.object, options);
   } catch (const Error& error) {
-    made.fault = options.drink ? "nobody drinks" : "nobody holds";
+    made.fault = options.drink ? "no drinking hand" : "no holding hand";
     made.detail = error.what();
     return false;
   }
@@ -101,7 +101,7 @@ bool Carry(const CapturedClipRequest& request, CapturedClip& made, CarryReport& 
 CapturedTrial ReadCapturedTrial(const MarkerTrialFiles& files,
                                 const std::shared_ptr<const BodyModel>& model) {
   if (files.still.empty()) {
-    throw Error(files.recording.string(), "has no static trial beside it",
+    throw Error(files.recording.string(), "has no static trial in its folder",
                 "Put the person's static trial, named ..._static..., into its folder");
   }
   const MarkerRecording still = ReadMarkers(files.still);
@@ -113,8 +113,8 @@ CapturedTrial ReadCapturedTrial(const MarkerTrialFiles& files,
   trial.person = {surface.RestJoints(), FindFaceMarks(surface)};
   const auto action = FindCapturedAction(trial.clip, trial.person);
   if (!action) {
-    throw Error(files.recording.string(), "has no hand that drinks or goes over the head",
-                "Give trials of somebody who drinks from a table, or combs");
+    throw Error(files.recording.string(), "has no hand that drinks or combs the hair",
+                "Give trials in which a person drinks from a cup on a table, or combs");
   }
   trial.action = *action;
   trial.parts = CapturedParts(solved.report.unmarked);

@@ -254,7 +254,9 @@ ReachDataReport MakeReachData(const CaptureSet& set, const ReachDataOptions& opt
   const double wanted = 60.0 * options.hours;
   const int most = std::max(200, static_cast<int>(kMaxTries * wanted / 0.3));
   const int total = static_cast<int>(wanted + 0.5);
-  const auto tell = [&](int done) { return !progress || progress("minutes made", done, total); };
+  const auto tell = [&](int done) {
+    return !progress || progress("minutes generated", done, total);
+  };
   while (made.minutes < wanted && static_cast<int>(lines.size()) < most) {
     const auto go_on = [&] {
       return tell(std::clamp(total - 1, 0, static_cast<int>(made.minutes)));

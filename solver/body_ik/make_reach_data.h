@@ -40,8 +40,8 @@ struct ReachDataReport {
 /// Generates walking, turning and reaching with goals from captures: writes made/*.npz and
 /// manifest.json (schema holdfast/reach-data/1) to `folder`. The clips have arrays goal (K x 3,
 /// world, meters), goal_frame (K) and goal_wrist (K): the wrist joint is at the goal in its frame.
-/// An interrupted set is resumed, a complete one extended. Progress has the stage "minutes made".
-/// Throws Error for a manifest with other provenance, and as MakeReachClip does.
+/// An interrupted set is resumed, a complete one extended. Progress has the stage "minutes
+/// generated". Throws Error for a manifest with other provenance, and as MakeReachClip does.
 ReachDataReport MakeReachData(const CaptureSet& set, const ReachDataOptions& options,
                               const std::filesystem::path& folder,
                               const StagedProgress& progress = {});

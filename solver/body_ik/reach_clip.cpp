@@ -38,10 +38,11 @@ std::string FaultOf(const ReachClip& clip, const ReachClipLimits& limits) {
     return fmt::format("a planted foot moved by {:.0f} cm", 100 * clip.feet.max_correction_m);
   }
   if (clip.feet.max_sink_m > limits.pelvis_sink_m) {
-    return fmt::format("the pelvis sinks {:.0f} cm for legs to reach", 100 * clip.feet.max_sink_m);
+    return fmt::format("the pelvis is lowered by {:.0f} cm for the feet to reach their targets",
+                       100 * clip.feet.max_sink_m);
   }
   if (clip.feet.max_missed_m > limits.ankle_missed_m) {
-    return fmt::format("an ankle is {:.0f} cm from its place", 100 * clip.feet.max_missed_m);
+    return fmt::format("an ankle is {:.0f} cm from its target", 100 * clip.feet.max_missed_m);
   }
   if (quality.skate_ratio > limits.skate_ratio) {
     return fmt::format("feet slide in {:.0f} % of frames", 100 * quality.skate_ratio);
@@ -53,11 +54,11 @@ std::string FaultOf(const ReachClip& clip, const ReachClipLimits& limits) {
     return fmt::format("a joint jumps ({:.0f} m/s^2)", quality.max_acceleration);
   }
   if (quality.p99_acceleration > limits.p99_acceleration) {
-    return fmt::format("restless ({:.0f} m/s^2 in 1 % of frames and joints)",
+    return fmt::format("jittery ({:.0f} m/s^2 in 1 % of frames and joints)",
                        quality.p99_acceleration);
   }
   if (quality.beyond_limits_ratio > limits.beyond_limits_ratio) {
-    return fmt::format("{:.1f} % of joint angles beyond captured ones",
+    return fmt::format("{:.1f} % of joint angles beyond captured limits",
                        100 * quality.beyond_limits_ratio);
   }
   return {};

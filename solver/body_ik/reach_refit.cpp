@@ -174,7 +174,7 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   for (const RefitGoal& goal : goals) {
     if (goal.frame < 0 || goal.frame >= count || !goal.position.allFinite()) {
       throw Error("refit", fmt::format("goal at frame {} of {}", goal.frame, count),
-                  "Give a frame of the motion and a finite place");
+                  "Give a frame of the motion and a finite position");
     }
     if (goal.rests && goal.frame + 1 < count && lacks(goal) <= options.farthest_m) {
       ComeToRest(rest_joints, soles, goal.frame, frames);

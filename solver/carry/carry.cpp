@@ -106,7 +106,7 @@ class Carrier {
     report_.holding = Always(HoldingBit(report_.drink->times.side), clip_.pose.size());
     report_.grasp.status = std::string(Describe(report_.drink->status));
     if (report_.drink->status == GraspStatus::kNoCleanGrasp) {
-      report_.warnings.push_back(report_.grasp.status + ": the least bad grasp is carried on");
+      report_.warnings.push_back(report_.grasp.status + "; using the best rejected grasp");
     }
     return report_.drink->status != GraspStatus::kNoRoom;
   }
@@ -148,7 +148,7 @@ class Carrier {
     }
     if (std::ranges::all_of(holding.hands, [](std::uint8_t bits) { return bits == 0; })) {
       throw Error("the clip", "has an object that no hand holds",
-                  "Say which hand does with --hand, or make a new grasp with --regrasp");
+                  "Select the holding hand with --hand, or make a new grasp with --regrasp");
     }
     return holding;
   }
@@ -374,22 +374,21 @@ class Carrier {
     // A grasp in the clip that the terms cannot repair any more: soft tissue compresses less.
     constexpr double kBadGrasp_mm = 3.0;
     if (!needs_grasp_ && report_.contact.penetration_mean_max_mm > kBadGrasp_mm) {
-      report_.warnings.push_back(fmt::format(
-          "the clip's own grasp holds the object {:.0f} mm deep in the hand; --regrasp makes a new "
-          "one",
-          report_.contact.penetration_mean_max_mm));
+      report_.warnings.push_back(
+          fmt::format("in the clip's own grasp, the object is {:.0f} mm deep in the hand; "
+                      "--regrasp makes a new one",
+                      report_.contact.penetration_mean_max_mm));
     }
     const ClearanceReport& body = report_.clearance;
     if (body.deep > 0) {
-      report_.warnings.push_back(fmt::format(
-          "the {} is deeper than {:.0f} mm in the body in {} of {} frames, up to {:.0f} mm in "
-          "frame {}",
-          MeetingPartName(body.worst_part), 1e3 * ClearanceOptions{}.deep_m, body.deep,
-          body.frames.size(), 1e3 * body.worst_m, body.worst_frame));
+      report_.warnings.push_back(
+          fmt::format("the {} penetrates the body by more than {:.0f} mm in {} of {} frames, by up "
+                      "to {:.0f} mm in frame {}",
+                      MeetingPartName(body.worst_part), 1e3 * ClearanceOptions{}.deep_m, body.deep,
+                      body.frames.size(), 1e3 * body.worst_m, body.worst_frame));
     } else if (options_.recipe != FitRecipe::kHoldfast && report_.grasp.through_body > 0.0) {
       report_.warnings.push_back(
-          fmt::format("the object meets the body in about {:.0f} % of the "
-                      "frames",
+          fmt::format("the object collides with the body in about {:.0f} % of the frames",
                       100.0 * report_.grasp.through_body));
     }
     constexpr double kMinContact = 0.5;
@@ -398,13 +397,14 @@ class Carrier {
     WarnOfFaults();
     if (contact < kMinContact) {
       report_.warnings.push_back(fmt::format(
-          "the hands that hold touch the object in {:.0f} % of the frames held", 100.0 * contact));
+          "the holding hands touch the object in only {:.0f} % of the frames in which they hold it",
+          100.0 * contact));
     }
     for (const Handover& handover : report_.handovers) {
       if (handover.transfer.found) continue;
       report_.sound = false;
       report_.warnings.push_back(
-          fmt::format("the {} hand's grasp of frame {} is the least bad try: {}",
+          fmt::format("the {} hand's grasp in frame {} is the best rejected one: {}",
                       SideName(handover.to), handover.frame, handover.transfer.refused));
     }
   }
@@ -420,8 +420,8 @@ class Carrier {
     for (const auto& [fault, where] : faults) {
       report_.sound = false;
       report_.warnings.push_back(
-          fmt::format("frame {}: {}; {} frame(s) keep their start because of it", where.first,
-                      fault, where.second));
+          fmt::format("frame {}: {}; {} frame(s) keep their initial values because of it",
+                      where.first, fault, where.second));
     }
   }
 
@@ -477,7 +477,7 @@ std::string WhyNewGrasp(const Clip& clip, const LoadedObject& object, const std:
                        name);
   }
   if (options.other_body.empty()) return {};
-  return fmt::format("the clip's grasp is of a hand of {}, which the body shown does not have",
+  return fmt::format("the clip's grasp is of a hand of {}, which the loaded body does not have",
                      options.other_body);
 }
 

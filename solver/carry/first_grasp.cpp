@@ -66,9 +66,9 @@ std::optional<std::string> WhyTooLarge(const LoadedObject& object, bool both) {
   const double span = both ? BothHandsOptions{}.max_width_m : OppositionOptions{}.max_width_m;
   if (extent.maxCoeff() < kLarge_m || IsWithinSpan(object.mesh, span)) return std::nullopt;
   return fmt::format(
-      "{}: nothing of it is thinner than the {:.0f} cm that {}. It measures {:.1f} x {:.1f} x "
+      "{}: no part of it is thinner than the {:.0f} cm that {}. It measures {:.1f} x {:.1f} x "
       "{:.1f} cm: check its unit (--object-scale){}",
-      object.name, 100.0 * span, both ? "two hands hold between them" : "a hand spans",
+      object.name, 100.0 * span, both ? "two hands can hold between them" : "a hand can span",
       100.0 * extent.x(), 100.0 * extent.y(), 100.0 * extent.z(),
       !both && IsWithinSpan(object.mesh, BothHandsOptions{}.max_width_m)
           ? ", or hold it between both hands (--hand both)"
@@ -116,14 +116,14 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   if (NothingToCarry(report.status)) return first;
   // The least bad grasp need not be at the requested place.
   if (options.place && report.status != GraspStatus::kFound) {
-    first.status = fmt::format("{} at the place asked for (best try: {})", Describe(report.status),
+    first.status = fmt::format("{} at the requested place (best try: {})", Describe(report.status),
                                report.candidates.front().refused);
     return first;
   }
   first.clean = report.status != GraspStatus::kNoCleanGrasp;
   if (!first.clean) {
     first.warnings.push_back(
-        fmt::format("{}: the least bad grasp is carried on", Describe(report.status)));
+        fmt::format("{}; using the best rejected grasp", Describe(report.status)));
   }
   PlaceObject(ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()), clip);
   SetFingers(clip.pose[0], hand.HandSide(), grasp.fingers);

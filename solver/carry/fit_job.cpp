@@ -20,11 +20,11 @@ namespace {
 void AddGraspOptions(FitJob& job, OptionTable& table) {
   table.Group("The grasp");
   AddStyleOption(table, "style", job.carry.style,
-                 "How a new grasp holds: power, precision, handle (fingers through it), or auto");
+                 "Style of a new grasp: power, precision, handle (fingers through it), or auto");
   AddUseOption(table, job.carry.use);
   table.Flag("regrasp", job.regrasp, "Make a new grasp even if the clip has one of this object");
   table.Flag("keep_grasp", job.keep_grasp,
-             "Keep the clip's own grasp and trajectory even if they are another object's");
+             "Keep the clip's own grasp and trajectory even if they belong to another object");
 }
 
 void AddEnergyOptions(FitOptions& fit, OptionTable& table) {
@@ -32,14 +32,14 @@ void AddEnergyOptions(FitOptions& fit, OptionTable& table) {
   AddWeightOptions(table, fit,
                    [](const EnergyTermInfo& info) { return info.term != EnergyTerm::kSupport; });
   table.Flag("slip", fit.slip,
-             "Contacts may travel along the surface, not off it: E_s in place of E_d and E_c, for "
-             "objects turned or squeezed in the fingers");
+             "Let contacts slide on the surface (E_s instead of E_d and E_c), for objects turned "
+             "or squeezed in the fingers");
   table.Number("contact_threshold", "mm", ScaledNumber{&fit.contact_threshold_m, 1e-3}, kPositive,
                "tau: pairs closer than this when the hand takes hold are in contact, mm");
   table.Choice("normalize", fit.normalize,
                {{"sum", Normalization::kSum}, {"mean", Normalization::kMean}},
-               "What the weights of E_c and E_t multiply: sum, as the paper writes them, or mean "
-               "over pairs and coordinates, as its code has them (E_d stays as it is)");
+               "Normalization of E_c and E_t: sum, as in the paper, or mean over pairs and "
+               "coordinates, as in its code (E_d is always a sum)");
 }
 
 void AddSolverOptions(FitJob& job, OptionTable& table) {
@@ -48,9 +48,10 @@ void AddSolverOptions(FitJob& job, OptionTable& table) {
   table.Number("object_vertices", "", job.object_vertices, {4, 100'000},
                "Vertices that the object is simplified to");
   table.Choice("solve", fit.whole_clip, {{"sequential", false}, {"batch", true}},
-               "sequential: frame after frame; batch: then all frames at once, with little change "
-               "of velocity");
-  table.Number("max_iterations", "", fit.max_iterations, {1, 10'000}, "Iterations per frame");
+               "sequential: frame by frame; batch: sequential, then all frames jointly with an "
+               "acceleration penalty");
+  table.Number("max_iterations", "", fit.max_iterations, {1, 10'000},
+               "Maximum number of iterations per frame");
   table.Choice("precision", fit.precision,
                {{"single", PairPrecision::kSingle}, {"double", PairPrecision::kDouble}},
                "Arithmetic of the pair loop");
@@ -58,17 +59,17 @@ void AddSolverOptions(FitJob& job, OptionTable& table) {
 
 void AddHandOverOptions(CarryOptions& carry, OptionTable& table) {
   table.Group("The hand-over");
-  table.Flag("hand_over", carry.hand_over, "The object changes hands");
+  table.Flag("hand_over", carry.hand_over, "Fit an object that changes hands");
   table.Frames("switch_frames", "--switch", carry.handover.switch_frames,
-               "Frames where it changes hands, ascending: 60,140. Found if left out: from the "
-               "clip's object, or where the hands meet");
+               "Frames where the object changes hands, ascending: 60,140. Default: detected from "
+               "the clip's object, or where the hands meet");
   table.Choice("first_hand", carry.handover.first_hand,
                {{"auto", std::nullopt}, {"right", Side::kRight}, {"left", Side::kLeft}},
-               "The hand that has it first");
+               "Hand that holds the object first");
   table.Number("max_switches", "", carry.handover.max_switches, {1, 100},
-               "Where they are found: at most this many");
+               "Maximum number of detected hand-overs");
   table.Number("dwell", "s", carry.handover.dwell_s, {0.0, 10.0},
-               "Both hands hold for about this long around a switch that was given, s");
+               "Approximate time for which both hands hold around a given switch, s");
 }
 
 // Selects the source of the grasp. Rejects objects that no hand can hold before any preparation.
@@ -84,15 +85,15 @@ void ChooseGrasp(const FitJob& job, const FitInput& input, CarryOptions& options
         options.clip_object = std::move(own.mesh);
       }
     } catch (const Error& error) {  // the motion is usable all the same
-      notes.push_back(fmt::format(
-          "{}: {}: whether the clip's grasp is of {} is judged by the object's name (--regrasp "
-          "makes a new one)",
-          error.Where(), error.Problem(), job.object));
+      notes.push_back(
+          fmt::format("{}: {}: the clip's grasp is matched to {} by the object's name (--regrasp "
+                      "makes a new grasp)",
+                      error.Where(), error.Problem(), job.object));
     }
     if (input.motion.change) options.other_body = input.motion.change->from;
     if (const std::string why = WhyNewGrasp(clip, *input.object, job.object, options);
         !why.empty()) {
-      notes.push_back(why + ": a new one is made (--keep-grasp keeps it)");
+      notes.push_back(why + ": making a new grasp (--keep-grasp keeps the clip's)");
     }
   }
   const bool needed = NeedsGrasp(clip, *input.object, options);
@@ -109,7 +110,7 @@ void CutToRange(const FitJob& job, Clip& clip) {
   if (job.start >= end) {
     throw Error(
         job.clip,
-        fmt::format("has {} frames: nothing between {} and {}", clip.NumFrames(), job.start, end),
+        fmt::format("has {} frames: no frames between {} and {}", clip.NumFrames(), job.start, end),
         "Give --start and --end within the clip");
   }
   if (job.start > 0 || end < clip.NumFrames()) clip = Slice(clip, job.start, end);
@@ -127,10 +128,10 @@ void RequireCarried(const FitJob& job, const CarryOptions& options, const CarryR
   }
   if (report.status == CarryStatus::kNoContact) {
     throw FitFailure(fmt::format(
-        "{}: {} touches no hand in any frame, so that nothing is written. {}", job.clip, job.object,
-        report.grasp.made
-            ? "Try another --hand, or another frame to take hold in (--start)"
-            : "Its trajectory is of another object, scale or body: --regrasp makes a new grasp"));
+        "{}: {} touches no hand in any frame, so nothing is written. {}", job.clip, job.object,
+        report.grasp.made ? "Try another --hand, or another first frame (--start)"
+                          : "Its trajectory belongs to another object, scale or body; --regrasp "
+                            "makes a new grasp"));
   }
 }
 
@@ -151,17 +152,18 @@ OptionTable OptionsOf(FitJob& job) {
                 {"right", CarryHands::kRight},
                 {"left", CarryHands::kLeft},
                 {"both", CarryHands::kBoth}},
-               "The hand that holds. auto: as the clip says, or as its object moves; without an "
-               "object the right");
-  table.Choice("recipe", carry.recipe,
-               {{"holdfast", FitRecipe::kHoldfast},
-                {"paper", FitRecipe::kPaper},
-                {"imos-code", FitRecipe::kImosCode}},
-               "holdfast: all terms; paper: the three terms of IMoS; imos-code: what its authors' "
-               "code does");
-  table.Flag("drink", carry.drink,
-             "The person drinks: the cup stands on the table until the hand takes it, is at the "
-             "mouth when the hand is, and is put back; neck and head come to its rim");
+               "Holding hand; auto: as stored in the clip, else detected from its object's motion; "
+               "right if the clip has no object");
+  table.Choice(
+      "recipe", carry.recipe,
+      {{"holdfast", FitRecipe::kHoldfast},
+       {"paper", FitRecipe::kPaper},
+       {"imos-code", FitRecipe::kImosCode}},
+      "holdfast: all terms; paper: the three terms of IMoS; imos-code: as in its authors' code");
+  table.Flag(
+      "drink", carry.drink,
+      "Fit a drinking motion: the cup stands on the table until the hand takes it, is at the mouth "
+      "when the hand is there, and is put back; neck and head move to the cup's rim");
   table.Number("start", "", job.start, kNonNegative, "First frame to fit");
   table.Number("end", "", job.end, {}, "Frame to stop before; -1 is the clip's end");
   table.Number("object_scale", "", carry.object_scale, kPositive,

@@ -76,7 +76,7 @@ std::vector<std::uint8_t> FindFollows(const Clip& clip, std::span<const HandMode
                                       int threads) {
   if (!clip.object) {
     throw Error("clip", "has no object trajectory that could follow a hand",
-                "Fit the object first.");
+                "Fit the object first");
   }
   const int frames = clip.NumFrames();
   const Eigen::Matrix3Xd& vertices = object.fit.vertices;

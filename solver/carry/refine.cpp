@@ -219,7 +219,7 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
   }
   if (hands.empty()) {
     throw Error("the clip", "has an object that no hand holds in any frame",
-                "Say which hand does with --hand");
+                "Give the holding hand with --hand");
   }
 
   bool stopped = false;
@@ -292,7 +292,7 @@ OptionTable OptionsOf(RefineOptions& options) {
                 {"right", RefineHands::kRight},
                 {"left", RefineHands::kLeft},
                 {"both", RefineHands::kBoth}},
-               "Who holds. auto: found in the clip; clip: as its holding_hand says");
+               "Holding hand; auto: detected in the clip; clip: from its holding_hand");
   table.Number("object_vertices", "", options.object_vertices, {4, 100'000},
                "Vertices that the object is simplified to");
   AddWeightOptions(table, options.fit, [](const EnergyTermInfo& info) {
@@ -307,13 +307,13 @@ OptionTable OptionsOf(RefineOptions& options) {
 void RequireRefined(const RefineReport& report, const std::string& clip,
                     const std::string& object) {
   if (report.status == RefineStatus::kNotFinite) {
-    throw FitFailure(clip + ": the solve came to numbers that are not finite");
+    throw FitFailure(clip + ": the solve diverged (non-finite values)");
   }
   if (report.status == RefineStatus::kNoContact) {
-    throw FitFailure(fmt::format(
-        "{}: no hand that holds touches {} in any frame, so that nothing is written. Say who holds "
-        "with --hand, or make a new grasp with fit --regrasp",
-        clip, object));
+    throw FitFailure(
+        fmt::format("{}: no holding hand touches {} in any frame, so nothing is written. Give the "
+                    "holding hand with --hand, or make a new grasp with fit --regrasp",
+                    clip, object));
   }
 }
 

@@ -252,26 +252,26 @@ OptionTable OptionsOf(GraspJob& job) {
                 {"right", GraspHands::kRight},
                 {"left", GraspHands::kLeft},
                 {"both", GraspHands::kBoth}},
-               "right, left, both: the object between them; auto: the right, or the only one of a "
-               "MANO model");
+               "right, left, both (the object between both hands), or auto: right, or the hand of "
+               "a MANO model");
   AddStyleOption(table, "style", search.style,
-                 "power, precision, handle (fingers through it), or auto: the best of all, by its "
-                 "handle what has one");
+                 "power, precision, handle (fingers through it), or auto: by the handle if the "
+                 "object has one, else the best");
   AddUseOption(table, search.use);
   table.Number("object_scale", "", job.object_scale, kPositive,
                "Multiplies the object's coordinates (0.001 for millimeters)");
   table.Number("closings", "", search.closings, {1, 100'000},
-               "Placements that the fingers are closed for");
+               "Number of hand placements for which the fingers are closed");
   table.Number("refinements", "", search.refinements, {1, 100'000},
-               "Closed hands that are refined");
+               "Number of closed hands to refine");
   table.Number("friction", "", search.friction, {0.01, 2.0},
                "Friction coefficient of skin on the object");
   table.Number("upright", "", search.upright_weight, kNonNegative,
-               "How much an object that stays upright is preferred");
+               "Weight of keeping the object upright");
   table.Number("apart", "cm", ScaledNumber{&job.many.apart_m, 0.01}, kNonNegative,
-               "Of many grasps: distinct wrists are so far apart, cm, in the object's frame ...");
+               "Grasps are distinct if their wrists are this far apart in the object frame, cm");
   table.Number("apart_angle", "deg", ScaledNumber{&job.many.apart_rad, kDegree}, {0.0, 180.0},
-               "... or turned by this much, degrees");
+               "Grasps are also distinct if their wrists differ by this rotation, degrees");
   return table;
 }
 

@@ -470,7 +470,7 @@ ClearanceReport KeepOutOfBody(const BodySurface& body, const TriangleMesh& objec
                               const ClearanceOptions& options, Clip& clip) {
   if (!clip.object || body.Model().LoneHand()) return {};
   if (clip.holding_hand.size() != clip.pose.size()) {
-    throw Error("holding_hand", "does not have the clip's frames",
+    throw Error("holding_hand", "has a different number of frames than the clip",
                 "Give one number (1 right, 2 left, 3 both) for each frame");
   }
   return KeepOutOfBody(body, object, options,

@@ -38,7 +38,7 @@ std::string FaultOfSizes(const CustomTerm& term, const ceres::CostFunction& cost
   for (std::size_t k = 0; k < sizes.size(); ++k) {
     const FitBlockInfo& info = InfoOf(term.blocks[k]);
     if (sizes[k] == info.size) continue;
-    return fmt::format("wants {} numbers of {}, which has {}", sizes[k], info.name, info.size);
+    return fmt::format("expects {} numbers of {}, which has {}", sizes[k], info.name, info.size);
   }
   return cost.num_residuals() > 0 ? "" : "has no residuals";
 }

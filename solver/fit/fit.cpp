@@ -23,7 +23,7 @@ void Check(const Clip& clip, std::span<const HandModel* const> hands, const FitO
   }
   if (static_cast<int>(holding.size()) != clip.NumFrames()) {
     throw Error("holding_hand",
-                "has " + std::to_string(holding.size()) + " frames, the clip " +
+                "has " + std::to_string(holding.size()) + " frames, but the clip has " +
                     std::to_string(clip.NumFrames()),
                 "Give one number (1 right, 2 left, 3 both) for each frame");
   }
@@ -119,11 +119,11 @@ FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
                   const std::function<bool(int, int)>& progress) {
   Check(clip, hands, object, holding);
   if (options.whole_clip && options.normalize != Normalization::kSum) {
-    throw Error("whole_clip", "knows the sums of E_c and E_t, not their means",
+    throw Error("whole_clip", "supports only the sums of E_c and E_t, not their means",
                 "Fit without whole_clip, or normalize by sums");
   }
   if (options.whole_clip && !options.custom_terms.empty()) {
-    throw Error("whole_clip", "solves all frames at once, and custom terms are of single frames",
+    throw Error("whole_clip", "solves all frames at once, but custom terms apply to single frames",
                 "Fit without whole_clip, or without custom terms");
   }
   const int frames = clip.NumFrames();
@@ -158,10 +158,10 @@ FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
       if (grasps) {
         grasp = grasps({t, side, t == 0 ? clip.pose[0] : fitter.Body(), trans, fitter.Object()});
       } else if (t > 0) {
-        throw Error(
-            "holding_hand",
-            "has a hand that takes hold in frame " + std::to_string(t) + ": nothing says how",
-            "Use 'holdfast offhand', or begin the clip where it holds");
+        throw Error("holding_hand",
+                    "has a hand that starts to hold the object in frame " + std::to_string(t) +
+                        ", but no grasp is given",
+                    "Use 'holdfast offhand', or start the clip where the hand already holds");
       }
       fitter.TakeHold(side, clip.pose[t], trans, grasp.fingers, grasp.offset);
       const bool alone = std::ranges::all_of(hands, [&](const HandModel* other) {

@@ -307,19 +307,19 @@ std::string_view Describe(GraspStatus status) {
     case GraspStatus::kFound:
       return "found";
     case GraspStatus::kNothingToGrasp:
-      return "no two opposed places are within a hand's span";
+      return "no two opposing surface points are within a hand's span";
     case GraspStatus::kNothingAtPlace:
-      return "at the place asked for, no two opposed places are within a hand's span";
+      return "at the requested place, no two opposing surface points are within a hand's span";
     case GraspStatus::kNoHandle:
       return "there is no handle that a finger fits through";
     case GraspStatus::kNoRoom:
       return "there is no room for a hand at any graspable place";
     case GraspStatus::kNoCleanGrasp:
-      return "no grasp is clean and firm";
+      return "no acceptable grasp was found";
     case GraspStatus::kFewer:
-      return "fewer distinct grasps than asked for";
+      return "fewer distinct grasps than requested";
     case GraspStatus::kStopped:
-      return "stopped before the search was done";
+      return "stopped before the search was complete";
   }
   return "";
 }

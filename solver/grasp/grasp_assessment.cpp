@@ -385,10 +385,10 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
 
 std::string WhyThrough(const GraspScene& scene, const Grasp& grasp) {
   if (grasp.max_penetration_mm > 1000.0 * scene.options.max_penetration_m) {
-    return "the hand goes into the object";
+    return "the hand penetrates the object";
   }
   if (grasp.object_in_hand_mm > 1500.0 * scene.options.max_penetration_m) {
-    return "the object goes into the hand";
+    return "the object penetrates the hand";
   }
   return {};
 }
@@ -397,23 +397,23 @@ std::string WhyRefused(const GraspScene& scene, const Grasp& grasp) {
   const auto fingers =
       std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.begin() + kThumb, true);
   if (std::string through = WhyThrough(scene, grasp); !through.empty()) return through;
-  if (grasp.self_penetration_mm > 4.0) return "fingers go into each other";
+  if (grasp.self_penetration_mm > 4.0) return "fingers penetrate each other";
   if (grasp.limit_excess_deg > 1.0) return "a joint is beyond its range";
-  if (!grasp.fingers_touching[kThumb]) return "the thumb does not touch";
+  if (!grasp.fingers_touching[kThumb]) return "the thumb does not touch the object";
   const bool by_handle = grasp.style == GraspStyle::kHandle;
   if (by_handle &&
       std::count(grasp.fingers_through.begin(), grasp.fingers_through.end(), true) == 0) {
     return "no finger is through the handle";
   }
   if (fingers < 2 && !(fingers == 1 && (by_handle || scene.size < 0.03)))
-    return "fewer than two fingers touch";
+    return "fewer than two fingers touch the object";
   if (grasp.outside_place > GraspPlace::kMaxOutside) {
-    return "it touches what is not to be touched";
+    return "it touches the object outside the allowed region";
   }
-  if (grasp.from_place_m > GraspPlace::kReach_m) return "it is not at the point asked for";
-  if (grasp.wrench_quality <= 0.0) return "contacts do not hold it (no force closure)";
+  if (grasp.from_place_m > GraspPlace::kReach_m) return "it is not at the requested point";
+  if (grasp.wrench_quality <= 0.0) return "the contacts do not hold the object (no force closure)";
   if (!scene.placer.ForearmClear(scene.object, grasp.wrist_from_object)) {
-    return "the forearm is in the way";
+    return "the forearm collides with the object";
   }
   return {};
 }

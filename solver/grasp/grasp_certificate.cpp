@@ -32,7 +32,7 @@ void RequireValid(double length_m, const CertificateOptions& options) {
   require(options.cone_edges >= 3 && options.cone_edges <= 1000, "a cone needs 3 to 1000 edges");
   require(options.twist_lever_m >= 0.0, "the lever is negative");
   require(options.most_squeeze > 0.0 && options.friction_step > 0.0,
-          "squeeze and step of friction are not positive");
+          "squeeze force or friction step is not positive");
 }
 
 // Wrenches (one column each) of forces with normal component 1 along the edges of the pyramids;

@@ -55,12 +55,13 @@ GraspPlace::GraspPlace(const TriangleMesh& object, const Wanted& wanted)
     const double off = std::sqrt(tree_.Closest(*at_).squared_distance);
     if (off > kFarthestOff_m) {
       const Eigen::Vector3d &low = tree_.Min(), &high = tree_.Max();
-      throw Error("--at",
-                  fmt::format("({:g}, {:g}, {:g}) is {:.1f} cm from the object's surface", at_->x(),
-                              at_->y(), at_->z(), 100.0 * off),
-                  fmt::format("Give a point on it in its own frame, meters: it reaches from "
-                              "({:.3g}, {:.3g}, {:.3g}) to ({:.3g}, {:.3g}, {:.3g})",
-                              low.x(), low.y(), low.z(), high.x(), high.y(), high.z()));
+      throw Error(
+          "--at",
+          fmt::format("({:g}, {:g}, {:g}) is {:.1f} cm from the object's surface", at_->x(),
+                      at_->y(), at_->z(), 100.0 * off),
+          fmt::format("Give a point on the surface, in meters, in the object's frame: the object "
+                      "extends from ({:.3g}, {:.3g}, {:.3g}) to ({:.3g}, {:.3g}, {:.3g})",
+                      low.x(), low.y(), low.z(), high.x(), high.y(), high.z()));
     }
     center_ = *at_;
     // Hands close on both sides of the material: its center is the reference.

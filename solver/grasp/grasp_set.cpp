@@ -259,12 +259,11 @@ GraspSet FindGrasps(const HandModel& hand, const TriangleMesh& object, const Dis
   const auto require = [](bool valid, const char* what, const char* instead) {
     if (!valid) throw Error("grasps", what, instead);
   };
-  require(options.count > 0, "no grasp is asked for", "Ask for one at least");
+  require(options.count > 0, "no grasp is requested", "Request at least one");
   require(options.apart_m >= 0.0 && options.apart_rad >= 0.0 && options.max_penetration_m > 0.0,
-          "distances and angles are not positive", "Use the defaults of GraspSetOptions");
+          "distances or angles are not positive", "Use the defaults of GraspSetOptions");
   if (const std::string why = WhyNotSolid(object); !why.empty()) {
-    throw Error("object", why + ": whether a grasp holds it cannot be certified",
-                "Give a closed mesh");
+    throw Error("object", why + "; grasps of it cannot be certified", "Give a closed mesh");
   }
   GraspSet set;
   GraspSampler(hand, object, distance, options, progress, set).Run();

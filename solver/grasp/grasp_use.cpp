@@ -118,17 +118,18 @@ ObjectUse FindUse(const TriangleMesh& mesh, const DistanceGrid& object,
 }
 
 void AddUseOption(OptionTable& table, std::optional<GraspUse>& use) {
-  table.Choice("use", use,
-               {{"auto", std::nullopt},
-                {"handle", GraspUse::kHandle},
-                {"tool", GraspUse::kTool},
-                {"vessel", GraspUse::kVessel},
-                {"box", GraspUse::kBox},
-                {"dish", GraspUse::kDish},
-                {"any", GraspUse::kAny}},
-               "How people take such an object: handle (by its loop), tool (by the grip, thumb "
-               "towards the head), vessel (upright, rim free), box (across the narrow side), dish "
-               "(level, by the rim), any (wherever it is firmest), or auto: judged by its shape");
+  table.Choice(
+      "use", use,
+      {{"auto", std::nullopt},
+       {"handle", GraspUse::kHandle},
+       {"tool", GraspUse::kTool},
+       {"vessel", GraspUse::kVessel},
+       {"box", GraspUse::kBox},
+       {"dish", GraspUse::kDish},
+       {"any", GraspUse::kAny}},
+      "How people hold this kind of object: handle (by its loop), tool (by the grip, thumb toward "
+      "the head), vessel (upright, rim free), box (across the narrow side), dish (level, by the "
+      "rim), any (the firmest grasp anywhere), or auto (inferred from its shape)");
 }
 
 namespace {

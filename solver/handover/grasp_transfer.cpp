@@ -409,15 +409,15 @@ class TransferSearch {
 
   std::string_view WhyNot(const GraspTransfer& result) const {
     if (result.hand_overlap_mm > 1000.0 * options_.max_hand_overlap_m) {
-      return "the hands go into each other";
+      return "the hands penetrate each other";
     }
     if (result.grasp.metrics.max_penetration_mm > 1000.0 * options_.max_penetration_m) {
-      return "the hand goes into the object";
+      return "the hand penetrates the object";
     }
     if (result.grasp.outside_place > GraspPlace::kMaxOutside) {
-      return "it touches what is not to be touched";
+      return "it touches the object outside the allowed region";
     }
-    return WhyRefused(own_.scene, result.grasp).empty() ? "" : "it is not a clean and firm grasp";
+    return WhyRefused(own_.scene, result.grasp).empty() ? "" : "it is not an acceptable grasp";
   }
 
   // Refines and measures exactly.
@@ -673,7 +673,8 @@ GraspTransfer GraspReceiver::TakeOver(const HandModel& giver, const FingerPose& 
                                       const Isometry3d& giver_from_object,
                                       const Isometry3d& receiver_from_object) const {
   if (giver.HandSide() == scene_->receiver.HandSide()) {
-    throw Error("grasp transfer", "both hands are of one side", "Give a right and a left hand.");
+    throw Error("grasp transfer", "both hands are of the same side",
+                "Give a right and a left hand");
   }
   return TransferSearch(*scene_, giver, giver_fingers, giver_from_object, receiver_from_object)
       .Run();

@@ -331,18 +331,19 @@ Account Explain(const std::vector<Meeting>& meetings, const Eigen::Matrix2Xd& ha
 }
 
 void CheckOptions(const HandoverSearchOptions& options, int frames) {
-  if (frames < 2) throw Error("clip", "has fewer than two frames", "Give a movement.");
+  if (frames < 2)
+    throw Error("clip", "has fewer than two frames", "Give a clip of at least two frames");
   if (options.min_switches < 0 || options.max_switches < options.min_switches) {
-    throw Error(
-        "switches",
-        fmt::format("{} at least and {} at most", options.min_switches, options.max_switches),
-        "Ask for a range that holds something.");
+    throw Error("switches",
+                fmt::format("have an invalid range: {} at least and {} at most",
+                            options.min_switches, options.max_switches),
+                "Give a minimum of 0 or more and a maximum that is not below it");
   }
   int before = 0;
   for (const int frame : options.switch_frames) {
     if (frame <= before || frame >= frames) {
-      throw Error("--switch", fmt::format("frame {}", frame),
-                  fmt::format("Give ascending frames from 1 to {}.", frames - 1));
+      throw Error("--switch", fmt::format("frame {} is out of order or out of range", frame),
+                  fmt::format("Give ascending frames from 1 to {}", frames - 1));
     }
     before = frame;
   }
@@ -428,7 +429,7 @@ std::vector<Meeting> MeetingsWithinReach(const HandsInTime& seen, double object_
     throw Error("clip",
                 fmt::format("the hands come together {} times, nearest {:.0f} cm apart",
                             meetings.size(), 100.0 * seen.apart.minCoeff()),
-                "Say where the object changes hands: --switch FRAME[,FRAME...].");
+                "Give the frames where the object changes hands with --switch FRAME[,FRAME...]");
   }
   return meetings;
 }

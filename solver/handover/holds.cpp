@@ -271,10 +271,11 @@ HoldLabels HoldingOf(const StatePath& path, const Eigen::Matrix3Xd& between,
 HoldLabels FindHolds(const Clip& clip, const HandModel& right, const HandModel& left,
                      const DistanceGrid& object, const HoldOptions& options) {
   if (!clip.object) {
-    throw Error("clip", "has no object trajectory to tell who holds it", "Fit the object first.");
+    throw Error("clip", "has no object trajectory, which is needed to find the holding hand",
+                "Fit the object first");
   }
   if (right.HandSide() != Side::kRight || left.HandSide() != Side::kLeft) {
-    throw Error("hands", "are not a right and a left one", "Give one of each.");
+    throw Error("hands", "are not a right and a left hand", "Give one of each");
   }
   const ClipWindows windows(clip.frame_rate);
   const double radius = 0.25 * (object.Max() - object.Min()).norm();  // lever of its rotation

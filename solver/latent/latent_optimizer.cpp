@@ -265,7 +265,7 @@ std::vector<ReachSolution> OptimizeLatents(const wandr::Network<float>& network,
   if (tasks.empty()) throw Error("reach", "has no tasks", "Give at least one goal");
   for (const ReachTask& task : tasks) {
     if (task.num_steps != tasks[0].num_steps) {
-      throw Error("reach", "tasks of different lengths", "Optimize them apart");
+      throw Error("reach", "has tasks of different lengths", "Optimize them separately");
     }
     if (task.deadline < 1 || task.deadline > task.num_steps) {
       throw Error("reach",

@@ -165,7 +165,7 @@ std::vector<OptimizedReach> ReachByOptimization(const wandr::Network<float>& net
                                                 const std::function<void(int, int)>& progress) {
   if (goals.empty() || count < 1) {
     throw Error("reach", fmt::format("{} goals, {} samples", goals.size(), count),
-                "Give at least one goal and ask for at least one sample");
+                "Give at least one goal, and request at least one sample");
   }
   options.deadline.Check();
   const LatentBody body = LatentBodyOf(measures.rest_joints, measures.sole_y);

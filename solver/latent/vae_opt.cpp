@@ -104,7 +104,7 @@ VaeOptMethod VaeOptMethodByName(std::string_view name) {
   for (const auto& [known, method] : kNames) {
     if (known == name) return method;
   }
-  throw std::invalid_argument("no optimizer of latents: " + std::string(name));
+  throw std::invalid_argument("unknown latent optimizer: " + std::string(name));
 }
 
 int VaeOptOptions::DefaultIterations(VaeOptMethod method) {
@@ -114,12 +114,12 @@ int VaeOptOptions::DefaultIterations(VaeOptMethod method) {
 
 void VaeOptOptions::Check() const {
   const auto require = [](bool sound, const char* field, const char* remedy) {
-    if (!sound) throw Error(fmt::format("VAE + opt: {}", field), "makes no sense", remedy);
+    if (!sound) throw Error(fmt::format("VAE + opt: {}", field), "is out of range", remedy);
   };
-  require(iterations >= 0, "iterations", "Give 1 or more, or 0 for the method's own");
+  require(iterations >= 0, "iterations", "Give 1 or more, or 0 for the default of the method");
   require(goal_sigma_m > 0.0, "goal_sigma_m", "Give meters above 0");
   require(prior_weight >= 0.0, "prior_weight", "Give 0 or more");
-  require(sigma >= 0.0 && sigma < 10.0, "sigma", "Give 0 to 10; training has 1");
+  require(sigma >= 0.0 && sigma < 10.0, "sigma", "Give 0 to 10; training uses 1");
   require(history >= 1, "history", "Give 1 or more steps");
   require(learning_rate > 0.0, "learning_rate", "Give more than 0");
   require(last_learning_rate_ratio >= 0.0, "last_learning_rate_ratio", "Give 0 or more");

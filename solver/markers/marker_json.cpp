@@ -122,8 +122,8 @@ Eigen::MatrixXd MeasuredMarkers(const std::filesystem::path& solved) {
   const std::filesystem::path path = solved / "metrics.json";
   const nlohmann::json metrics = ReadJson(path);
   if (!metrics.is_object() || metrics.value("schema", "") != "holdfast/solve/1") {
-    throw Error(solved.string(), "is no folder that 'holdfast solve' made",
-                "Give one with its metrics.json");
+    throw Error(solved.string(), "is not a folder written by 'holdfast solve'",
+                "Give a folder that contains its metrics.json");
   }
   return UseJson(path, [&] {
     const nlohmann::json& world = metrics.at("world");

@@ -204,7 +204,7 @@ MarkerSite SiteOfFields(const Columns& columns, const std::vector<std::string>& 
         std::from_chars(vertex.data(), vertex.data() + vertex.size(), site.vertex);
     if (fault != std::errc() || end != vertex.data() + vertex.size() || site.vertex < 0 ||
         site.vertex >= static_cast<int>(joint_of_vertex.size())) {
-      throw Error(where, fmt::format("'{}' is no vertex of the body", vertex),
+      throw Error(where, fmt::format("'{}' is not a vertex of the body", vertex),
                   fmt::format("Give a number from 0 to {}", joint_of_vertex.size() - 1));
     }
     site.joint = joint_of_vertex[static_cast<std::size_t>(site.vertex)];
@@ -214,9 +214,9 @@ MarkerSite SiteOfFields(const Columns& columns, const std::vector<std::string>& 
   if (!joint.empty()) {
     const std::optional<int> found = FindJoint(joint);
     if (!found) {
-      throw Error(where, fmt::format("'{}' is no joint", joint),
+      throw Error(where, fmt::format("'{}' is not a joint", joint),
                   Suggestion(joint, {kJointNames.begin(), kJointNames.end()}) +
-                      "Joints have SMPL-X's names");
+                      "Use the joint names of SMPL-X");
     }
     site.joint = *found;
   }
@@ -269,12 +269,13 @@ MarkerTable MarkerTable::Read(const std::filesystem::path& path,
     }
     MarkerSite site = SiteOfFields(*columns, fields, where, joint_of_vertex);
     if (table.Find(site.name)) {
-      throw Error(where, fmt::format("'{}' is there twice", site.name), "Delete one");
+      throw Error(where, fmt::format("'{}' is listed twice", site.name), "Delete one");
     }
     table.Add(std::move(site));
   }
   if (table.sites_.empty()) {
-    throw Error(path.string(), "names no marker", "Write name,joint,vertex,cluster and a row each");
+    throw Error(path.string(), "lists no markers",
+                "Write name,joint,vertex,cluster, then one row per marker");
   }
   return table;
 }

@@ -174,11 +174,9 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
     body_up.cwiseAbs().maxCoeff(&axis);
     const auto found = static_cast<MarkerUp>(body_up(axis) > 0.0 ? axis : axis + 3);
     if (!up && body_up(axis) < 0.0 && thickness < 0.0) {
-      throw Error(
-          where,
-          "is mirrored: left and right are exchanged, by names or by an axis that points the "
-          "other way",
-          "Exchange L and R in the names, or export with right-handed axes");
+      throw Error(where,
+                  "is mirrored: left and right are exchanged, by the names or by a flipped axis",
+                  "Exchange L and R in the names, or export with right-handed axes");
     }
     if (!up && body_up(axis) < 0.0) {
       throw Error(
@@ -274,8 +272,9 @@ fs::path StillOf(const fs::path& file, const std::vector<fs::path>& beside) {
     best = still;
   }
   if (best.empty()) {
-    throw Error(file.string(), "has several static trials beside it, none by its own name",
-                "Begin its name as that of its static trial, or give each person a folder");
+    throw Error(file.string(),
+                "has several static trials in its folder, none of which matches its name",
+                "Start its name like that of its static trial, or use one folder per person");
   }
   return best;
 }
@@ -290,7 +289,7 @@ std::string MarkerTrialFiles::Person() const {
 std::vector<MarkerTrialFiles> FindMarkerTrials(const fs::path& folder) {
   if (!fs::is_directory(folder)) {
     throw Error(folder.string(), "is not a folder",
-                "Give one with recordings and a ..._static... file for each person");
+                "Give a folder with recordings and a ..._static... file for each person");
   }
   std::vector<fs::path> files;
   for (const auto& entry : fs::recursive_directory_iterator(folder)) {

@@ -96,7 +96,7 @@ class ObjectTracker {
   }
   [[noreturn]] void TooFew(const std::string& problem) const {
     throw Error(where_, fmt::format("{} ({})", problem, fmt::join(markers_.names, ", ")),
-                "An object's pose takes three markers that are not on a line");
+                "Give at least three markers that are not on a line");
   }
 
   // Medians of the distances between markers; NaN if two are never seen together.
@@ -436,10 +436,10 @@ class ObjectTracker {
       if (off > kOtherTable_m) {
         throw Error(
             where_,
-            fmt::format("the object's markers are {:.0f} mm (root mean square) from the "
-                        "places told of them",
-                        1e3 * off),
-            "Give places in meters, in the mesh's frame, and the names that belong to them");
+            fmt::format(
+                "the object's markers are {:.0f} mm (root mean square) from their given positions",
+                1e3 * off),
+            "Give positions in meters, in the mesh's frame, under the names of their markers");
       }
       report.table_rms_mm = 1e3 * off;
     }
@@ -468,11 +468,11 @@ std::vector<int> ColumnsOfObject(const MarkerRecording& recording, const ObjectM
     const std::optional<int> column = recording.Find(name);
     if (!column) {
       throw Error(where, fmt::format("has no marker '{}' of the object", name),
-                  Suggestion(name, recording.names) + "Give names that the recording has");
+                  Suggestion(name, recording.names) + "Give names of markers in the recording");
     }
     if (std::ranges::find(columns, *column) != columns.end()) {
-      throw Error(where, fmt::format("the object's marker '{}' is named twice", name),
-                  "Name each once");
+      throw Error(where, fmt::format("the object's marker '{}' is listed twice", name),
+                  "List each marker once");
     }
     columns.push_back(*column);
   }
@@ -484,7 +484,8 @@ std::vector<int> ColumnsOfObject(const MarkerRecording& recording, const ObjectM
 ObjectMarkers ReadObjectMarkers(const std::filesystem::path& path) {
   std::ifstream in(path);
   if (!in) throw Error(path.string(), "cannot be read", "Check the path");
-  const char* const remedy = "Write name,x,y,z there, then a row a marker: meters, mesh's frame";
+  const char* const remedy =
+      "Write name,x,y,z, then one row per marker: meters, in the mesh's frame";
   ObjectMarkers markers;
   std::vector<double> places;
   int number = 0;
@@ -502,20 +503,19 @@ ObjectMarkers ReadObjectMarkers(const std::filesystem::path& path) {
       continue;
     }
     if (words.size() != 4 || words[0].empty()) {
-      throw Error(where,
-                  fmt::format("{} fields, a name and three numbers are expected", words.size()),
+      throw Error(where, fmt::format("{} fields instead of a name and three numbers", words.size()),
                   remedy);
     }
     markers.names.push_back(words[0]);
     for (int c = 1; c < 4; ++c) {
       double value = 0.0;
       if (!ParseNumber(words[c], value) || !(std::abs(value) < 10.0)) {
-        throw Error(where, fmt::format("'{}' is no place in meters", words[c]), remedy);
+        throw Error(where, fmt::format("'{}' is not a coordinate in meters", words[c]), remedy);
       }
       places.push_back(value);
     }
   }
-  if (markers.names.empty()) throw Error(path.string(), "names no marker", remedy);
+  if (markers.names.empty()) throw Error(path.string(), "lists no markers", remedy);
   markers.places = Eigen::Map<const Eigen::Matrix3Xd>(
       places.data(), 3, static_cast<Eigen::Index>(markers.names.size()));
   return markers;
@@ -540,8 +540,8 @@ ObjectMarkers ObjectMarkersOf(const std::string& table_or_names, const MarkerRec
         }
       }
       if (markers.names.size() == before) {
-        throw Error(where, fmt::format("no marker's name begins as '{}'", name),
-                    fmt::format("It has {}", fmt::join(recording.names, " ")));
+        throw Error(where, fmt::format("no marker's name matches '{}'", name),
+                    fmt::format("Its markers are {}", fmt::join(recording.names, " ")));
       }
     }
   }

@@ -70,9 +70,9 @@ TimedGoal GoalOf(const std::vector<std::string_view>& cells, const TrackColumns&
     double value = 0.0;
     if (c >= cells.size() || !ParseNumber(cells[c], value) || !std::isfinite(value)) {
       throw Error(where,
-                  fmt::format("column {} is no number: '{}'", c + 1,
+                  fmt::format("column {} is not a number: '{}'", c + 1,
                               c < cells.size() ? std::string(cells[c]) : std::string()),
-                  "Give a line x,y,z or time,x,y,z for each goal, meters and seconds");
+                  "Give a line x,y,z or time,x,y,z for each goal, in meters and seconds");
     }
     (k < 3 ? timed.goal[static_cast<Eigen::Index>(k)] : timed.time_s) = value;
   }
@@ -91,7 +91,7 @@ std::vector<Eigen::Vector3d> AtFrames(const std::vector<TimedGoal>& timed, doubl
                                       const std::string& name) {
   const double seconds = timed.back().time_s - timed.front().time_s + last_for_s;
   if (!(seconds <= kMaxTrackSeconds)) {
-    throw Error(name, fmt::format("lasts {:.0f} s; an hour is the most", seconds),
+    throw Error(name, fmt::format("lasts {:.0f} s; the maximum is an hour", seconds),
                 "Give times in seconds, or the rate of the goals with --rate");
   }
   const int count =
@@ -156,7 +156,7 @@ std::vector<Eigen::Vector3d> ReadGoalTrack(const std::filesystem::path& path,
       throw Error(
           where,
           fmt::format("its time {:g} s is not after {:g} s", goal.time_s, timed.back().time_s),
-          "Give goals in the order of time");
+          "Sort the goals by time");
     }
     timed.push_back(goal);
   }
@@ -191,8 +191,9 @@ FollowReport FollowTrack(const ReachPerson& person, const wandr::NetworkWeights&
   if (count == 0) throw Error("track", "has no goals", "Give a goal for each frame");
   for (const TrackPush& push : pushes) {
     if (push.frame >= 0 && push.frame < count) continue;
-    throw Error("push", fmt::format("frame {} of {} goals", push.frame, count),
-                "Give a frame of the goals, from 0");
+    throw Error("push",
+                fmt::format("frame {} does not exist: the track has {} goals", push.frame, count),
+                "Give a frame of the track, counted from 0");
   }
   GoalFollower follower(person, network, options);
   wandr::StateMatrix<double> states(wandr::kStateSize, count + 1);

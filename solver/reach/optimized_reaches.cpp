@@ -99,7 +99,8 @@ class ReachDrawer {
               {"frame", task.deadline}};
       return task;
     }
-    throw Error("captures", "nobody in them stands or walks", "Give others");
+    throw Error("captures", "nobody stands or walks in them",
+                "Give captures of people who stand or walk");
   }
 
   const wandr::Network<float>& Network() const { return network_; }

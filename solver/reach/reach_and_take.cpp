@@ -70,7 +70,7 @@ void RequireTaken(const TakeReport& report, const std::string& object) {
       throw FitFailure(fmt::format("{}: {}. Try the other --wrist, or another --object-scale",
                                    object, Describe(report.plan.status)));
     case TakeStatus::kNoMotion:
-      throw FitFailure(fmt::format("{}: {}. Try another --seed, or goals nearer to one another",
+      throw FitFailure(fmt::format("{}: {}. Try another --seed, or goals closer to each other",
                                    object, report.motion.fault));
     case TakeStatus::kMissed:
       throw FitFailure(fmt::format(
@@ -168,20 +168,20 @@ std::vector<std::optional<std::string>> WhyMissed(const ReachReport& report,
       case FailureReason::kNothing:
         break;
       case FailureReason::kHeight:
-        text = fmt::format("too high for this body, whose wrist comes to {:.2f} m",
+        text = fmt::format("too high for this body, whose wrist reaches {:.2f} m",
                            person.HighestReach(options.side));
         break;
       case FailureReason::kObstacle:
-        text = "blocked: the goal is in an obstacle, or too near one for a hand";
+        text = "blocked: the goal is in an obstacle, or too close to one for a hand";
         break;
       case FailureReason::kTime:
-        text = fmt::format("out of time: {:.1f} m in {:.1f} s is faster than a walk",
+        text = fmt::format("out of time: {:.1f} m in {:.1f} s is faster than walking",
                            miss.distance_m, *options.time_s);
         break;
       case FailureReason::kMotion:
         text =
-            "no motion that the network makes came closer: try more --samples, another --seed or "
-            "--method latent-opt";
+            "no generated motion came closer: try more --samples, another --seed or --method "
+            "latent-opt";
         break;
     }
   }

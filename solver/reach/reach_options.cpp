@@ -20,7 +20,7 @@ namespace {
 
 ReachPerson PersonWith(const ClipBody& body) {
   if (body.model->LoneHand()) {
-    throw Error(body.model->Name(), "is a hand alone: it cannot walk", "Give a whole body");
+    throw Error(body.model->Name(), "is a hand model and cannot walk", "Give a full-body model");
   }
   ReachPerson person;
   person.body = body.model;
@@ -53,8 +53,8 @@ ReachPerson PersonInClip(Clip clip, const ClipBody& body, std::optional<int> fra
                          const std::string& source) {
   const int frames = clip.NumFrames();
   if (frame && (*frame < 0 || *frame >= frames)) {
-    throw Error(source, fmt::format("has frames 0 to {}, and no {}", frames - 1, *frame),
-                "Give one of those");
+    throw Error(source, fmt::format("has frames 0 to {}, but no frame {}", frames - 1, *frame),
+                "Give a frame in this range");
   }
   ReachPerson person = PersonWith(body);
   RequireMeters(source, clip, *body.model);
@@ -86,22 +86,21 @@ OptionTable OptionsOf(ReachJob& job) {
   ReachOptions& options = job.options;
   OptionTable table;
   table.Choice("wrist", options.side, {{"right", Side::kRight}, {"left", Side::kLeft}},
-               "Wrist used for reaching; left by mirroring the person");
-  table.Number("time", "s", options.time_s, {0.1, 60.0},
-               "by how far there is to turn and to walk; vae-opt: by its distance, 1.4 s and "
-               "0.95 m/s",
-               "Seconds until each goal is due");
+               "Wrist used for reaching; the left wrist is solved by mirroring the person");
+  table.Number(
+      "time", "s", options.time_s, {0.1, 60.0},
+      "from the angle to turn and the distance to walk; vae-opt: 1.4 s plus distance at 0.95 m/s",
+      "Seconds until each goal is due");
   table.Choice<std::optional<ReachBy>>(
       "method", job.method,
       {{"auto", std::nullopt},
        {"intention", ReachBy::kIntention},
        {"latent-opt", ReachBy::kLatents},
        {"vae-opt", ReachBy::kVaeOpt}},
-      "intention: the network is conditioned on the goal and runs once. latent-opt: its latents "
-      "are "
-      "then optimized until the wrist is at the goal and stays and the motion is physically "
-      "plausible; feet pinned last. vae-opt: WANDR's baseline, for comparison. auto: intention, or "
-      "latent-opt where an object is taken");
+      "intention: condition the network on the goal and run it once. latent-opt: then optimize its "
+      "latents until the wrist is at the goal, stays there and the motion is plausible, and pin "
+      "the feet. vae-opt: WANDR's baseline, for comparison. auto: intention, or latent-opt if an "
+      "object is taken");
   table.Choice<std::optional<VaeOptMethod>>(
       "optimizer", job.optimizer,
       {{"auto", std::nullopt},
@@ -109,26 +108,24 @@ OptionTable OptionsOf(ReachJob& job) {
        {"lbfgs", VaeOptMethod::kLbfgs},
        {"lbfgs-step1", VaeOptMethod::kLbfgsStepOne},
        {"adam", VaeOptMethod::kAdam}},
-      "vae-opt: lm (auto), Levenberg-Marquardt on the goal's residuals and the prior; lbfgs, with "
-      "a "
-      "line search; lbfgs-step1, the released preset, every step whole; adam, with the released "
-      "schedule");
+      "Optimizer of vae-opt: lm (auto): Levenberg-Marquardt on the goal residuals and the prior; "
+      "lbfgs: with line search; lbfgs-step1: the released preset, full steps; adam: with the "
+      "released schedule");
   table.Number("iterations", "", job.iterations, {1, 100'000}, "lm 40, lbfgs-step1 80, others 200",
-               "vae-opt: most iterations");
+               "vae-opt: maximum number of iterations");
   table.Number("prior_weight", "", job.prior_weight, {0.0, 1e6}, "1e-6",
-               "vae-opt: lambda of lambda/2 |z|^2 beside 1/2 |wrist - goal|^2 in meters");
-  table.Number("samples", "", options.samples, {1, 10'000}, "16, or 4 where each is optimized",
-               "Motions to choose from");
+               "vae-opt: prior weight lambda in 1/2 |wrist - goal|^2 (meters) + lambda/2 |z|^2");
+  table.Number("samples", "", options.samples, {1, 10'000}, "16, or 4 if each is optimized",
+               "Number of motions to sample; the best is kept");
   table.Flag("free_time", options.free_time,
-             "Arrive at any time until the goal is due (latent-opt)");
+             "Arrive at any time before the goal is due (latent-opt)");
   table.Flag(
       "refit", options.refit,
       "Pin the feet and place the wrist on the goal afterwards. The network's own motion ends some "
       "centimeters from the goal (latent-opt: millimeters)");
-  table.Flag("refit_all", options.refit_all, "In all motions, not in the best alone");
+  table.Flag("refit_all", options.refit_all, "Refit all motions, not only the best");
   AddStyleOption(table, "grasp", job.grasp,
-                 "How the object is taken: by a power, precision or handle grasp, or whichever is "
-                 "best");
+                 "Grasp that takes the object: power, precision, handle, or auto (the best)");
   table.Number("object_yaw", "deg", job.object_yaw_deg, {-360.0, 360.0}, "chosen for the hand",
                "Yaw of the standing object, degrees");
   table.Number("object_scale", "", job.object_scale, kPositive,
@@ -142,7 +139,7 @@ ReachOptions ReachOptionsOf(const ReachJob& job, bool takes) {
   ReachOptions options = job.options;
   options.by = job.method.value_or(takes ? ReachBy::kLatents : ReachBy::kIntention);
   const std::string unseen =
-      fmt::format("are not seen by --method {}", ReachMethodName(options.by));
+      fmt::format("cannot be used with --method {}", ReachMethodName(options.by));
   if (options.by == ReachBy::kVaeOpt) {
     options.vae.method = job.optimizer.value_or(VaeOptMethod::kLm);
     options.vae.iterations = job.iterations.value_or(0);

@@ -115,9 +115,8 @@ void RequirePossible(const Eigen::Vector3d& goal, double distance_m, const Reach
   }
   if (distance_m > kFarthestGoal) {
     throw Error(where,
-                fmt::format("is {:.1f} m away; {:.0f} m is the most that is tried", distance_m,
-                            kFarthestGoal),
-                "Give meters, or go there by several goals");
+                fmt::format("is {:.1f} m away; the maximum is {:.0f} m", distance_m, kFarthestGoal),
+                "Give meters, or add goals on the way");
   }
   for (const ReachObstacle& obstacle : options.obstacles) {
     const double depth = -obstacle.Distance(goal, options.side);
@@ -139,30 +138,30 @@ std::vector<std::string> CheckReachGoals(std::span<const Eigen::Vector3d> goals,
   const double pelvis_height = person.measures.rest_joints(1, 0) - person.measures.sole_y;
   Eigen::Vector3d from = person.Pelvis();
   if (from.z() > pelvis_height + 0.25 || from.z() < 0.0) {
-    notes.push_back(fmt::format(
-        "the start's pelvis is {:.2f} m above z = 0, {:.2f} m is standing: motions are made for a "
-        "ground at z = 0",
-        from.z(), pelvis_height));
+    notes.push_back(
+        fmt::format("the start's pelvis is {:.2f} m above z = 0, but {:.2f} m when standing: "
+                    "motions assume a ground at z = 0",
+                    from.z(), pelvis_height));
   }
   const double highest = person.HighestReach(options.side);
   for (const Eigen::Vector3d& goal : goals) {
     const double distance = (goal - from).head<2>().norm();
     RequirePossible(goal, distance, options);
     if (distance > kUsualDistance) {
-      notes.push_back(fmt::format(
-          "the goal {} is {:.1f} m away; networks are trained and evaluated up to {:.0f} m: the "
-          "body walks towards it for as long as that takes, and may not arrive",
-          GoalText(goal), distance, kUsualDistance));
+      notes.push_back(
+          fmt::format("the goal {} is {:.1f} m away, but networks are trained and evaluated only "
+                      "up to {:.0f} m: the body walks toward it and may not arrive",
+                      GoalText(goal), distance, kUsualDistance));
     }
     if (goal.z() > highest) {
-      notes.push_back(fmt::format(
-          "the goal {} is higher than the {:.2f} m that this body's wrist comes to on the ground: "
-          "it will come as near as it can",
-          GoalText(goal), highest));
+      notes.push_back(
+          fmt::format("the goal {} is higher than the {:.2f} m that this body's wrist can reach "
+                      "from the ground: the wrist will get as close as it can",
+                      GoalText(goal), highest));
     }
     if (IsFasterThanWalking(distance, options)) {
       notes.push_back(fmt::format(
-          "{:.1f} s for {:.1f} m is faster than a walk: the goal {} will be late or missed",
+          "{:.1f} s for {:.1f} m is faster than walking: the goal {} will be late or missed",
           *options.time_s, distance, GoalText(goal)));
     }
     from = goal;
@@ -209,10 +208,9 @@ ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights&
 
 void RequireMade(const ReachReport& report, const std::string& source) {
   if (report.status != ReachStatus::kDiverged) return;
-  throw FitFailure(
-      fmt::format("{}: the motion stops being numbers in every sample (after {} frames in the "
-                  "best). Try another --weights",
-                  source, report.motions.front().sample.track.states.cols()));
+  throw FitFailure(fmt::format(
+      "{}: the motion diverges in every sample (after {} frames in the best). Try other --weights",
+      source, report.motions.front().sample.track.states.cols()));
 }
 
 Clip ClipOf(const ReachMotion& motion, const ReachPerson& person) {

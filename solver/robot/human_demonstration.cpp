@@ -86,7 +86,7 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
   if (!touched) {
     throw Error(scene.source,
                 std::string("its ") + std::string(SideName(out.side)) +
-                    " hand touches the object in no frame that it holds it",
+                    " hand never touches the object while it holds it",
                 "Fit the object first (holdfast fit, refine), or give the other hand");
   }
   return out;

@@ -99,7 +99,7 @@ std::vector<Chain> Anatomist::FindChains() {
   }
   if (ends.size() < 2) {
     throw Error(hand_.source, ends.empty() ? "has no fingers" : "has a single finger",
-                "Give a hand with two fingers or more, or say what is what with --correspondence");
+                "Give a hand with at least two fingers, or assign its links with --correspondence");
   }
   std::map<int, int> times;  // links on the paths to several ends belong to the palm
   for (const int end : ends) {
@@ -128,7 +128,7 @@ std::vector<Chain> Anatomist::FindChains() {
   }
   if (chains.size() < 2 || chains.size() > kNumFingers) {
     throw Error(hand_.source, fmt::format("has {} fingers", chains.size()),
-                "Two to five can be found: say what is what with --correspondence");
+                "Assign the links of two to five fingers with --correspondence");
   }
   return chains;
 }
@@ -433,7 +433,7 @@ std::vector<PartLink> ReadCorrespondence(const std::filesystem::path& path) {
     if (comma == std::string::npos || comma == 0 || comma + 1 == line.size() ||
         line.find(',', comma + 1) != std::string::npos) {
       throw Error(fmt::format("{}:{}", path.string(), number), "is not a line 'part,link'",
-                  "Write lines such as index1,link_1.0 under the head part,link");
+                  "Write lines such as index1,link_1.0 under the header part,link");
     }
     parts.push_back({line.substr(0, comma), line.substr(comma + 1)});
   }
@@ -464,14 +464,15 @@ RobotAnatomy AnatomyOf(const RobotHand& hand, const std::vector<PartLink>& parts
     const int phalanx = row.part.back() - '1';
     const auto named = std::ranges::find(kFingerNames, row.part.substr(0, row.part.size() - 1));
     if (named == kFingerNames.end() || phalanx < 0 || phalanx > 2) {
-      throw Error(source, fmt::format("has the part '{}'", row.part),
-                  "Parts are palm and thumb1 ... thumb3, index1 ... pinky3");
+      throw Error(source, fmt::format("has the unknown part '{}'", row.part),
+                  "Use the parts palm, thumb1 ... thumb3, index1 ... pinky3");
     }
     by_finger[static_cast<int>(named - kFingerNames.begin())][phalanx].push_back(link);
     of_fingers.insert(link);
   }
   if (by_finger.size() < 2 || !by_finger.contains(kThumb)) {
-    throw Error(source, "gives no thumb and finger", "Give links of thumb and index at least");
+    throw Error(source, "does not give a thumb and a finger",
+                "Give links of the thumb and of at least one finger");
   }
   Anatomist anatomist(hand, if_unclear);
   std::vector<RobotFinger> fingers;
@@ -484,7 +485,7 @@ RobotAnatomy AnatomyOf(const RobotHand& hand, const std::vector<PartLink>& parts
       chain.links.insert(chain.links.end(), links.begin(), links.end());
     }
     if (std::ranges::none_of(chain.links, [&](int k) { return hand.links[k].dof >= 0; })) {
-      throw Error(source, fmt::format("gives {} no link that moves", kFingerNames[human]),
+      throw Error(source, fmt::format("gives {} no movable link", kFingerNames[human]),
                   "Name the links that its joints move");
     }
     RobotFinger finger = anatomist.FingerOf(chain);

@@ -377,15 +377,16 @@ nlohmann::json RobotMeasuresJson(const RobotMeasures& measures) {
 
 nlohmann::json RobotProtocolJson(const RobotTransferOptions& options) {
   return {{"contact",
-           "of each human hand part (15 phalanges, palm) whose pad is within touch_mm of the "
-           "object: the weighted mean of where it touches; against the nearest point of the "
-           "robot's pad that stands for the part"},
+           "for each human hand part (15 phalanges, palm) whose pad is within touch_mm of the "
+           "object: distance from the weighted mean of its contact points to the nearest point of "
+           "the corresponding pad of the robot"},
           {"touch_mm", 1e3 * options.demonstration.touch_m},
           {"contact_kept_mm", 1e3 * kTouch_m},
           {"give",
-           "how far the object's own weight moves it in the grip, median of the frames that hold: "
-           "joints as springs of 3 N m a radian, friction 0.6"},
-          {"penetration", "both ways, points of the surfaces against exact signed distance"},
+           "displacement of the object in the hand under its own weight, median over the frames in "
+           "which the hand holds it: joints are springs of 3 N m per radian, friction 0.6"},
+          {"penetration",
+           "in both directions: exact signed distance of points on one surface to the other"},
           {"spacing_mm", 1e3 * kSpacing_m}};
 }
 

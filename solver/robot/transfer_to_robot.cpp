@@ -237,7 +237,7 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
                                                              options.correspondence_source, side);
   if (setup.anatomy.side != side) {
     throw Error(setup.robot.source,
-                fmt::format("is a {} hand, and in {} the {} one holds the object",
+                fmt::format("is a {} hand, but in {} the {} hand holds the object",
                             SideName(setup.anatomy.side), scene.source, SideName(side)),
                 "Give the robot's hand of that side, or transfer the other hand (--hand)");
   }

@@ -20,7 +20,7 @@ namespace holdfast {
 #ifndef HOLDFAST_HAS_MUJOCO
 
 RobotHand ReadMjcf(const std::filesystem::path& path) {
-  throw Error(path.string(), "is MJCF, and this build of Holdfast is without MuJoCo",
+  throw Error(path.string(), "is MJCF, but this build of Holdfast does not include MuJoCo",
               "Install it (Debian: libmujoco-dev) and build again, or give the hand as URDF");
 }
 
@@ -153,7 +153,7 @@ class MjcfBuilder {
       const int type = model_.jnt_type[joint];
       if (type == mjJNT_FREE) continue;
       if (type == mjJNT_BALL) {
-        hand_.notes.push_back(fmt::format("joint '{}' is a ball: it stands still",
+        hand_.notes.push_back(fmt::format("joint '{}' is a ball joint: treated as fixed",
                                           NameOf(model_, mjOBJ_JOINT, joint)));
         continue;
       }
@@ -194,8 +194,8 @@ class MjcfBuilder {
       source.high = model_.jnt_range[2 * joint + 1];
     }
     if (reference != 0.0) {
-      hand_.notes.push_back(
-          fmt::format("joint '{}' has a reference angle: its values count from it", link.joint));
+      hand_.notes.push_back(fmt::format(
+          "joint '{}' has a reference angle: its values are relative to it", link.joint));
       source.low -= reference;
       source.high -= reference;
     }
@@ -209,8 +209,8 @@ class MjcfBuilder {
       const mjtNum* const poly = model_.eq_data + mjNEQDATA * k;
       const std::string name = NameOf(model_, mjOBJ_JOINT, model_.eq_obj1id[k]);
       if (model_.eq_obj2id[k] < 0 || poly[2] != 0.0 || poly[3] != 0.0 || poly[4] != 0.0) {
-        hand_.notes.push_back(
-            fmt::format("joint '{}' follows another by a curve: taken as free", name));
+        hand_.notes.push_back(fmt::format(
+            "joint '{}' follows another joint by a polynomial: treated as independent", name));
         continue;
       }
       for (RobotJointSource& joint : joints_) {

@@ -88,7 +88,7 @@ class Unpacker {
   }
 
  private:
-  [[noreturn]] static void Fail() { throw std::runtime_error("the reader's answer is cut short"); }
+  [[noreturn]] static void Fail() { throw std::runtime_error("the reader's answer is truncated"); }
   const char* Take(std::size_t size) {
     if (size > bytes_.size()) Fail();
     const char* const at = bytes_.data();
@@ -255,10 +255,10 @@ Child Begin(const fs::path& path, const std::function<RobotHand()>& read) {
     close(ends[0]);
     errno = why;
   }
-  throw Error(
-      path.string(),
-      fmt::format("is read in a process of its own, which cannot begin ({})", std::strerror(errno)),
-      "Raise the limit of processes and files (ulimit -u, ulimit -n)");
+  throw Error(path.string(),
+              fmt::format("is read in a separate process, which cannot be started ({})",
+                          std::strerror(errno)),
+              "Raise the limit of processes and files (ulimit -u, ulimit -n)");
 }
 
 // Throws the Error that explains why there is no answer.
@@ -270,9 +270,9 @@ Child Begin(const fs::path& path, const std::function<RobotHand()>& read) {
                 "Give a file of the hand alone, with smaller meshes");
   }
   throw Error(path.string(),
-              fmt::format("ends {} with a fault{}", library,
+              fmt::format("crashes {}{}", library,
                           number != 0 ? fmt::format(" ({})", strsignal(number)) : ""),
-              "Its XML or one of its meshes is broken: check it in the program that wrote it");
+              "Check its XML and its meshes in the program that wrote them");
 }
 
 }  // namespace
@@ -305,11 +305,11 @@ RobotHand ReadInProcess(const fs::path& path, std::string_view library,
       throw Error(
           path.string(),
           fmt::format("takes {} more than {} MB of memory to read", library, kMemory_bytes >> 20),
-          "Give a file of the hand alone, with smaller meshes and pictures");
+          "Give a file of the hand alone, with smaller meshes and images");
     case Answer::kFault:
       break;
   }
-  throw Error(path.string(), fmt::format("ends {} with a fault: {}", library, in.Text()),
+  throw Error(path.string(), fmt::format("causes an error in {}: {}", library, in.Text()),
               "Check it in the program that wrote it");
 }
 

@@ -152,9 +152,9 @@ class RobotFileCheck {
         Scan(*found, ReadText(*found), ignored);
       } else if (const double cells = PngCells(*found); cells > kMaxCells) {
         throw Error(found->string(),
-                    fmt::format("is a picture of {:.0f} million points, named by {}", 1e-6 * cells,
+                    fmt::format("is an image of {:.0f} million pixels, used by {}", 1e-6 * cells,
                                 path_.string()),
-                    "Make it smaller, or leave it out: pictures play no part here");
+                    "Make it smaller, or remove it: images are not used");
       }
     }
     return file;
@@ -178,8 +178,7 @@ class RobotFileCheck {
     const std::uintmax_t size = fs::file_size(path, ignored);
     bytes_ += ignored ? 0 : static_cast<std::size_t>(std::min<std::uintmax_t>(size, kMaxBytes + 1));
     if (bytes_ > kMaxBytes) {
-      throw Error(path.string(), "is larger than 64 MB with what it includes: no robot's text is",
-                  "Check the path");
+      throw Error(path.string(), "is larger than 64 MB with its includes", "Check the path");
     }
     std::string text(ignored ? 0 : static_cast<std::size_t>(size), '\0');
     file.read(text.data(), static_cast<std::streamsize>(text.size()));
@@ -212,12 +211,12 @@ class RobotFileCheck {
       open.push_back({label, copies});
       if (open.size() > kMaxDepth) {
         Refuse(path, fmt::format("has elements nested deeper than {}", kMaxDepth),
-               "Check the file: no robot's is");
+               "Check that the file describes a robot");
       }
     }
     if (tags.DefinesEntities()) {
-      Refuse(path, "defines XML entities of its own, which are not read",
-             "Write out what they stand for");
+      Refuse(path, "defines XML entities, which are not supported",
+             "Replace them with their values");
     }
   }
 
@@ -241,7 +240,7 @@ class RobotFileCheck {
     }
     if (copies <= kMaxCopies) return copies;
     Refuse(path,
-           fmt::format("{}: a {} of {:.0f} parts, and {:.0f} is the most", label, tag.name, copies,
+           fmt::format("{}: a {} of {:.0f} parts; the maximum is {:.0f}", label, tag.name, copies,
                        kMaxCopies),
            "Leave it out of the hand's file, or lower its count");
   }
@@ -251,14 +250,14 @@ class RobotFileCheck {
     if (tag.name == "link" || tag.name == "body") links_ += copies;
     if (tag.attributes.size() > kMaxAttributes) {
       Refuse(path, fmt::format("<{:.40}> has more than {} attributes", tag.name, kMaxAttributes),
-             "Check the file: no robot's has");
+             "Check that the file describes a robot");
     }
     if (elements_ > kMaxElements) {
-      Refuse(path, fmt::format("has more than {:.0f} elements: no robot's file has", kMaxElements),
+      Refuse(path, fmt::format("has more than {:.0f} elements", kMaxElements),
              "Give the file of the hand alone");
     }
     if (links_ > kMaxLinks) {
-      Refuse(path, fmt::format("has more than {:.0f} links: no robot has", kMaxLinks),
+      Refuse(path, fmt::format("has more than {:.0f} links", kMaxLinks),
              "Give the file of the hand alone");
     }
   }
@@ -300,7 +299,7 @@ class RobotFileCheck {
       for (const double number : LeadingNumbers(value)) {
         if (number <= (scratch ? 10.0 * kMaxSize : most)) continue;
         Refuse(path, fmt::format("<size {}=\"{:.40}\"> would take gigabytes", name, value),
-               "Leave it out: a hand needs no such room");
+               "Remove it: a hand does not need that much memory");
       }
     }
   }
@@ -319,7 +318,7 @@ class RobotFileCheck {
       if (!seen_.insert(file).second) continue;
       named_.push_back({path, file, tag.name == "include"});
       if (named_.size() <= kMaxFiles) continue;
-      Refuse(path, fmt::format("names more than {} files: no robot's file does", kMaxFiles),
+      Refuse(path, fmt::format("names more than {} files", kMaxFiles),
              "Give the file of the hand alone");
     }
   }

@@ -37,7 +37,7 @@ Followed Resolve(const std::map<std::string, const RobotJointSource*>& by_name,
     const auto next = by_name.find(at->follows);
     if (next == by_name.end()) {
       throw Error(source,
-                  fmt::format("joint '{}' follows '{}', which is no joint that moves", at->name,
+                  fmt::format("joint '{}' follows '{}', which is not a movable joint", at->name,
                               at->follows),
                   "Correct its mimic");
     }
@@ -61,10 +61,11 @@ void RequireSense(const std::string& source, const RobotJointSource& joint) {
                 "Correct its numbers");
   }
   if (joint.low > joint.high) {
-    throw Error(source,
-                fmt::format("the limits of joint '{}' are {} to {}: the lower one is above",
-                            joint.name, joint.low, joint.high),
-                "Swap them");
+    throw Error(
+        source,
+        fmt::format("the limits of joint '{}' are {} to {}: the lower limit is above the upper one",
+                    joint.name, joint.low, joint.high),
+        "Swap them");
   }
 }
 
@@ -77,10 +78,12 @@ void Narrow(RobotJointKind kind, RobotJointSource& joint, std::vector<std::strin
   joint.low = std::clamp(joint.low, -kept, kept);
   joint.high = std::clamp(joint.high, -kept, kept);
   notes.push_back(
-      turns ? fmt::format("joint '{}' may turn more than once: taken as half a turn "
-                          "either way",
-                          joint.name)
-            : fmt::format("joint '{}' may slide farther than a meter: taken as that", joint.name));
+      turns ? fmt::format(
+                  "joint '{}' can turn more than once: limited to half a turn in each direction",
+                  joint.name)
+            : fmt::format(
+                  "joint '{}' can slide more than a meter: limited to a meter in each direction",
+                  joint.name));
 }
 
 }  // namespace
@@ -114,7 +117,7 @@ void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand) {
     if (followed.factor == 0.0 || leader.high - leader.low < kMinRange) {
       link.offset =
           std::clamp(followed.factor * leader.low + followed.offset, joint.low, joint.high);
-      hand.notes.push_back(fmt::format("joint '{}' has no range: it stands still", joint.name));
+      hand.notes.push_back(fmt::format("joint '{}' has no range: treated as fixed", joint.name));
       continue;
     }
     link.dof = dof_named(followed.leader);
@@ -184,11 +187,12 @@ void RequireHandSized(const RobotHand& hand) {
     }
   }
   if (box.isEmpty()) {
-    throw Error(hand.source, "has no link with a shape", "Give its links visual or collision");
+    throw Error(hand.source, "has no link with a shape",
+                "Give its links visual or collision geometry");
   }
   const double size = box.sizes().maxCoeff();
   if (size <= kLargest_m && size >= kSmallest_m) return;
-  throw Error(hand.source, fmt::format("spans {:.4g} m: no hand does", size),
+  throw Error(hand.source, fmt::format("spans {:.4g} m, which is not the size of a hand", size),
               size > kLargest_m
                   ? "URDF and MJCF are in meters: scale a file in millimeters by 0.001 "
                     "(mesh scale, origins), or name the file of the hand without its arm"
@@ -201,9 +205,8 @@ RobotHand Bounded(RobotHand hand) {
   if (!many && hand.NumDofs() <= kMaxDofs) return hand;
   throw Error(
       hand.source,
-      many ? fmt::format("has {} links: no hand has more than {}", hand.NumLinks(), kMaxHandLinks)
-           : fmt::format("has {} joints that move on their own: no hand has more than {}",
-                         hand.NumDofs(), kMaxDofs),
+      many ? fmt::format("has {} links; the maximum is {}", hand.NumLinks(), kMaxHandLinks)
+           : fmt::format("has {} independent joints; the maximum is {}", hand.NumDofs(), kMaxDofs),
       "Give the file of the hand alone");
 }
 
@@ -240,8 +243,8 @@ RobotHand ReadRobotHand(const fs::path& path) {
   }
   const std::string extension = LowerExtension(path);
   if (extension != ".urdf" && extension != ".xml" && extension != ".mjcf") {
-    throw Error(path.string(), "is not a robot's file by its name",
-                "Give URDF (.urdf) or MJCF (.xml); make xacro into URDF first");
+    throw Error(path.string(), "does not have the extension of a robot's file",
+                "Give URDF (.urdf) or MJCF (.xml); convert xacro to URDF first");
   }
   const RobotFile file = CheckRobotFile(path);
   const bool is_urdf = extension == ".urdf";
@@ -256,7 +259,7 @@ RobotHand ReadRobotHand(const fs::path& path) {
     throw;
   }
   if (hand.dofs.empty()) {
-    throw Error(path.string(), "has no joint that moves", "Give a hand with fingers");
+    throw Error(path.string(), "has no movable joint", "Give a hand with fingers");
   }
   RequireFinite(hand);
   RequireHandSized(hand);

@@ -159,7 +159,7 @@ fs::path FindRobotMesh(const fs::path& robot, const std::string& name) {
     if (fs::is_regular_file(tried, ignored)) return tried;
   }
   throw Error(robot.string(), fmt::format("its mesh '{}' is missing", name),
-              "Put the file where the robot's file says, relative to it, or correct the name");
+              "Put the mesh at that path, relative to the robot's file, or correct the name");
 }
 
 }  // namespace holdfast

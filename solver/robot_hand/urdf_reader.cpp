@@ -25,7 +25,7 @@ namespace holdfast {
 #ifndef HOLDFAST_HAS_URDFDOM
 
 RobotHand ReadUrdf(const std::filesystem::path& path, const std::string&) {
-  throw Error(path.string(), "is URDF, and this build of Holdfast is without urdfdom",
+  throw Error(path.string(), "is URDF, but this build of Holdfast does not include urdfdom",
               "Install it (Debian: liburdfdom-dev) and build again, or give the hand as MJCF");
 }
 
@@ -85,8 +85,7 @@ urdf::ModelInterfaceSharedPtr Parse(const fs::path& path, const std::string& tex
   const urdf::ModelInterfaceSharedPtr model = urdf::parseURDF(WithCapsulesAsMeshes(text));
   if (!model || !model->getRoot()) {
     throw Error(path.string(),
-                "is not a URDF that can be read" +
-                    (complaints.Text().empty() ? "" : ": " + complaints.Text()),
+                "is not a valid URDF" + (complaints.Text().empty() ? "" : ": " + complaints.Text()),
                 "Check it with check_urdf (Debian: liburdfdom-tools)");
   }
   left_out = complaints.Text();
@@ -139,7 +138,7 @@ class UrdfBuilder {
         return;
       default:
         hand_.notes.push_back(
-            fmt::format("joint '{}' is floating or planar: it stands still", joint.name));
+            fmt::format("joint '{}' is floating or planar: treated as fixed", joint.name));
         return;
     }
     link.axis = ToEigen(joint.axis);
@@ -175,8 +174,8 @@ class UrdfBuilder {
       }
     } else {
       hand_.notes.push_back(
-          fmt::format("link '{}' shows a mesh that is not .obj, .stl, .ply or .off: it counts as "
-                      "its collision shapes",
+          fmt::format("link '{}' has a visual mesh that is not .obj, .stl, .ply or .off: its "
+                      "collision shapes are used",
                       link.name));
     }
     if (!link.shapes.empty()) return;
@@ -256,8 +255,8 @@ RobotHand ReadUrdf(const fs::path& path, const std::string& text) {
   const urdf::ModelInterfaceSharedPtr model = Parse(path, text, left_out);
   RobotHand hand = UrdfBuilder(path, *model).Take();
   if (!left_out.empty())
-    hand.notes.push_back("parts of it are left out, and with them what follows in their links: " +
-                         left_out);
+    hand.notes.push_back(
+        "invalid elements are skipped, with the elements after them in their links: " + left_out);
   return hand;
 }
 

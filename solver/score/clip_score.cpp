@@ -32,8 +32,8 @@ void NoteVolumes(const HandObjectScore& hand, const ScoreOptions& options,
         "{} hand: the exact intersection volume is undefined in {} ({}); {}", SideName(hand.side),
         Percent(count, static_cast<Eigen::Index>(hand.frames.size())), Describe(status),
         options.exact == ExactMode::kOn || !options.hand_object.measure_voxels
-            ? "they are left out"
-            : fmt::format("voxels of {:g} mm stand in there",
+            ? "these frames are left out"
+            : fmt::format("these frames use voxels of {:g} mm",
                           options.hand_object.contact.voxel_mm)));
   }
 }
@@ -68,8 +68,9 @@ Holders HoldersIn(const ClipScene& input, const SignedDistance& object, ClipScor
   const bool right_is_nearer =
       MeanDistance(clip, right, object, stride) <= MeanDistance(clip, left, object, stride);
   holders.hands.push_back(std::move(right_is_nearer ? right : left));
-  score.notes.push_back(fmt::format("the clip does not say which hand holds: the {} one is nearer",
-                                    SideName(holders.hands[0].HandSide())));
+  score.notes.push_back(fmt::format(
+      "the clip does not specify the holding hand: the {} hand, which is nearer, is measured",
+      SideName(holders.hands[0].HandSide())));
   return holders;
 }
 
@@ -83,7 +84,8 @@ bool MeasureHolding(const ClipScene& input, const ScoreOptions& options,
   score.inside_by = object.IsClosed() ? "pseudonormal" : "winding number";
   if (!object.IsClosed()) {
     if (options.exact == ExactMode::kOn) {
-      throw Error(input.object_source, "is not watertight: it bounds no volume to share exactly",
+      throw Error(input.object_source,
+                  "is not watertight, so its exact intersection volume is undefined",
                   "Repair the mesh, or leave --exact at auto");
     }
     score.notes.push_back(
@@ -121,7 +123,7 @@ void MeasureBody(const ClipScene& input, const BodySurface& surface, const Score
       input.clip, surface, input.object ? &*input.object : nullptr, holders, options.threads,
       [&](int done, int total) { return !progress || progress("own body", done, total); });
   if (score.own_body) return;
-  score.notes.push_back("the body model is a hand alone: depths in the own body are not measured");
+  score.notes.push_back("the body model contains only a hand: depths in the body are not measured");
 }
 
 // Returns the frames of the reference to compare with the clip's.
@@ -134,7 +136,7 @@ Clip AlignReference(const ClipScene& input, const ClipScene& reference, const Sc
       throw Error(input.source,
                   fmt::format("runs at {:g} Hz, its reference {} at {:g} Hz", rate,
                               reference.source, clip.frame_rate),
-                  "Give --resample to resample the reference, or clips of one frame rate");
+                  "Give --resample to resample the reference, or clips with the same frame rate");
     }
     score.notes.push_back(fmt::format(
         "the reference was resampled from {:g} to {:g} Hz (rotations by the shortest arc, "
@@ -145,12 +147,13 @@ Clip AlignReference(const ClipScene& input, const ClipScene& reference, const Sc
   if (clip.NumFrames() != input.clip.NumFrames()) {
     const int common_frames = std::min(clip.NumFrames(), input.clip.NumFrames());
     if (!options.overlap) {
-      throw Error(input.source,
-                  fmt::format("has {} frames, its reference {} has {}", input.clip.NumFrames(),
-                              reference.source, clip.NumFrames()),
-                  fmt::format("Give --overlap to compare the first {} frames of both, or clips of "
-                              "one length",
-                              common_frames));
+      throw Error(
+          input.source,
+          fmt::format("has {} frames, its reference {} has {}", input.clip.NumFrames(),
+                      reference.source, clip.NumFrames()),
+          fmt::format(
+              "Give --overlap to compare the first {} frames of both, or clips of the same length",
+              common_frames));
     }
     score.notes.push_back(
         fmt::format("compared with the reference over the first {} frames only", common_frames));
@@ -171,7 +174,7 @@ void RequireSameObject(const ClipScene& input, const ClipScene& reference, doubl
       input.object_source,
       fmt::format("is not the object of the reference ({}): their boxes differ by {:.1f} mm",
                   reference.object_source, 1e3 * apart),
-      "Give clips of one object, in one coordinate frame of its own");
+      "Give clips of the same object in the same object coordinates");
 }
 
 void CompareObjects(const ClipScene& input, const ClipScene& reference, const Clip& aligned,
@@ -187,8 +190,8 @@ void CompareObjects(const ClipScene& input, const ClipScene& reference, const Cl
   if (options.symmetry != SymmetryMode::kOff) symmetry = DetectSymmetry(*input.object);
   if (options.symmetry == SymmetryMode::kOn && !symmetry.Any()) {
     score.notes.push_back(
-        "taken as symmetric as asked, though no rotation carries the object onto itself: rotation "
-        "errors are as without symmetry, ADD-S is the one to read");
+        "treated as symmetric as requested, but no rotation maps the object onto itself: rotation "
+        "errors are the same as without symmetry; use ADD-S instead");
   }
   const ObjectPoseComparer comparer(*input.object, symmetry);
   RequireSameObject(input, reference, comparer.Diameter_m());
@@ -227,10 +230,11 @@ ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const Sc
   score.body = input.body->Name();
   score.foreign_body = input.foreign_body;
   if (score.foreign_body) {
-    score.notes.push_back(fmt::format(
-        "made with another body model ({}) than the one loaded ({}): what depends on the hand's "
-        "surface is not the clip's own (--body MODEL.npz)",
-        input.made_with, input.body->Name()));
+    score.notes.push_back(
+        fmt::format("made with a different body model ({}) than the one loaded ({}): metrics that "
+                    "depend on the hand's surface are not those of the clip's own hand (give its "
+                    "model with --body MODEL.npz)",
+                    input.made_with, input.body->Name()));
   }
   const BodySurface surface = input.Surface();
   score.motion =
@@ -240,13 +244,11 @@ ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const Sc
   if (input.clip.object && input.object) {
     if (!MeasureHolding(input, options, progress, score)) return score;
   } else {
-    score.notes.push_back(
-        input.clip.object
-            ? fmt::format(
-                  "the object's mesh was not found ({}): motion alone is measured (--object "
-                  "MESH gives it)",
-                  input.object_missing)
-            : "the clip has no object: motion alone is measured");
+    score.notes.push_back(input.clip.object
+                              ? fmt::format("the object's mesh was not found ({}): only motion is "
+                                            "measured (give the mesh with --object MESH)",
+                                            input.object_missing)
+                              : "the clip has no object: only motion is measured");
   }
   MeasureBody(input, surface, options, progress, score);
   return score;

@@ -224,146 +224,150 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
 
   contact("deep_penetration_frames_ratio",
           fmt::format("frames deeper than {:g} mm", options.deep_mm), "%", 1, kHigher,
-          fmt::format("share of all frames where a hand vertex is inside the object, or an object "
-                      "vertex inside the hand, by more than {:g} mm",
+          fmt::format("fraction of frames in which a hand vertex is inside the object, or an "
+                      "object vertex inside the hand, by more than {:g} mm",
                       options.deep_mm));
   contact("penetration_max_mm", "penetration, deepest", "mm", 2, kHigher,
-          "deepest of all frames, of hand vertices inside the object and object vertices inside "
-          "the hand; exact signed distance to the other's triangles");
+          "maximum depth over all frames of hand vertices inside the object and of object vertices "
+          "inside the hand; exact signed distance to the triangles of the other mesh");
   contact("penetration_mean_max_mm", "penetration, mean of deepest", "mm", 2, kHigher,
-          "mean over all frames of the deepest in each, both ways as above; 0 where nothing is "
-          "inside");
+          "mean over all frames of the maximum depth in the frame, in both directions as above; 0 "
+          "where nothing is inside");
   contact("penetration_mean_mm", "penetration, mean of vertices", "mm", 2, kHigher,
-          "mean over all frames of the mean depth of the hand vertices inside; 0 where none is");
+          "mean over all frames of the mean depth of the hand vertices inside the object; 0 where "
+          "none is inside");
   contact("object_in_hand_max_mm", "object in hand, deepest", "mm", 2, kHigher,
-          "deepest object vertex inside the hand's mesh (closed at the wrist by a fan), of all "
-          "frames");
+          "maximum depth over all frames of object vertices inside the hand's mesh (closed at the "
+          "wrist by a fan)");
   contact("intersection_volume_cm3", "intersection volume", "cm3", 3, kHigher,
           protocol.measure_exact
               ? fmt::format("mean over all frames of the volume shared by object and hand (closed "
                             "at the wrist): exact, by cutting both meshes along their common "
                             "curve; {}",
                             options.exact == ExactMode::kOn || !protocol.measure_voxels
-                                ? "frames where that is undefined are left out"
-                                : fmt::format("by voxels of {:g} mm in frames where that is "
-                                              "undefined (exact_volume_frames_ratio)",
+                                ? "frames where the exact volume is undefined are left out"
+                                : fmt::format("by voxels of {:g} mm in frames where the exact "
+                                              "volume is undefined (exact_volume_frames_ratio)",
                                               voxel))
               : fmt::format("mean over all frames of the volume shared by object and hand (closed "
                             "at the wrist), by voxels of {:g} mm",
                             voxel));
   contact("intersection_volume_max_cm3", "intersection volume, largest", "cm3", 3, kHigher,
-          "the largest of all frames, measured in the same way");
-  contact(
-      "intersection_volume_voxel_cm3", fmt::format("  by {:g} mm voxels", voxel), "cm3", 3, kHigher,
-      fmt::format("the mean counted in cubes of {:g} mm whose centers are inside both, on a grid "
-                  "fixed to the object's frame",
-                  voxel));
+          "maximum over all frames, measured in the same way");
+  contact("intersection_volume_voxel_cm3", fmt::format("  by {:g} mm voxels", voxel), "cm3", 3,
+          kHigher,
+          fmt::format("the same mean by voxels: cubes of {:g} mm whose centers are inside both, on "
+                      "a grid fixed to the object's frame",
+                      voxel));
   contact("exact_volume_frames_ratio", "  exact in frames", "%", 1, kLower,
-          "share of all frames in which the exact volume is defined");
+          "fraction of frames in which the exact volume is defined");
   contact("contact_frames_ratio", "frames in contact", "%", 1, kLower,
-          fmt::format("share of the frames in which a hand holds (all when the clip does not say) "
-                      "where a vertex of a holding hand is inside the object or within {:g} mm of "
-                      "its surface",
+          fmt::format("fraction of the frames in which a hand holds the object (all frames if the "
+                      "clip does not specify them) where a vertex of a holding hand is inside the "
+                      "object or within {:g} mm of its surface",
                       threshold));
   contact("contact_ratio", "hand in contact", "%", 1, kLower,
-          fmt::format("mean over the frames in which the hand holds of the share of its vertices "
-                      "within {:g} mm of the surface, on either side",
+          fmt::format("mean over the frames in which the hand holds the object of the fraction of "
+                      "hand vertices within {:g} mm of the surface, on either side",
                       threshold));
   contact(
       "contact_iou", "contact kept (IoU)", "%", 1, kLower,
-      fmt::format("mean over consecutive frames in which the hand holds of |A and B| / |A or B| "
-                  "of the vertices with signed distance below {:g} mm",
-                  threshold));
+      fmt::format(
+          "mean over pairs of consecutive frames in which the hand holds the object of |A and B| / "
+          "|A or B|, where A and B are the sets of vertices with signed distance below {:g} mm",
+          threshold));
   contact("contact_slip_mm_per_frame", "slip, mean", "mm/frame", 3, kHigher,
-          "mean over consecutive frames, and the vertices touching in both, of the lesser of two "
-          "ways in the object's frame: the vertex's own, and that of the surface point nearest to "
-          "it");
+          "mean over pairs of consecutive frames, and over the vertices in contact in both, of the "
+          "smaller of two displacements in the object's frame: that of the vertex and that of the "
+          "surface point nearest to it");
   contact("contact_slip_max_mm_per_frame", "slip, largest", "mm/frame", 2, kHigher,
-          "the largest such way of any vertex");
+          "maximum of the same displacement over all vertices and frames");
   contact("contact_drift_mm", "contact drift, mean", "mm", 2, kHigher,
-          "the same way measured from where a vertex's contact began, the largest while it lasts; "
-          "mean over the vertices that touch for two frames in a row");
+          "the same displacement measured from where a vertex's contact began, maximum over the "
+          "contact; mean over the vertices that are in contact in two consecutive frames");
   contact("contact_drift_max_mm", "contact drift, largest", "mm", 2, kHigher,
-          "the largest drift of any vertex: how far contact points stray over the clip");
+          "maximum drift of any vertex: how far contact points move over the clip");
 
   jitter("jitter_acceleration_ratio", "object/hand acceleration", "", 3,
-         "mean acceleration of the object's center (by surface area) over that of a point fixed to "
-         "the wrist at the center's mean place: 1 when carried rigidly; undefined when the hand is "
-         "still (below 1 mm/s2)");
-  jitter("jitter_jerk_ratio", "object/hand jerk", "", 3, "the same of jerk");
+         "mean acceleration of the object's center (by surface area) divided by that of a point "
+         "fixed to the wrist at the center's mean position: 1 if the object is carried rigidly; "
+         "undefined if the hand is still (below 1 mm/s2)");
+  jitter("jitter_jerk_ratio", "object/hand jerk", "", 3, "the same for jerk");
   jitter("jitter_angular_acceleration_ratio", "object/hand angular accel.", "", 3,
-         "mean angular acceleration of the object over the wrist's");
+         "mean angular acceleration of the object divided by that of the wrist");
   jitter("jitter_angular_jerk_ratio", "object/hand angular jerk", "", 3,
-         "the same of angular jerk");
+         "the same for angular jerk");
   jitter("object_acceleration_m_s2", "object acceleration", "m/s2", 3,
          "mean norm of the central second difference of the object's center at the clip's frame "
-         "rate, over frames in which the hand holds");
+         "rate, over frames in which the hand holds the object");
   jitter("object_jerk_m_s3", "object jerk", "m/s3", 2,
          "mean norm of the central third difference over five frames");
   jitter("object_angular_acceleration_rad_s2", "object angular accel.", "rad/s2", 2,
          "mean norm of the difference of successive angular velocities");
   jitter("object_angular_jerk_rad_s3", "object angular jerk", "rad/s3", 1,
          "mean norm of the second difference of angular velocities");
-  jitter("wrist_acceleration_m_s2", "wrist acceleration", "m/s2", 3, "the wrist joint's, as above");
-  jitter("wrist_jerk_m_s3", "wrist jerk", "m/s3", 2, "the wrist joint's, as above");
+  jitter("wrist_acceleration_m_s2", "wrist acceleration", "m/s2", 3,
+         "the same for the wrist joint");
+  jitter("wrist_jerk_m_s3", "wrist jerk", "m/s3", 2, "the same for the wrist joint");
 
   const std::string deeper =
-      fmt::format("share of frames in which it is above {:g} mm", options.deep_mm);
+      fmt::format("fraction of frames in which it is above {:g} mm", options.deep_mm);
   other(kBody, "object_in_body_frames_ratio", "object deep in the body", "%", 1, kHigher,
-        ("depth of the deepest of the object's vertices and 2,000 points of its surface, spread by "
-         "area, in trunk, neck, head, legs and arms that hold it in no frame: " +
+        ("maximum depth of the object's vertices and of 2,000 points on its surface, spread by "
+         "area, inside the trunk, neck, head, legs and arms that never hold it: " +
          deeper)
             .c_str(),
         true);
   other(kBody, "object_in_body_max_mm", "object in the body, deepest", "mm", 2, kHigher,
-        "the largest such depth", true);
+        "maximum of this depth over frames", true);
   other(kBody, "object_in_body_mean_mm", "object in the body, mean", "mm", 2, kHigher,
-        "its mean over frames, 0 where nothing is inside", true);
+        "mean of this depth over frames, 0 where nothing is inside", true);
   other(kBody, "self_penetration_frames_ratio", "arms deep in the body", "%", 1, kHigher,
-        ("depth of the deepest vertex of both hands and forearms (from 8 cm off the elbow) in "
-         "trunk, neck, head and legs: " +
+        ("maximum depth of the vertices of both hands and forearms (from 8 cm off the elbow) "
+         "inside the trunk, neck, head and legs: " +
          deeper)
             .c_str(),
         true);
   other(kBody, "self_penetration_max_mm", "arms in the body, deepest", "mm", 2, kHigher,
-        "the largest such depth", true);
+        "maximum of this depth over frames", true);
   other(kBody, "self_penetration_mean_mm", "arms in the body, mean", "mm", 2, kHigher,
-        "its mean over frames, 0 where nothing is inside", true);
+        "mean of this depth over frames, 0 where nothing is inside", true);
 
   other(kMotion, "joint_acceleration_m_s2", "joint acceleration", "m/s2", 3, kHigher,
         "mean over 22 body joints and frames of the second central difference");
   other(kMotion, "joint_jerk_m_s3", "joint jerk", "m/s3", 2, kHigher,
         "mean over 22 body joints and frames of the third central difference");
   other(kMotion, "foot_skate_mm_per_frame", "foot skate", "mm/frame", 3, kHigher,
-        "mean over frames and feet of v (2 - 2^(h / 25 mm)) where h < 25 mm: v the horizontal way "
-        "of the ball of the foot, h its height above its lowest in the clip");
+        "mean over frames and feet of v (2 - 2^(h / 25 mm)) where h < 25 mm: v is the horizontal "
+        "displacement of the ball of the foot, h its height above its minimum in the clip");
   other(kMotion, "foot_slide_max_mm_per_frame", "foot slide, largest", "mm/frame", 2, kHigher,
-        "largest horizontal way of a ball of the foot between frames while h < 5 mm in both");
+        "maximum horizontal displacement of the ball of a foot between frames while h < 5 mm in "
+        "both");
 
   other(kReference, "mpjpe_mm", "MPJPE", "mm", 2, kHigher,
-        "mean distance of the 22 body joints from the reference's, in the world");
+        "mean distance of the 22 body joints from those of the reference, in world coordinates");
   other(kReference, "mpjpe_root_aligned_mm", "MPJPE, pelvis aligned", "mm", 2, kHigher,
-        "the same after moving both pelves to one place; nothing is rotated or scaled");
+        "the same after aligning the pelvis positions; nothing is rotated or scaled");
   other(kReference, "mpjpe_right_hand_mm", "MPJPE, right hand", "mm", 2, kHigher,
-        "21 points (wrist, 15 finger joints, 5 fingertip vertices) after moving both wrists to one "
-        "place",
+        "mean distance of 21 points (wrist, 15 finger joints, 5 fingertip vertices) after aligning "
+        "the wrist positions",
         true);
   other(kReference, "mpjpe_left_hand_mm", "MPJPE, left hand", "mm", 2, kHigher,
-        "the same of the left hand", true);
+        "the same for the left hand", true);
   other(kReference, "object_translation_error_mm", "object, translation", "mm", 2, kHigher,
         "distance of the object's center (by surface area) from the reference's");
   other(kReference, "object_rotation_error_deg", "object, rotation", "deg", 2, kHigher,
         "angle between the rotations");
   other(kReference, "object_rotation_error_modulo_symmetry_deg", "  modulo symmetry", "deg", 2,
-        kHigher, "the least angle over the object's rotational symmetries (stated per clip)");
+        kHigher, "smallest angle over the object's rotational symmetries (stated per clip)");
   other(kReference, "object_add_mm", "object, ADD", "mm", 2, kHigher,
         "mean over all mesh vertices of the distance between the same vertex in both poses");
   other(kReference, "object_add_s_mm", "object, ADD-S", "mm", 2, kHigher,
         "mean over all mesh vertices of the distance to the nearest vertex of the reference pose");
   other(kReference, "object_add_within_ratio", "  ADD < 0.1 diameter", "%", 1, kLower,
-        "share of frames with ADD below a tenth of the greatest distance between two vertices");
+        "fraction of frames with ADD below a tenth of the greatest distance between two vertices");
   other(kReference, "object_add_s_within_ratio", "  ADD-S < 0.1 diameter", "%", 1, kLower,
-        "the same of ADD-S");
+        "the same for ADD-S");
   return list;
 }
 

@@ -156,8 +156,9 @@ void AddScores(std::span<const ClipScore> scores, const ScoreOptions& options, b
                "full resolution of object and hand; the hand is closed at the wrist by a "
                "fan around its rim's mean point where a volume is needed"},
               {"hands_combined",
-               "deepest of both, volumes added, in contact when a holding hand is; consistency, "
-               "slip, drift and jitter are means weighted by the frames held, maxima the larger"}};
+               "depths: the larger of both; volumes: the sum; contact: whether a holding hand is "
+               "in contact; consistency, slip, drift and jitter: means weighted by the number of "
+               "frames held, the larger of both maxima"}};
   for (const MetricDefinition& metric : metrics) {
     protocol["metrics"][metric.key] = {
         {"definition", metric.definition},
@@ -238,7 +239,9 @@ std::string Layout(const std::vector<TableRow>& rows) {
 void AppendTexts(std::span<const ClipScore> scores, const ScoreOptions& options,
                  std::string& text) {
   if (std::ranges::any_of(scores, &ClipScore::foreign_body)) {
-    text += "* another body model than the clip's own: contact rows are of that body's hand\n";
+    text +=
+        "* loaded with a different body model than the clip's own: contact rows are of that body's "
+        "hand\n";
   }
   for (const ClipScore& score : scores) {
     if (score.reference && !score.reference->object.empty()) {
@@ -247,7 +250,7 @@ void AppendTexts(std::span<const ClipScore> scores, const ScoreOptions& options,
     }
     const auto worst = [&](const char* what, const BodyDepth& depth) {
       if (depth.max_mm <= options.deep_mm) return;
-      text += fmt::format("{}: {} deepest in the own body in frame {}, by {:.1f} mm\n",
+      text += fmt::format("{}: {} deepest in the body in frame {}, by {:.1f} mm\n",
                           ShortName(score), what, depth.worst_frame, depth.max_mm);
     };
     if (score.own_body && score.own_body->object) worst("object", *score.own_body->object);

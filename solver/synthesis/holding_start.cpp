@@ -50,19 +50,19 @@ void LeaveFreeWhatIsBitten(const ObjectMarks& marks, std::vector<Grasp>& grasps)
 HoldingStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObject& object,
                          std::optional<int> frame, int threads, const std::string& source) {
   if (body.model->LoneHand()) {
-    throw Error(source, "shows a hand alone", "Give a clip of a whole body");
+    throw Error(source, "contains only a hand", "Give a clip of a whole body");
   }
   RequireMeters(source, clip, *body.model);
   const int frames = clip.NumFrames();
   if (frame && *frame >= frames) {
-    throw Error(source, fmt::format("has frames 0 to {}, and no {}", frames - 1, *frame),
-                "Give one of those");
+    throw Error(source, fmt::format("has frames 0 to {}, but no frame {}", frames - 1, *frame),
+                "Give a frame in that range");
   }
   HoldingStart start;
   start.clip = Slice(clip, 0, frame.value_or(frames - 1) + 1);
   const char* fix =
       "Give a clip and frame with the object in a hand, as 'holdfast fit' and 'holdfast grasp' "
-      "make them, or none: then a start is made";
+      "write them, or give none to generate a start";
   if (!start.clip.object) throw Error(source, "has no object track", fix);
   if (start.clip.holding_hand.empty() || start.clip.holding_hand.back() == 0) {
     throw Error(source, "nobody holds the object in that frame", fix);
@@ -79,8 +79,8 @@ HoldingStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObj
 StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
                               std::string_view action, const StandingHoldOptions& options) {
   if (body.model->LoneHand()) {
-    throw Error(body.model->Name(), "is a hand alone: it cannot do anything with an object",
-                "Give a whole body");
+    throw Error(body.model->Name(), "contains only a hand: actions need a whole body",
+                "Give a whole-body model");
   }
   StandingHold hold;
   HoldingStart& start = hold.start;
@@ -112,7 +112,7 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
     return made;
   };
   ActionClip made;
-  made.fault = "no grip";
+  made.fault = "no grasp";
   // Striking requires the handle in the palm, which is not how it is taken from a table.
   if (action == "use" && options.in_hand.value_or(true)) {
     std::vector<Grasp> grips = FindToolGrips(right, shape, options.seed, kGrips, options.threads);

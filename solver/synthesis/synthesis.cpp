@@ -118,16 +118,16 @@ class ObjectInHands {
 
 Clip HistoryOf(const Clip& start, double seconds_per_key_frame) {
   if (start.NumFrames() == 0) {
-    throw Error("start", "has no frames", "Give a clip of somebody who holds the object");
+    throw Error("start", "has no frames", "Give a clip of a person who holds the object");
   }
   if (!start.object) {
     throw Error("start", "has no object track",
-                "Give a clip of somebody who holds the object, as 'holdfast fit' and "
-                "'holdfast grasp' make them");
+                "Give a clip of a person who holds the object, as written by 'holdfast fit' and "
+                "'holdfast grasp'");
   }
   if (start.holding_hand.empty() || start.holding_hand.back() == 0) {
-    throw Error("holding_hand", "nobody holds the object at the start's end",
-                "Begin with a frame in which a hand has it");
+    throw Error("holding_hand", "no hand holds the object in the last frame of the start",
+                "Give a start whose last frame has the object in a hand");
   }
   const double step = seconds_per_key_frame * start.frame_rate;
   Clip history = Slice(start, 0, 1);

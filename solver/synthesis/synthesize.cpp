@@ -181,22 +181,23 @@ OptionTable OptionsOf(SynthesisJob& job) {
                "Multiplies the object's coordinates (0.001 for millimeters)");
   table.Choice<std::optional<bool>>(
       "start", job.standing.in_hand, {{"any", std::nullopt}, {"table", false}, {"hand", true}},
-      "Where the object is at a generated start: on a table, in the hand, any");
+      "Place of the object at a generated start: table, hand, or any");
   table.Choice("hand", job.standing.left, {{"right", false}, {"left", true}},
-               "Hand that holds at a generated start");
-  table.Number("seconds", "", job.seconds, {0.5, 60.0}, "the usual one of the action",
+               "Hand that holds the object at a generated start");
+  table.Number("seconds", "", job.seconds, {0.5, 60.0}, "typical of the action",
                "Duration of the motion");
   table.Number("key_frames", "", options.key_frames, {imos::kHistory + 1, 1000},
-               "Number of key frames, 4 of them given");
-  table.Number("samples", "", options.samples, {1, 10'000}, "Motions to choose from");
+               "Number of key frames, including the 4 given ones");
+  table.Number("samples", "", options.samples, {1, 10'000},
+               "Number of motions to sample; the best is kept");
   table.Number("sigma", "", options.sigma, {0.0, 3.0},
                "Standard deviation of the latents; 0: the mean motion");
   table.Number("style", "", options.style, {0.0, 2.0},
-               "How much samples differ in pace and posture; 0: by their latents alone. The first "
-               "sample has none");
+               "Variation of pace and posture between samples; 0: samples differ only in their "
+               "latents. Not applied to the first sample");
   table.Number("frame_rate", "", options.frame_rate, {5.0, 240.0}, "Frame rate of the output, Hz");
   table.Flag("and_back", options.and_back,
-             "Put the object back where it was; on a table the hand lets go of it");
+             "Put the object back where it was; on a table the hand releases it");
   return table;
 }
 
@@ -214,7 +215,7 @@ void RequireOffered(const imos::Intent& intent, const std::vector<std::string>& 
   const std::string_view label = imos::Actions()[intent.action].label;
   if (std::ranges::find(offered, label) != offered.end()) return;
   throw Error(where, fmt::format("no motion can be generated for '{}'", label),
-              fmt::format("There are: {}", fmt::join(offered, ", ")));
+              fmt::format("Choose one of: {}", fmt::join(offered, ", ")));
 }
 
 std::optional<std::string> NoteOnIntent(const SynthesisNetwork& network,
@@ -226,7 +227,7 @@ std::optional<std::string> NoteOnIntent(const SynthesisNetwork& network,
   }
   std::vector<std::string> objects;
   for (const auto& [name, count] : seen->second.items()) objects.push_back(name);
-  return fmt::format("nobody was seen who {} a {}; seen with {}",
+  return fmt::format("the training data have no person who {} a {}, only with: {}",
                      imos::Actions()[intent.action].verb, object, fmt::join(objects, ", "));
 }
 
@@ -239,8 +240,8 @@ HoldingStart MakeStart(const ClipBody& body, const LoadedObject& object, const s
   }
   if (hold.status == StandingHoldStatus::kNobodyCan) {
     throw FitFailure(
-        fmt::format("{}: nobody can hold it so as to '{}': {} ({}). Try another --seed, --betas or "
-                    "--object-scale",
+        fmt::format("{}: it cannot be held for the action '{}': {} ({}). Try another --seed, "
+                    "--betas or --object-scale",
                     name, action, hold.fault, hold.detail));
   }
   return std::move(hold.start);

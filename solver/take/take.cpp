@@ -53,7 +53,7 @@ Candidate BestOf(const std::vector<TakeBodyMotion>& motions, const TakePlan& pla
   std::ranges::stable_sort(
       all, [](const Candidate& a, const Candidate& b) { return a.score > b.score; });
   Candidate best;
-  best.motion.fault = "no motion was made";
+  best.motion.fault = "no motion was generated";
   for (std::size_t i = 0; i < std::min<std::size_t>(all.size(), kLookedAt); ++i) {
     if (all[i].motion.clip.NumFrames() == 0) {
       if (i == 0) best = std::move(all[i]);
@@ -118,14 +118,14 @@ class TakePipeline {
     if (stopped_) return std::move(report_);
     if (!report_.plan.Found()) return Ended(TakeStatus::kNoGrasp);
     if (!report_.plan.take.fault.empty()) {
-      report_.notes.push_back("no grasp is quite right: " + report_.plan.take.fault);
+      report_.notes.push_back("no grasp meets all conditions: " + report_.plan.take.fault);
     }
     ChooseMotion(motion);
     if (stopped_) return std::move(report_);
     const TakeMotion& chosen = report_.motion;
     if (chosen.clip.NumFrames() == 0) return Ended(TakeStatus::kNoMotion);
     if (chosen.take_wrist_error_m > kMissed_m) return Ended(TakeStatus::kMissed);
-    if (!chosen.fault.empty()) report_.notes.push_back("the take: " + chosen.fault);
+    if (!chosen.fault.empty()) report_.notes.push_back("while taking the object: " + chosen.fault);
     Fit();
     if (stopped_) return std::move(report_);
     Measure();

@@ -64,7 +64,7 @@ class TakeMotionBuilder {
     TakeMotion made;
     if (static_cast<int>(motion_.frames.size()) != static_cast<int>(plan_.goals.size()) ||
         std::ranges::any_of(motion_.frames, [](int frame) { return frame < 0; })) {
-      made.fault = "the body does not come to every place";
+      made.fault = "the body does not reach every position";
       made.score = -1e3;
       return made;
     }
@@ -356,7 +356,8 @@ class TakeMotionBuilder {
     if (made.take.fault.size() > 0) {
       made.fault = made.take.fault;
     } else if (made.take_wrist_error_m > 0.005) {
-      made.fault = fmt::format("the hand stays {:.0f} mm away", 1000.0 * made.take_wrist_error_m);
+      made.fault =
+          fmt::format("the hand stays {:.0f} mm from the object", 1000.0 * made.take_wrist_error_m);
     }
     made.score = made.take.score - 200.0 * made.take_wrist_error_m -
                  5.0 * made.take_hand_error_rad - 10.0 * made.max_shortfall_m -

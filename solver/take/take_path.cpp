@@ -84,10 +84,10 @@ TakeTimes TimesOfTake(std::span<const BodyPlacement> body, std::span<const int> 
   if (reached.empty() || reached.front() < least || reached.back() >= count ||
       !std::ranges::is_sorted(reached, std::less_equal<>())) {
     throw Error("take",
-                fmt::format("the motion ({} frames) does not come to the object and the places "
+                fmt::format("the motion ({} frames) does not reach the object and the positions "
                             "after it in this order",
                             count),
-                "Make another motion");
+                "Generate another motion");
   }
   // Excess over the arm's length, from arrival until the object is off the table.
   const auto over = [&](int t, const Vector3d& place) {

@@ -62,12 +62,12 @@ std::vector<Vector3d> UpsAtTable(const HandAxes& axes) {
 
 void Check(const TakeRequest& request) {
   if (request.places.empty()) {
-    throw Error("take", "has no place where the object stands", "Give one goal at least");
+    throw Error("take", "has no position of the object", "Give at least one goal");
   }
   for (const Vector3d& place : request.places) {
     if (!place.allFinite() || place.z() < 0.0) {
       throw Error("take",
-                  fmt::format("the place ({}, {}, {}) is not above the ground z = 0", place.x(),
+                  fmt::format("the position ({}, {}, {}) is not above the ground z = 0", place.x(),
                               place.y(), place.z()),
                   "Give meters, z up");
     }
@@ -206,7 +206,8 @@ void ScoreTake(const ArmIk& arm, const Vector3d& shoulder, const Matrix3d& chest
     take.fault = fmt::format("the wrist would bend {:.0f} degrees beyond its limits",
                              take.arm.hand_error_rad / kDegree);
   } else if (distance > arm.Length() + 0.12) {
-    take.fault = fmt::format("it is {:.0f} cm beyond the arm", 100.0 * (distance - arm.Length()));
+    take.fault = fmt::format("the grasp is {:.0f} cm beyond the arm's reach",
+                             100.0 * (distance - arm.Length()));
   } else if (below_mm > kTooDeep_mm) {
     take.fault = fmt::format("the hand reaches {:.0f} mm into the table", below_mm);
   } else if (forearm < -0.02) {

@@ -235,14 +235,14 @@ CarriedGrasp GraspCarrier::Scene::Measured(const HandGoals& goals, const HandOnO
   const double overlap = 1e3 * SelfPenetration(anatomy.landmarks, vertices);
   const int wanted = std::max(1, carried.fingers_touched - 1);
   if (deepest > 1e3 * options.max_depth_m) {
-    carried.refused = fmt::format("hand and object are {:.1f} mm in each other", deepest);
+    carried.refused = fmt::format("hand and object penetrate each other by {:.1f} mm", deepest);
   } else if (overlap > 4.0) {
-    carried.refused = fmt::format("fingers are {:.1f} mm in each other", overlap);
+    carried.refused = fmt::format("fingers penetrate each other by {:.1f} mm", overlap);
   } else if (carried.fingers_touching < wanted) {
-    carried.refused =
-        fmt::format("{} fingers touch, {} did", carried.fingers_touching, carried.fingers_touched);
+    carried.refused = fmt::format("{} fingers touch the object instead of {}",
+                                  carried.fingers_touching, carried.fingers_touched);
   } else if (goals.fingers[kThumb] && !touching[kThumb]) {
-    carried.refused = "the thumb does not touch any more";
+    carried.refused = "the thumb no longer touches the object";
   }
   carried.clean = carried.refused.empty();
   return carried;
@@ -299,7 +299,7 @@ bool GraspCarrier::Scene::Search(const HandGoals& goals, const Vector3d& up_in_w
 CarryingHand::CarryingHand(const HandModel& from_hand, const HandModel& to_hand)
     : from(from_hand), to(to_hand), anatomy(to_hand), axes_from(from_hand), closed(to_hand) {
   if (from.HandSide() != to.HandSide() || from.NumVertices() != to.NumVertices()) {
-    throw Error("hands", "are not of one side and one body model",
+    throw Error("hands", "are not of the same side and the same body model",
                 "Convert the clip to the other model first ('holdfast convert')");
   }
 }

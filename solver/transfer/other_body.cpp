@@ -96,7 +96,7 @@ Eigen::Vector2d StepTowards(const Matrix3Xd& rest, const std::vector<WristPath>&
 Clip OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to,
                    OtherBodyReport* report) {
   if (from.model->LoneHand() != to.model->LoneHand()) {
-    throw Error("body", "is a hand alone, or the clip's is: one has no body to stand on",
+    throw Error("body", "differs from the clip's body: one is a hand, the other a whole body",
                 "Convert the clip to it first ('holdfast convert')");
   }
   const Stature before(from), after(to);

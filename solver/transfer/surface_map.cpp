@@ -185,7 +185,7 @@ SurfaceMap SurfaceMap::Given(const TriangleMesh& from, const TriangleMesh& to,
       throw Error("map",
                   fmt::format("pair {}: its point on the {} object is {:.3g} m off the surface", i,
                               mesh == &from ? "first" : "second", off),
-                  "Give points of the surfaces in meters, in the objects' own frames");
+                  "Give points on the surfaces in meters, in the objects' own frames");
     }
   }
   SurfaceMap map = MapFinder(from, to, options).ByPairs(on_from, on_to);
@@ -214,9 +214,9 @@ SurfaceMap SurfaceMap::FromFile(const TriangleMesh& from, const TriangleMesh& to
       char* end = nullptr;
       const double value = std::strtod(word.c_str(), &end);
       if (end == word.c_str() || *end != '\0' || !std::isfinite(value)) {
-        throw Error(path.string(), fmt::format("line {}: '{}' is no number", number, word),
-                    "A row has six numbers (x y z on the first object, x y z on the second), or "
-                    "one (a vertex of the second)");
+        throw Error(path.string(), fmt::format("line {}: '{}' is not a number", number, word),
+                    "Write six numbers per row (x y z on the first object, x y z on the second), "
+                    "or one (a vertex of the second)");
       }
       row.push_back(value);
     }
@@ -224,17 +224,18 @@ SurfaceMap SurfaceMap::FromFile(const TriangleMesh& from, const TriangleMesh& to
     if ((row.size() != 6 && row.size() != 1) ||
         row.size() != (rows.empty() ? row : rows[0]).size()) {
       throw Error(path.string(), fmt::format("line {} has {} numbers", number, row.size()),
-                  "A row has six numbers (x y z on the first object, x y z on the second), or one "
-                  "(a vertex of the second)");
+                  "Write six numbers per row (x y z on the first object, x y z on the second), or "
+                  "one (a vertex of the second)");
     }
     rows.push_back(std::move(row));
   }
   const bool by_vertex = !rows.empty() && rows[0].size() == 1;
   const auto count = static_cast<Eigen::Index>(rows.size());
   if (by_vertex && count != from.NumVertices()) {
-    throw Error(path.string(),
-                fmt::format("has {} rows, the first object {} vertices", count, from.NumVertices()),
-                "Give a vertex of the second object for each vertex of the first");
+    throw Error(
+        path.string(),
+        fmt::format("has {} rows, but the first object has {} vertices", count, from.NumVertices()),
+        "Give a vertex of the second object for each vertex of the first");
   }
   Matrix3Xd on_from(3, count), on_to(3, count);
   for (Eigen::Index i = 0; i < count; ++i) {
@@ -247,9 +248,9 @@ SurfaceMap SurfaceMap::FromFile(const TriangleMesh& from, const TriangleMesh& to
     if (row[0] != std::floor(row[0]) || row[0] < 0.0 ||
         row[0] >= static_cast<double>(to.NumVertices())) {
       throw Error(path.string(),
-                  fmt::format("row {} names vertex {:g}, the second object has {}", i, row[0],
-                              to.NumVertices()),
-                  "Vertices count from 0");
+                  fmt::format("row {} names vertex {:g}, but the second object has {} vertices", i,
+                              row[0], to.NumVertices()),
+                  "Count vertices from 0");
     }
     on_from.col(i) = from.vertices.col(i);
     on_to.col(i) = to.vertices.col(static_cast<Eigen::Index>(row[0]));

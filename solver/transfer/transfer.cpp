@@ -190,9 +190,8 @@ class Transferer {
     const SurfaceMapReport& map = map_.Report();
     if (!map.alike) {
       report_.warnings.push_back(
-          fmt::format("{} is hardly of {}'s kind: the map stretches up to {:.1f} times, leaves "
-                      "{:.1f} mm between "
-                      "the surfaces and misses parts by {:.1f} mm",
+          fmt::format("{} differs much in shape from {}: the map stretches by up to {:.1f}, leaves "
+                      "{:.1f} mm between the surfaces and misses parts by {:.1f} mm",
                       to_object_.object.name, from_object_.object.name, map.stretch_most,
                       map.residual_mm, map.missed_mm));
     }
@@ -202,19 +201,18 @@ class Transferer {
       report_.warnings.push_back(fmt::format(
           "frames {}-{}: the {} hand can't keep its contacts ({}): {}", hold.begin, hold.end - 1,
           SideName(hold.side), grasp.refused,
-          grasp.searched
-              ? fmt::format("a new grasp near them was taken, {:.0f} mm and {:.0f} deg off",
-                            1e3 * grasp.wrist_shift_m, grasp.wrist_turn_rad / kDegree)
-              : "no clean grasp was found near them, and it goes on with this one"));
+          grasp.searched ? fmt::format("using a new grasp near them, {:.0f} mm and {:.0f} deg away",
+                                       1e3 * grasp.wrist_shift_m, grasp.wrist_turn_rad / kDegree)
+                         : "no clean grasp was found near them, so this one is used"));
     }
     if (alone && !same_body && !report_.kept_wrists) {
       report_.warnings.push_back(
-          "the object keeps its way through the world, whatever the person's size; --keep wrists "
-          "lets it go with the body");
+          "the object keeps its trajectory in the world regardless of body size; with --keep "
+          "wrists it follows the body");
     }
     if (report_.arms.shortfall_m > 0.005) {
       report_.warnings.push_back(
-          fmt::format("arms are too short by up to {:.0f} mm: the hand leaves its path by that",
+          fmt::format("arms are too short: the hand deviates from its path by up to {:.0f} mm",
                       1e3 * report_.arms.shortfall_m));
     }
   }
@@ -280,8 +278,8 @@ TransferReport TransferClip(const Clip& clip, const ClipBody& from,
                             const OntoBody* onto) {
   if (from.model->Kind() != to.model->Kind() ||
       from.model->NumVertices() != to.model->NumVertices()) {
-    throw Error("body", "is of another model than the clip's",
-                "Convert the clip to it first ('holdfast convert')");
+    throw Error("body", "is not the clip's body model",
+                "Convert the clip to this model first ('holdfast convert')");
   }
   TransferReport report;
   if (onto != nullptr) report.body = onto->report;
@@ -304,16 +302,15 @@ TransferReport TransferClip(const Clip& clip, const ClipBody& from,
 
 OptionTable OptionsOf(TransferOptions& options) {
   OptionTable table;
-  table.Group("How");
-  table.Choice(
-      "keep", options.keeps,
-      {{"auto", TransferKeeps::kAuto},
-       {"wrists", TransferKeeps::kWrists},
-       {"object", TransferKeeps::kObject}},
-      "What keeps its way: wrists (the object follows), object (arms follow), auto: wrists "
-      "where one hand of the same body holds all along");
+  table.Group("General");
+  table.Choice("keep", options.keeps,
+               {{"auto", TransferKeeps::kAuto},
+                {"wrists", TransferKeeps::kWrists},
+                {"object", TransferKeeps::kObject}},
+               "Trajectory to keep: wrists (the object follows), object (the arms follow), or "
+               "auto: wrists if the same hand of the same body holds throughout, else object");
   table.Flag("search", options.grasp.search,
-             "Where the hand can't keep its contacts, look for a new grasp near them");
+             "Search for a new grasp near the contacts if the hand can't keep them");
   table.Flag("keep_motion", options.carry.keep_motion,
              "Do not adjust the arms; only report collisions with the body");
   table.Number("object_vertices", "", options.object_vertices, {4, 100'000},

@@ -177,13 +177,13 @@ void Check(const VariantOptions& options) {
     fault("count is out of range", "Ask for 1 to 1000000");
   if (!(options.scale_low > 0.05) || !(options.scale_high < 20.0) ||
       !(options.scale_low <= options.scale_high)) {
-    fault("the range of scales is none", "Give a lower and an upper one, between 0.05 and 20");
+    fault("the range of scales is invalid", "Give a lower and an upper scale between 0.05 and 20");
   }
   if (!(options.axis_spread >= 0.0 && options.axis_spread < 0.5)) {
-    fault("the spread of axes is out of range", "Give a share between 0 and 0.5");
+    fault("the spread of axes is out of range", "Give a fraction between 0 and 0.5");
   }
   if (!(options.mirrored >= 0.0 && options.mirrored <= 1.0)) {
-    fault("the share of mirrored ones is out of range", "Give a share between 0 and 1");
+    fault("the fraction of mirrored variants is out of range", "Give a fraction between 0 and 1");
   }
 }
 

@@ -30,7 +30,7 @@ bool HasPhysics() {
 
 void RequirePhysics() {
   if (HasPhysics()) return;
-  throw Error("physics", "needs MuJoCo, which this build of Holdfast is without",
+  throw Error("physics", "needs MuJoCo, but this build of Holdfast does not include it",
               "Install it (Debian: libmujoco-dev) and build again");
 }
 

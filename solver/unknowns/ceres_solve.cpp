@@ -63,8 +63,8 @@ namespace {
 
 [[noreturn]] void Fail() {
   constexpr std::string_view kText =
-      "holdfast: the optimizer met numbers that it cannot work with. Check the units of the input "
-      "('holdfast doctor FILE' looks at it).\n";
+      "holdfast: the optimizer encountered invalid numbers. Check the units of the input with "
+      "'holdfast doctor FILE'.\n";
   [[maybe_unused]] const auto written = ::write(STDERR_FILENO, kText.data(), kText.size());
   std::_Exit(1);
 }

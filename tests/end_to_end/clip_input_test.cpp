@@ -130,16 +130,16 @@ TEST(ClipInput, FilesOfOthersAreImportedOnTheWay) {
     const ProgramResult run = RunHoldfast(folder.Path(), command);
     EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
     EXPECT_THAT(run.err, HasSubstr("walk.bvh: BVH")) << command;
-    EXPECT_THAT(run.err, HasSubstr("imported on the way")) << command;
+    EXPECT_THAT(run.err, HasSubstr("imported automatically")) << command;
   }
   for (const std::string& command :
        {"render " + grab + " -o grab.png --size 64x64 --frame 2", "score " + grab,
         "refine " + grab + " -o refined", "report " + grab + " -o grab.html"}) {
     const ProgramResult run = RunHoldfast(folder.Path(), command);
     EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
-    EXPECT_THAT(run.err, HasSubstr("GRAB sequence, imported on the way")) << command;
+    EXPECT_THAT(run.err, HasSubstr("GRAB sequence, imported automatically")) << command;
     EXPECT_THAT(run.err, HasSubstr("made with SMPL-X")) << command;
-    EXPECT_THAT(run.err, Not(HasSubstr("body is drawn alone"))) << command;
+    EXPECT_THAT(run.err, Not(HasSubstr("only the body is drawn"))) << command;
   }
 }
 
@@ -366,7 +366,7 @@ TEST(OtherBodies, WhyAGraspIsNotKeptIsSaid) {
   ProgramResult fit = RunHoldfast(folder.Path(), grab + "mug" + more + "a");
   EXPECT_EQ(fit.exit_code, 0) << fit.err;
   EXPECT_THAT(fit.err, HasSubstr("the clip's grasp is of a hand of SMPL-X"));
-  EXPECT_THAT(fit.err, HasSubstr("a new one is made (--keep-grasp keeps it)"));
+  EXPECT_THAT(fit.err, HasSubstr("making a new grasp (--keep-grasp keeps the clip's)"));
   // Its own mesh is another one of the same name.
   TriangleMesh larger = ReadMesh(folder / "tools/object_meshes/mug.ply");
   larger.vertices *= 1.2;
@@ -374,7 +374,7 @@ TEST(OtherBodies, WhyAGraspIsNotKeptIsSaid) {
   fit = RunHoldfast(folder.Path(), grab + "mug" + more + "b");
   EXPECT_EQ(fit.exit_code, 0) << fit.err;
   EXPECT_THAT(fit.err,
-              HasSubstr("the clip's grasp is of another mesh named mug: a new one is made"));
+              HasSubstr("the clip's grasp is of another mesh named mug: making a new grasp"));
   EXPECT_THAT(fit.err, Not(HasSubstr("of mug, not of mug")));
 }
 

@@ -62,7 +62,7 @@ TEST(GraspCommand, ManyThatAreInterruptedAreKept) {
   EXPECT_EQ(std::ranges::count(table, '\n'), static_cast<std::ptrdiff_t>(found + 1));
   EXPECT_GT(ReadClip(folder / "many/clip.npz").NumFrames(), 0);
   EXPECT_THAT(result.err, HasSubstr("interrupted: " + std::to_string(found) +
-                                    " of the 1000000 grasps asked for"));
+                                    " of the 1000000 requested grasps"));
 }
 
 TEST(DecimateCommand, SaysHowFarTheResultIsOff) {

@@ -50,9 +50,9 @@ TEST(DoctorCommand, DescribesARobotsHandAndTheNextCommandWorks) {
   const ProgramResult text = RunHoldfast(folder.Path(), "doctor hand.urdf");
   EXPECT_EQ(text.exit_code, 0) << text.out;
   for (const char* said :
-       {"hand.urdf: robot (URDF)", "13 links, 10 with a shape", "9 joints that move on their own",
+       {"hand.urdf: robot (URDF)", "13 links, 10 with a shape", "9 independent joints",
         "thumb: thumb1_joint 0 to 86 degrees", "3 fingers: thumb, index, middle", "a right hand",
-        "contacts of ring and pinky are left out",
+        "contacts of ring and pinky are ignored",
         "next: holdfast transfer held --robot hand.urdf -o on_hand"}) {
     EXPECT_THAT(text.out, HasSubstr(said));
   }
@@ -84,7 +84,7 @@ TEST(DoctorCommand, TellsWhatIsWrongWithARobotsFile) {
       "name=\"f\" type=\"fixed\"><parent link=\"palm\"/><child link=\"m\"/></joint>";
   const ProgramResult missing = doctor("hand.urdf", testing::BoxHand{.extra = extra}.Urdf());
   EXPECT_EQ(missing.exit_code, 1);
-  EXPECT_THAT(missing.out, HasSubstr("2 of the files that it names are missing: "
+  EXPECT_THAT(missing.out, HasSubstr("2 referenced files are missing: "
                                      "package://hand/none.stl, nor.obj"));
   const ProgramResult named = doctor("hand.txt", whole);
   EXPECT_EQ(named.exit_code, 1);
@@ -95,7 +95,7 @@ TEST(DoctorCommand, TellsWhatIsWrongWithARobotsFile) {
   EXPECT_THAT(xacro.out, HasSubstr("xacro hand.xacro > hand.urdf"));
   const ProgramResult arm = doctor("arm.urdf", "<robot name=\"x\"><link name=\"a\"/></robot>");
   EXPECT_EQ(arm.exit_code, 1);
-  EXPECT_THAT(arm.out, HasSubstr("no joint that moves"));
+  EXPECT_THAT(arm.out, HasSubstr("no movable joint"));
 }
 
 TEST(DoctorCommand, OneUnusableFileAmongSoundOnesIsExitCodeOne) {

@@ -124,7 +124,8 @@ TEST(ExportCommand, MetricsAreATableWithARowPerFrame) {
   std::ofstream(folder / "result" / "metrics.json") << metrics;
   const ProgramResult damaged = RunHoldfast(folder.Path(), "export result -o metrics.csv");
   EXPECT_EQ(damaged.exit_code, 1);
-  EXPECT_THAT(damaged.err, HasSubstr("20 frames, but metrics.json not as many of 'stop'"));
+  EXPECT_THAT(damaged.err,
+              HasSubstr("20 frames, but metrics.json has a different number of values for 'stop'"));
   const ProgramResult none = RunHoldfast(folder.Path(), "export demo_drink -o metrics.csv");
   EXPECT_EQ(none.exit_code, 1);
   EXPECT_THAT(none.err, HasSubstr("no metrics.json with values per frame"));
@@ -182,7 +183,7 @@ TEST(ExportCommand, GlbKeepsTheObjectsMaterialsAndTextures) {
   std::filesystem::remove(folder / "bottle.obj");
   const ProgramResult gone = RunHoldfast(folder.Path(), "export held -o plain.glb");
   EXPECT_EQ(gone.exit_code, 0);
-  EXPECT_THAT(gone.err, HasSubstr("bottle.obj is not there any more"));
+  EXPECT_THAT(gone.err, HasSubstr("bottle.obj no longer exists"));
 }
 
 TEST(ExportCommand, OntoWritesTheMotionOnAnotherSkeleton) {
@@ -214,9 +215,9 @@ TEST(ExportCommand, BvhSaysThatItHasNoObject) {
   MakeHeldClip(folder);
   const ProgramResult with = RunHoldfast(folder.Path(), "export held.npz -o a.bvh");
   EXPECT_EQ(with.exit_code, 0);
-  EXPECT_THAT(with.err, HasSubstr("object is left out"));
+  EXPECT_THAT(with.err, HasSubstr("the object is not exported"));
   const ProgramResult without = RunHoldfast(folder.Path(), "export held.npz -o b.bvh --no-object");
-  EXPECT_THAT(without.err, ::testing::Not(HasSubstr("left out")));
+  EXPECT_THAT(without.err, ::testing::Not(HasSubstr("not exported")));
 }
 
 TEST(ExportCommand, EveryCountsWhatItWrote) {
@@ -243,7 +244,7 @@ TEST(ExportCommand, EveryCountsWhatItWrote) {
 TEST(ExportCommand, FbxIsToldAsImportDoes) {
   const TemporaryFolder folder;
   std::ofstream(folder / "walk.fbx") << "Kaydara FBX Binary  \n rest";
-  const char* said = "FBX is neither read nor written, .glb is: Blender converts one to the other";
+  const char* said = "FBX is not supported: convert to or from .glb with Blender";
   EXPECT_THAT(RunHoldfast(folder.Path(), "export demo_drink -o a.fbx").err, HasSubstr(said));
   EXPECT_THAT(RunHoldfast(folder.Path(), "import walk.fbx -o a.npz").err, HasSubstr(said));
   EXPECT_THAT(RunHoldfast(folder.Path(), "doctor walk.fbx").out, HasSubstr(said));
@@ -339,7 +340,7 @@ TEST(ExportCommand, FaultsOfTheInputAreNamed) {
   EXPECT_THAT(error_of("demo_drink -o /dev/null/a_%d.ply --end 2"), HasSubstr("/dev/null"));
   EXPECT_THAT(error_of("demo_drink -o a.glb --start 9 --end 9"), HasSubstr("--start"));
   EXPECT_THAT(error_of("demo_drink -o a.glb --end 100000"), HasSubstr("99999"));
-  EXPECT_THAT(error_of("demo_drink -o a.glb --object mug"), HasSubstr("no object track"));
+  EXPECT_THAT(error_of("demo_drink -o a.glb --object mug"), HasSubstr("no object trajectory"));
 }
 
 // The object's mesh is gone: said, and the body is still worth having.

@@ -121,15 +121,15 @@ TEST_F(HandAloneTest, SaysWhatNeedsABody) {
     const char* message;
   };
   for (const Case& bad : {
-           Case{"fit demo_drink mug --body MANO_RIGHT.npz -o a", "is of a whole body"},
-           {"fit hand.npz mug -o a", "is of a hand alone"},
+           Case{"fit demo_drink mug --body MANO_RIGHT.npz -o a", "is a whole-body motion"},
+           {"fit hand.npz mug -o a", "is a motion of a hand alone"},
            {"fit hand.npz mug --body MANO_RIGHT.npz --hand left -o a", "has no left hand"},
            {"fit hand.npz mug --body MANO_RIGHT.npz --hand both -o a", "has no left hand"},
            {"offhand hand.npz mug --body MANO_RIGHT.npz -o a", "has no left hand"},
            {"grasp mug --body MANO_LEFT.npz --hand right -o a.npz", "has no right hand"},
            {"grasp mug --body MANO_LEFT.npz --hand both -o a.npz", "has no right hand"},
-           {"render hand.npz -o a.png", "is of a hand alone"},
-           {"render demo_drink --body MANO_RIGHT.npz -o a.png", "is of a whole body"},
+           {"render hand.npz -o a.png", "is a motion of a hand alone"},
+           {"render demo_drink --body MANO_RIGHT.npz -o a.png", "is a whole-body motion"},
        }) {
     const ProgramResult result = Run(bad.command);
     EXPECT_EQ(result.exit_code, 1) << bad.command << "\n" << result.err;

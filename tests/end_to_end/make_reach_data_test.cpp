@@ -157,7 +157,7 @@ TEST_F(MakeReachDataTest, SaysWhatIsWrong) {
   std::filesystem::remove(folder_ / "captures" / "walk.npz");
   const ProgramResult absent = RunHoldfast(folder_.Path(), "make-reach-data captures -o z");
   EXPECT_EQ(absent.exit_code, 1);
-  EXPECT_THAT(absent.err, HasSubstr("index.csv: names 5 files, and 2 of them are not there: "
+  EXPECT_THAT(absent.err, HasSubstr("index.csv: lists 5 files, of which 2 are missing: "
                                     "walk.npz, low.npz"));
   EXPECT_FALSE(std::filesystem::exists(folder_ / "z"));
   std::ofstream(folder_ / "captures" / "index.csv") << "file,subject\nstand.npz\n";

@@ -108,7 +108,7 @@ TEST(FitBatch, NamesTheLineThatDoesNotRead) {
   EXPECT_THAT(fault("demo_drink mug name=../out"), HasSubstr("file or folder name"));
   EXPECT_THAT(fault("demo_drink mug name=demo_drink_mug"), HasSubstr("repeats"));
   EXPECT_THAT(fault("\"demo_drink mug"), HasSubstr("not closed"));
-  EXPECT_THAT(fault("demo_drink mug apple"), HasSubstr("one argument too many"));
+  EXPECT_THAT(fault("demo_drink mug apple"), HasSubstr("extra argument 'apple'"));
   EXPECT_THAT(fault("demo_drink mug hnad=left"), HasSubstr("hand"));
 }
 

@@ -52,7 +52,7 @@ TEST_F(ReachCommand, WarnsOfANetworkFromBeforeThePelvisMoved) {
   const ProgramResult result = Reach(reach);
   EXPECT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err,
-              HasSubstr("warning: net.safetensors: was trained when the embedded body"));
+              HasSubstr("warning: net.safetensors: was trained with an older rest pelvis"));
 }
 
 TEST_F(ReachCommand, WritesAResultFolderThatOtherCommandsRead) {
@@ -142,7 +142,7 @@ TEST_F(ReachCommand, ATrackThatIsInterruptedKeepsItsMotion) {
   EXPECT_EQ(ReadClip(Path("hour/clip.npz")).NumFrames(), frames + 1);
   EXPECT_THAT(result.err,
               HasSubstr("interrupted after " + std::to_string(frames) + " of 50000 goals"));
-  EXPECT_THAT(result.out, HasSubstr("hour/clip.npz: a goal followed"));
+  EXPECT_THAT(result.out, HasSubstr("hour/clip.npz: moving goal followed"));
 }
 
 TEST_F(ReachCommand, TheLeftWristIsMeasuredWhereItIs) {

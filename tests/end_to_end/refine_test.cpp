@@ -130,7 +130,7 @@ TEST(Refine, RefusesAnObjectThatTheTrajectoryIsNotOf) {
   const ProgramResult run =
       RunHoldfast(folder.Path(), "refine held/clip.npz --object apple -o out -q");
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.err, HasSubstr("apple: is not the object whose trajectory the clip has"));
+  EXPECT_THAT(run.err, HasSubstr("apple: is not the object of the clip's trajectory"));
   EXPECT_THAT(run.err, HasSubstr("holdfast fit held/clip.npz apple"));
   EXPECT_EQ(testing::Listing(folder.Path()), "held ");
 }

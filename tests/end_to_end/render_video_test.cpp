@@ -87,7 +87,7 @@ TEST_F(RenderVideo, AGifsRateIsLimited) {
       RunHoldfast(folder_.Path(), "render demo_drink -o drink.gif --size 20x20 --fps 100 --json");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_EQ(nlohmann::json::parse(result.out)["frame_rate_hz"], 50.0);
-  EXPECT_THAT(result.err, HasSubstr("50 in place of 100"));
+  EXPECT_THAT(result.err, HasSubstr("using 50 instead of 100"));
 }
 
 TEST_F(RenderVideo, ShowsTheFramesInOrder) {

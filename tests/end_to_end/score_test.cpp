@@ -168,7 +168,7 @@ TEST(Score, WhatAShellNamesBesideResultsIsLeftOut) {
   ASSERT_EQ(Score(folder, "fits/* --csv fits/table.csv")["clips"].size(), 1u);
   const ProgramResult again = RunHoldfast(folder.Path(), "score fits/*");
   ASSERT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_THAT(again.err, HasSubstr("no clip, left out: fits/manifest.json, fits/table.csv"));
+  EXPECT_THAT(again.err, HasSubstr("not a clip, ignored: fits/manifest.json, fits/table.csv"));
 
   std::ofstream(folder / "fits/mine.json") << R"({"trans": "none"})";
   const ProgramResult other = RunHoldfast(folder.Path(), "score fits/*");
@@ -198,7 +198,7 @@ TEST(Score, AMeshWithHolesIsMeasuredByStatedFallbacks) {
   EXPECT_EQ(clip["values"]["intersection_volume_cm3"],
             clip["values"]["intersection_volume_voxel_cm3"]);
   EXPECT_THAT(clip["notes"].dump(), HasSubstr("not watertight"));
-  EXPECT_THAT(clip["notes"].dump(), HasSubstr("voxels of 2 mm stand in"));
+  EXPECT_THAT(clip["notes"].dump(), HasSubstr("these frames use voxels of 2 mm"));
   const ProgramResult strict =
       RunHoldfast(folder.Path(), "score held --object open.ply --exact on");
   EXPECT_EQ(strict.exit_code, 1);

@@ -61,7 +61,7 @@ TEST(SolveCommand, SolvesSomeoneWhoDrinks) {
   EXPECT_NE(ReadFile(folder / "bare.png"), ReadFile(folder / "marked.png"));
   const ProgramResult wrong = render("drinks -o wrong.png --markers held");
   EXPECT_EQ(wrong.exit_code, 1);
-  EXPECT_THAT(wrong.err, HasSubstr("is no folder that 'holdfast solve' made"));
+  EXPECT_THAT(wrong.err, HasSubstr("is not a folder written by 'holdfast solve'"));
 }
 
 TEST(SolveCommand, SaysWhichNamesItDoesNotKnow) {
@@ -126,10 +126,11 @@ TEST(SolveCommand, SaysWhatAnObjectLacks) {
                                        "1,0,1,2,3,40,50,60,,,\n2,0,1,2,3,40,50,60,,,\n";
   std::ofstream(folder / "cup.csv") << "name,x,y,z\ncup_x,0,0,0\n";
   const std::map<std::string, std::string> faults = {
-      {"--object mug", "--object: a mesh alone does not tell where its markers are"},
-      {"--object mug --object-markers 'cup_*'", "names alone do not tell where markers are"},
+      {"--object mug", "--object: has no marker positions"},
+      {"--object mug --object-markers 'cup_*'", "--object-markers: has names without positions"},
       {"--object-markers cup.csv", "one.csv: has no marker 'cup_x' of the object. Did you mean"},
-      {"--object-markers 'mug_*'", "no marker's name begins as 'mug_*'. It has STRN cup_a cup_b"},
+      {"--object-markers 'mug_*'",
+       "no marker's name matches 'mug_*'. Its markers are STRN cup_a cup_b"},
       {"--object-markers nowhere.csv", "nowhere.csv: cannot be read"},
       // Of the person there is one marker.
       {"--object-markers 'cup_*'", "fewer than 3 known markers are seen at a time"}};
@@ -173,8 +174,8 @@ TEST(SolveCommand, WarnsOfNamesLeftOutAndBytesThatAreNotUtf8) {
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("names that are not UTF-8 are read as Latin-1: h\u00fc"
                                     "fte"));
-  EXPECT_THAT(result.err, HasSubstr("warning: w\xe4lk.c3d: 1 of 20 markers left out, their names "
-                                    "are not known: h\u00fc"
+  EXPECT_THAT(result.err, HasSubstr("warning: w\xe4lk.c3d: 1 of 20 markers are ignored because "
+                                    "their names are unknown: h\u00fc"
                                     "fte. Add them with --markers"));
   const nlohmann::json summary = nlohmann::json::parse(result.out);
   EXPECT_EQ(summary["options"]["recording"], "w\u00e4lk.c3d");
@@ -204,7 +205,7 @@ TEST(SolveCommand, FailsItsCheckWhereTheBodyIsFarFromTheMarkers) {
   WriteC3d(recording, folder / "shaken.c3d");
   const ProgramResult result = RunHoldfast(folder.Path(), "solve shaken.c3d -o out --json");
   EXPECT_EQ(result.exit_code, 3) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("mm off the markers (root mean square"));
+  EXPECT_THAT(result.err, HasSubstr("marker residual is "));
   EXPECT_GT(nlohmann::json::parse(result.out)["rms_mm"].get<double>(), 30.0);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/clip.npz"));
 }

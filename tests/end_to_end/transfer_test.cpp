@@ -126,7 +126,7 @@ TEST(Transfer, AnotherBodyStandsOnItsOwnSoles) {
 
 TEST(Transfer, SaysHowFarTheMapStretchesForAnotherKind) {
   const ProgramResult result = Transfer("--object hammer -o hammer -f");
-  EXPECT_THAT(result.err, HasSubstr("hardly of mug's kind: the map stretches up to"));
+  EXPECT_THAT(result.err, HasSubstr("differs much in shape from mug: the map stretches by up to"));
 }
 
 TEST(Transfer, VariantsGoOnWhereTheyWereStoppedOnAnyNumberOfThreads) {
@@ -181,7 +181,7 @@ TEST(Transfer, RefusesWhatIsNone) {
     EXPECT_EQ(result.exit_code, exit_code) << arguments << '\n' << result.err;
     EXPECT_THAT(result.err, HasSubstr(why)) << arguments;
   };
-  refused("-o x", 2, "Say to what");
+  refused("-o x", 2, "Give a target");
   refused("--scale 0 -o x", 2, "--scale");
   refused("--scale -1 -o x", 2, "--scale");
   refused("--scale nan -o x", 2, "--scale");

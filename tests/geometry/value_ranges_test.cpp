@@ -50,7 +50,7 @@ TEST(ValueRanges, HoldEveryNumberOfAClip) {
   };
   const std::vector<Field> fields = {
       {"a.npz[trans]: holds", kMaxMeters, [](Clip& c) -> double& { return c.trans(1, 2); }},
-      {"a.npz: turns its right_knee by", kMaxRadians,
+      {"a.npz: rotates right_knee by", kMaxRadians,
        [](Clip& c) -> double& { return c.pose[2](0, 5); }},
       {"a.npz[betas]", kMaxBeta, [](Clip& c) -> double& { return c.betas[9]; }},
       {"a.npz[v_template]", kMaxMeters, [](Clip& c) -> double& { return c.v_template(2, 4); }},

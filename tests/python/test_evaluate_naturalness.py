@@ -223,10 +223,10 @@ def test_reaches_are_made_from_a_list(sets, tmp_path):
     made = holdfast.Clip.load(tmp_path / "out" / "reaches" / "intention" / "000.npz")
     assert made.frame_rate == 30 and len(made) > 30
     for text, words in (("clip,frame\n", "is not 'clip,frame,ahead,left,up'"),
-                        ("clip,frame,ahead,left,up\n", "lists no reach"),
+                        ("clip,frame,ahead,left,up\n", "lists no reaches"),
                         ("clip,frame,ahead,left,up\na.npz,0,1,0\n", ":2: is not a clip and four numbers"),
                         ("clip,frame,ahead,left,up\na.npz,-1,1,0,1\n", ":2: is not a clip and four numbers"),
-                        ("clip,frame,ahead,left,up\na.npz,0,1,0,1\n", "names a clip that is not there")):
+                        ("clip,frame,ahead,left,up\na.npz,0,1,0,1\n", "names a clip that does not exist")):
         listed.write_text(text)
         with pytest.raises(holdfast.Error, match=words):
             naturalness.read_reaches(listed, sets)
@@ -240,9 +240,9 @@ def test_what_is_wrong_is_said(sets, tmp_path):
     (tmp_path / "empty").mkdir()
     (tmp_path / "broken.npz").write_text("no archive")
     fault("broken.npz", tmp_path / "broken.npz")
-    fault("no clip", tmp_path / "empty")
+    fault("contains no clip", tmp_path / "empty")
     fault("nowhere", sets / "captured", "--against", "nowhere")
-    fault("names no set", sets / "captured", "--against", "ours=")
+    fault("is not a set", sets / "captured", "--against", "ours=")
     fault("name of the reference", sets / "captured", "--against", sets / "captured")
     fault("none of its 1 motions", sets / "captured", "--against", sets / "rushed/samples/02.npz", "--moving-only")
     with pytest.raises(SystemExit):

@@ -265,7 +265,7 @@ def test_sums_of_drinks_are_of_those_who_drink():
     text, _ = markers.report(rows)
     assert "rim from the mouth: 20.0 mm; 1 of 2 trials within 20 mm, worst b 30.0 mm" in text
     assert "1 grasps not clean, 3 frames deeper" in text
-    assert "1 of 600 frames deeper than 2 mm, up to 3 mm; before it is adjusted 7, up to 20 mm" in text
+    assert "1 of 600 frames deeper than 2 mm, up to 3 mm; before adjustment 7, up to 20 mm" in text
 
 
 def test_a_touch_of_a_pillow_is_found_and_kept(tmp_path):

@@ -128,7 +128,7 @@ def test_the_classifier_sees_each_motion_alone(data):
     with pytest.raises(holdfast.Error, match="not finite"):
         recognizer(np.full((1, 15, 22, 3), np.nan))
     (data / "bad.safetensors").write_bytes(b"\x08\0\0\0\0\0\0\0{\"a\": 1}")
-    with pytest.raises(holdfast.Error, match="no action classifier"):
+    with pytest.raises(holdfast.Error, match="not an action classifier"):
         synthesis.Recognizer(data / "bad.safetensors")
 
 
@@ -189,6 +189,6 @@ def test_what_makes_no_sense_is_refused(data, tmp_path):
     fault("is not NAME=FILE", "--weights", "a/b=full.safetensors")
     fault("the name of another row", "--weights", "real=")
     fault("recognizer.safetensors", "--weights", f"full={data / 'recognizer.safetensors'}")
-    fault("no clip is of these subjects. Those of the data are s1, s10", "--held-out", "s7")
+    fault("no clip is of these subjects. Choose from s1, s10", "--held-out", "s7")
     with pytest.raises(SystemExit):
         run(data, "--objects", "thrown", "-o", tmp_path / "out")

@@ -46,7 +46,7 @@ def test_faults_are_named(held, tmp_path):
         holdfast.export(held, tmp_path / "a.glb", every=3)
     with pytest.raises(holdfast.Error, match="no object"):
         holdfast.export("demo_drink", tmp_path / "contacts.npz")
-    with pytest.raises(holdfast.Error, match="no object track"):
+    with pytest.raises(holdfast.Error, match="no object trajectory"):
         holdfast.export("demo_drink", tmp_path / "a.glb", object="mug")
     with pytest.raises(ValueError, match="density"):
         holdfast.export(held, tmp_path / "a.xml", density=np.nan)

@@ -102,11 +102,11 @@ def test_an_object_with_markers_is_in_the_clip(tmp_path):
     ({"object": "mug"}, "object_markers"),
     ({"object_markers": 3}, "object_markers: expected a table"),
     ({"object_markers": "mug_x"}, "has no marker 'mug_x'"),
-    ({"object_markers": "cup_*"}, r"begins as 'cup_\*'"),
+    ({"object_markers": "cup_*"}, r"matches 'cup_\*'"),
     ({"object_markers": "mug_a"}, "fewer than three of the object's markers"),
     ({"object_markers": {"mug_a": (1, 2)}}, "three numbers"),
-    ({"object_markers": {"mug_a": (1, 2, float("nan"))}}, "finite places"),
-    ({"object_markers": "mug_*", "object": "mug"}, "names alone"),
+    ({"object_markers": {"mug_a": (1, 2, float("nan"))}}, "finite positions"),
+    ({"object_markers": "mug_*", "object": "mug"}, "names do not define"),
     ({"object_markers": "nowhere.csv"}, "nowhere.csv"),
 ])
 def test_object_markers_that_do_not_do_are_told(arguments, text):

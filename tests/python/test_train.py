@@ -485,7 +485,7 @@ def test_wandr_writes_weights_log_and_curves_and_resumes(corpus_folder, tmp_path
     assert train(*arguments) == 0
     assert "resuming after iteration 8" in capsys.readouterr().err
     assert train(*arguments, "--kl", 0.25) == 1
-    assert "other options or data" in capsys.readouterr().err
+    assert "different options or data" in capsys.readouterr().err
     assert (out / "latest.safetensors").read_bytes() == weights
     assert train("wandr", corpus_folder, "-o", tmp_path / "again", "--iterations", 1, "--from", out / "best.safetensors",
                  "--device", "cpu", "--frames", 64, "-q") == 0
@@ -506,7 +506,7 @@ def test_imos_and_recognizer_write_what_the_library_reads(action_folder, tmp_pat
         assert train("imos", *common, "-o", tmp_path / name, "--iterations", 1, "--batch", 8, "-q", *flags) == 0
         assert config.items() <= networks.read_safetensors(tmp_path / name / "best.safetensors")[0].items()
     assert train("imos", *common, "-o", out, "--iterations", 4, "--batch", 8, "--mirror", "--stance-noise", 0.2) == 1
-    assert "other options or data" in capsys.readouterr().err
+    assert "different options or data" in capsys.readouterr().err
     file = tmp_path / "r.safetensors"
     assert train("recognizer", *common, "-o", file, "--paper", "--epochs", 2) == 0
     said = capsys.readouterr().out
@@ -527,7 +527,7 @@ def test_checkpoints_of_others_are_refused_and_none_is_executed(corpus, tmp_path
     trainer = trainer_of(corpus, small())
     path = tmp_path / "checkpoint.safetensors"
     run.save_checkpoint(path, trainer, "options")
-    with pytest.raises(holdfast.Error, match="other options"):
+    with pytest.raises(holdfast.Error, match="different options"):
         run.load_checkpoint(path, trainer, "others")
     trainer.write(tmp_path / "weights", {})
     with pytest.raises(holdfast.Error, match="not a checkpoint"):
@@ -553,7 +553,7 @@ def test_bad_input_is_named(corpus_folder, action_folder, tmp_path, capsys):
     (tmp_path / "empty").mkdir()
     fails(1, "nowhere", "wandr", "nowhere")
     fails(1, "none of 0 file(s)", "wandr", tmp_path / "empty")
-    fails(1, "holds no clip to validate with", "wandr", corpus_folder, "--held-out", tmp_path / "empty")
+    fails(1, "contains no clip for validation", "wandr", corpus_folder, "--held-out", tmp_path / "empty")
     (tmp_path / "empty" / "broken.npz").write_bytes(b"PK\x03\x04 not a zip")
     fails(1, "broken.npz", "wandr", tmp_path / "empty")
     fails(2, "--unroll", "wandr", corpus_folder, "--unroll", 5)

@@ -59,11 +59,11 @@ void WriteAtomically(const fs::path& path, const std::function<void(const fs::pa
   std::error_code error;
   fs::create_directories(folder, error);
   if (!fs::is_directory(folder, error)) {
-    throw Error(path.string(), fmt::format("the folder '{}' cannot be made", folder.string()),
-                "Choose another place to write to");
+    throw Error(path.string(), fmt::format("the folder '{}' cannot be created", folder.string()),
+                "Choose another output path");
   }
   if (fs::is_directory(path, error)) {
-    throw Error(path.string(), "is a folder, a file was to be written", "Choose a file name");
+    throw Error(path.string(), "is a folder, but a file is to be written", "Choose a file name");
   }
   // Keep the extension: some writers choose the format by it.
   TemporaryFile temporary(folder / fmt::format(".{}.tmp{}{}", path.stem().string(), ::getpid(),

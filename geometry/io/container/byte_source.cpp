@@ -39,7 +39,8 @@ ByteSource::ByteSource(const std::filesystem::path& path) : name_(path.string())
   }
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0) refuse("cannot be read", "Check the path");
-  if (S_ISDIR(status.st_mode)) refuse("is a folder, a file is needed", "Name the file inside it");
+  if (S_ISDIR(status.st_mode))
+    refuse("is a folder, but a file is needed", "Name the file inside it");
   if (!S_ISREG(status.st_mode)) refuse("is not a regular file", "Save it to a file first");
   if (status.st_size == 0) refuse("is empty", "Copy or save it again");
   size_ = static_cast<std::uint64_t>(status.st_size);
@@ -100,7 +101,7 @@ std::string ByteSource::Head(std::size_t count) const {
 std::string ByteSource::Text(std::size_t limit_bytes) const {
   if (size_ > limit_bytes) {
     throw Error(name_, fmt::format("is larger than {} bytes", limit_bytes),
-                "Is this the right file?");
+                "Check that it is the right file");
   }
   return Head(static_cast<std::size_t>(size_));
 }
@@ -192,7 +193,7 @@ Content Unpacked(const ByteSource& source, std::size_t limit_bytes) {
     bytes += piece.size();
     return true;
   });
-  if (bytes == 0) throw Error(source.Name(), "holds nothing", "Save it again");
+  if (bytes == 0) throw Error(source.Name(), "is empty after unpacking", "Save it again");
   Content content;
   content.reserve(bytes);
   using Value = typename Content::value_type;

@@ -53,7 +53,7 @@ NpyArray JoinLeaves(const DataStore& store, const std::vector<NodeIndex>& leaves
       const std::vector<double> values = member.AsDoubles();
       bytes += 2 * sizeof(double) * values.size();
       if (bytes > store.MemoryLimit()) {
-        throw Error(where, "repeats its arrays beyond all bounds", "Save it as one array");
+        throw Error(where, "repeats its arrays beyond the memory limit", "Save it as one array");
       }
       reals.insert(reals.end(), values.begin(), values.end());
       all_integers &= member.array.kind == 'i' || member.array.kind == 'u';
@@ -62,7 +62,7 @@ NpyArray JoinLeaves(const DataStore& store, const std::vector<NodeIndex>& leaves
         integers.insert(integers.end(), more.begin(), more.end());
       }
     } else {
-      throw Error(where, "holds other things than numbers", "Check the field");
+      throw Error(where, "holds values that are not numbers", "Check the field");
     }
     if (leaf_shape && *leaf_shape != this_shape) FailUneven(where);
     leaf_shape = this_shape;
@@ -90,7 +90,7 @@ NpyArray GatherList(const DataStore& store, NodeIndex index, const std::string& 
     firsts.push_back(level.front());
     const std::size_t length = std::get<ListNode>(store[level.front()]).items.size();
     if (length > store.MemoryLimit() / (4 * sizeof(double)) / level.size()) {
-      throw Error(where, "repeats its lists beyond all bounds", "Save it as an array");
+      throw Error(where, "repeats its lists beyond the memory limit", "Save it as an array");
     }
     next.clear();
     next.reserve(length * level.size());
@@ -145,10 +145,10 @@ NpyMember GatherArray(const DataStore& store, const ArrayNode& array, const std:
   const std::size_t most =
       is_view ? std::max(store.MemoryLimit(), array.bytes.size()) : array.bytes.size();
   if (size != 0 && count > most / size) {
-    throw Error(
-        where,
-        fmt::format("has shape ({}), more than there are bytes for", fmt::join(array.shape, ", ")),
-        "The file is damaged: get it from its source again");
+    throw Error(where,
+                fmt::format("has shape ({}), which needs more bytes than there are",
+                            fmt::join(array.shape, ", ")),
+                "The file is damaged: get it from its source again");
   }
   NpyMember member{
       where,
@@ -193,10 +193,9 @@ NpyMember GatherNumbers(const DataStore& store, NodeIndex index, const std::stri
   if (IsSparse(store, index)) return {where, SparseToDense(store, index, where)};
   const auto* object = std::get_if<std::unique_ptr<ObjectNode>>(&node);
   throw Error(where,
-              object
-                  ? fmt::format("is a {}, which holds no numbers in itself", (*object)->class_name)
-                  : "is not an array of numbers",
-              "Check that it is a file of the kind that is asked for");
+              object ? fmt::format("is a {}, which holds no numbers", (*object)->class_name)
+                     : "is not an array of numbers",
+              "Check that it is the right kind of file");
 }
 
 namespace {
@@ -243,13 +242,14 @@ void Reshape(Values& values, const std::vector<std::int64_t>& newshape, const st
 
 void Select(Values& values, const std::vector<std::int64_t>& places, std::size_t memory_limit,
             const std::string& where) {
-  if (places.size() > memory_limit / sizeof(double)) Fail(where, "selects beyond all bounds");
+  if (places.size() > memory_limit / sizeof(double))
+    Fail(where, "selects more numbers than the memory limit allows");
   std::vector<double> chosen;
   chosen.reserve(places.size());
   const auto count = static_cast<std::int64_t>(values.numbers.size());
   for (const std::int64_t place : places) {
     const std::int64_t i = place < 0 ? place + count : place;  // Python also counts from the end
-    if (i < 0 || i >= count) Fail(where, fmt::format("selects number {} of {}", place, count));
+    if (i < 0 || i >= count) Fail(where, fmt::format("selects element {} of {}", place, count));
     chosen.push_back(values.numbers[static_cast<std::size_t>(i)]);
   }
   values.shape = {chosen.size()};
@@ -269,7 +269,7 @@ NpyArray ChumpyValue(const DataStore& store, NodeIndex index, const std::string&
   while (!IsSparse(store, index)) {
     const ObjectNode* object = ObjectAt(store, index);
     if (object == nullptr) break;
-    if (steps.size() == kMaxSteps) Fail(where, "is a chumpy expression without end");
+    if (steps.size() == kMaxSteps) Fail(where, "is a chumpy expression that is nested too deeply");
     if (IsClass(*object, "ch", "Ch")) {
       index = RequireField(store, index, "x", where);
       steps.push_back(0);  // counted, but does nothing

@@ -50,7 +50,7 @@ void DataStore::Charge(std::size_t bytes) {
 NodeIndex DataStore::Add(DataNode node) {
   Charge(kNodeBytes);
   if (nodes_.size() >= std::numeric_limits<NodeIndex>::max()) {
-    throw Error(where_, "holds more than four thousand million values", "Split the file");
+    throw Error(where_, "holds more than 4 billion values", "Split the file");
   }
   nodes_.push_back(std::move(node));
   return static_cast<NodeIndex>(nodes_.size() - 1);
@@ -265,7 +265,7 @@ NodeIndex RequireField(const DataStore& store, NodeIndex index, std::string_view
   const ObjectNode* object = ObjectAt(store, index);
   throw Error(where,
               fmt::format("is a {} without '{}'", object ? object->class_name : "dict", name),
-              "The file is damaged, or of a version that is not known");
+              "The file is damaged, or of an unknown version");
 }
 
 NpyMember PlainNumbers(const DataStore& store, NodeIndex index, const std::string& where) {

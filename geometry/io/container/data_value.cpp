@@ -106,7 +106,7 @@ DataValue DataValue::operator[](std::string_view name) const {
   if (dict == nullptr) {
     throw Error(where_,
                 fmt::format("is {}, where named values with '{}' are needed", Describe(), name),
-                "Check that it is a file of the kind that is asked for");
+                "Check that it is the right kind of file");
   }
   std::vector<std::string_view> there;
   for (const auto& [known, value] : dict->named) {
@@ -114,7 +114,7 @@ DataValue DataValue::operator[](std::string_view name) const {
     there.push_back(known);
   }
   throw Error(fmt::format("{}[{}]", where_, name), "is missing",
-              there.empty() ? "There are no names in it at all"
+              there.empty() ? "It has no names"
                             : fmt::format("It has: {}{}", fmt::join(there, ", "),
                                           dict->named.size() > there.size() ? ", ..." : ""));
 }
@@ -128,11 +128,11 @@ DataValue DataValue::operator[](std::size_t index) const {
   const auto* list = std::get_if<ListNode>(&(*store_)[index_]);
   if (list == nullptr) {
     throw Error(where_, fmt::format("is {}, where a list is needed", Describe()),
-                "Check that it is a file of the kind that is asked for");
+                "Check that it is the right kind of file");
   }
   if (index >= list->items.size()) {
     throw Error(where_,
-                fmt::format("has {} items, item {} is asked for", list->items.size(), index),
+                fmt::format("has {} items, but item {} was requested", list->items.size(), index),
                 "Check the file");
   }
   return DataValue(store_, list->items[index], fmt::format("{}[{}]", where_, index));

@@ -39,7 +39,7 @@ class Meter : public nlohmann::json_sax<json> {
   bool start_array(std::size_t) override { return Open(kListBytes); }
   bool end_array() override { return Close(); }
   bool parse_error(std::size_t position, const std::string&, const json::exception&) override {
-    problem = fmt::format("is not sound JSON (byte {})", position);
+    problem = fmt::format("is not valid JSON (byte {})", position);
     return false;
   }
 
@@ -51,12 +51,12 @@ class Meter : public nlohmann::json_sax<json> {
       left_ -= bytes;
       return true;
     }
-    problem = "holds far more JSON than a file of its size should";
+    problem = "holds far more JSON than a file of its size should hold";
     return false;
   }
   bool Open(std::size_t bytes) {
     if (++depth_ <= kMaxDepth) return Take(kSlotBytes + bytes);
-    problem = fmt::format("nests its JSON deeper than {}", kMaxDepth);
+    problem = fmt::format("nests its JSON more than {} levels deep", kMaxDepth);
     return false;
   }
   bool Close() {
@@ -74,7 +74,7 @@ nlohmann::json ParseJsonWithin(std::string_view text, const std::string& where,
                                std::size_t file_bytes) {
   Meter meter(8 * file_bytes + (std::size_t{32} << 20));
   if (!json::sax_parse(text, &meter)) {
-    throw Error(where, meter.problem.empty() ? "is not sound JSON" : meter.problem,
+    throw Error(where, meter.problem.empty() ? "is not valid JSON" : meter.problem,
                 "Fetch the file again");
   }
   return json::parse(text, nullptr, /*allow_exceptions=*/false);

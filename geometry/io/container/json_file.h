@@ -88,9 +88,8 @@ auto UseJson(const std::filesystem::path& path, const Use& use) {
   try {
     return use();
   } catch (const nlohmann::json::exception&) {
-    throw Error(path.string(),
-                "is damaged: a value is missing, or of another type than it should be",
-                "Remove it, or make it anew");
+    throw Error(path.string(), "is damaged: a value is missing or has the wrong type",
+                "Delete it, or generate it again");
   }
 }
 

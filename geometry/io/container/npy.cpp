@@ -190,7 +190,7 @@ std::string NpyMember::AsText() const {
         text.push_back(static_cast<char>(0x80 | ((code >> 6) & 0x3f)));
         text.push_back(static_cast<char>(0x80 | (code & 0x3f)));
       } else {
-        throw Error(where, "holds a character that does not exist", "Save the text again");
+        throw Error(where, "holds an invalid character", "Save the text again");
       }
     }
   }

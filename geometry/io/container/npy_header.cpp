@@ -34,7 +34,7 @@ class HeaderParser {
         SkipSpace();
         if (!rest_.empty() && rest_.front() != '\'' && rest_.front() != '"') {
           throw Error(where_, "holds records (a structured dtype)",
-                      "Save the fields as arrays of their own");
+                      "Save the fields as separate arrays");
         }
         ParseDescr(QuotedString(), array);
         has_descr = true;

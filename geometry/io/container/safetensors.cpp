@@ -200,12 +200,11 @@ SafetensorsReader::SafetensorsReader(ByteSource source) : source_(std::move(sour
   const auto header_bytes = std::bit_cast<std::uint64_t>(length);
   static_assert(std::endian::native == std::endian::little);
   if (header_bytes > kMaxHeaderBytes || header_bytes > source_.Size() - kLengthBytes) {
-    throw Error(
-        where,
-        fmt::format("is not a safetensors file, or one cut short (its first eight bytes would "
-                    "be a header of {} bytes)",
-                    header_bytes),
-        "Give a .safetensors file; copy or save it again");
+    throw Error(where,
+                fmt::format("is not a safetensors file, or is cut short (its first eight bytes "
+                            "state a header of {} bytes)",
+                            header_bytes),
+                "Give a .safetensors file; copy or save it again");
   }
   data_offset_ = kLengthBytes + header_bytes;
   std::string header(static_cast<std::size_t>(header_bytes), '\0');
@@ -251,7 +250,7 @@ void SafetensorsReader::CheckLayout() {
       std::adjacent_find(entries_.begin(), entries_.end(),
                          [](const auto& a, const auto& b) { return a.name == b.name; });
   if (twice != entries_.end()) {
-    throw Malformed(where, fmt::format("'{}' is there twice", twice->name));
+    throw Malformed(where, fmt::format("'{}' appears twice", twice->name));
   }
 }
 

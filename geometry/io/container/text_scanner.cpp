@@ -95,13 +95,13 @@ std::string PlainText(std::string bytes, std::vector<std::string>& notes) {
     notes.emplace_back("the text is UTF-16: converted to UTF-8");
   } else if (bytes.starts_with("\xEF\xBB\xBF")) {
     bytes.erase(0, 3);
-    notes.emplace_back("the text begins with a byte order mark (UTF-8): passed over");
+    notes.emplace_back("the text begins with a byte order mark (UTF-8): skipped");
   }
   const std::string_view head = std::string_view(bytes).substr(0, 512);
   if (head.find('\r') != head.npos && head.find('\0') == head.npos &&
       bytes.find('\n') == bytes.npos) {
     std::ranges::replace(bytes, '\r', '\n');
-    notes.emplace_back("lines end in carriage returns alone, as on an old Macintosh");
+    notes.emplace_back("lines end in carriage returns only, as on classic Mac OS");
   }
   return bytes;
 }
@@ -186,7 +186,7 @@ std::string_view TextScanner::RestOfLine() {
 double TextScanner::Number(std::string_view what) {
   const std::string_view word = Next();
   double value = 0;
-  if (word.empty()) Fail(fmt::format("ends where {} should stand", what), "The file is cut short");
+  if (word.empty()) Fail(fmt::format("ends where {} is expected", what), "The file is cut short");
   if (!ParseNumber(word, value)) {
     Fail(fmt::format("expected {}, found '{}'", what, Shown(word)), "Repair the line");
   }
@@ -209,7 +209,7 @@ int TextScanner::Integer(std::string_view what, int lowest, int highest) {
 void TextScanner::Expect(std::string_view word, std::string_view context) {
   const std::string_view found = Next();
   if (EqualIgnoringCase(found, word)) return;
-  Fail(found.empty() ? fmt::format("ends where '{}' should stand ({})", word, context)
+  Fail(found.empty() ? fmt::format("ends where '{}' is expected ({})", word, context)
                      : fmt::format("expected '{}' ({}), found '{}'", word, context, Shown(found)),
        "Repair the line, or export the motion again");
 }

@@ -74,13 +74,13 @@ Directory FindDirectory(const ByteSource& source) {
   source.ReadAt(tail_offset, tail);
   std::size_t at = tail.size() - kEndBytes;
   while (Number(tail, at, 4) != kEnd || Number(tail, at + 20, 2) > tail.size() - at - kEndBytes) {
-    if (at == 0) throw NoArchive(source, "no end of an archive");
+    if (at == 0) throw NoArchive(source, "no end-of-archive record");
     --at;
   }
   const std::uint64_t end_offset = tail_offset + at;
   if (Number(tail, at + 4, 2) != Number(tail, at + 6, 2) ||
       Number(tail, at + 8, 2) != Number(tail, at + 10, 2)) {
-    throw Error(source.Name(), "is one part of an archive in several", "Join the parts first");
+    throw Error(source.Name(), "is one part of a multi-part archive", "Join the parts first");
   }
   Directory found;
   found.entries = Number(tail, at + 10, 2);
@@ -255,7 +255,7 @@ ZipArchive::Stream::Stream(const ZipArchive& archive, const ZipMember& member, s
   }
   if (member.method != kStored && member.method != kDeflated) {
     throw Error(where_, fmt::format("is packed by method {}", member.method),
-                "Pack it again: stored and deflated (numpy.savez, zip) are read");
+                "Pack it again as stored or deflated (numpy.savez, zip)");
   }
   std::array<std::byte, kLocalHeaderBytes> header;
   if (member.header_offset + header.size() > source_.Size()) Damaged("no header");

@@ -151,7 +151,7 @@ Scene ReadScene(const GltfAsset& asset, const std::filesystem::path& character) 
     throw Error(character.string(), fmt::format("is malformed: {}", fault.what()),
                 "Export it again");
   } catch (const std::out_of_range&) {
-    throw Error(character.string(), "names a buffer that it does not have", "Export it again");
+    throw Error(character.string(), "refers to a buffer that it does not have", "Export it again");
   }
 }
 

@@ -180,7 +180,7 @@ class GltfMotionReader {
                   "Export the character's own animation with it");
     }
     if (asset_.animations.size() > 1 && options_.animation.empty()) {
-      motion_.notes.push_back(fmt::format("{} animations: {}; '{}' is taken, the longest",
+      motion_.notes.push_back(fmt::format("{} animations: {}; '{}' is used, the longest",
                                           asset_.animations.size(), fmt::join(told, ", "),
                                           best->name));
     }
@@ -199,15 +199,15 @@ class GltfMotionReader {
       if (nodes.size() < kFewestBodyJoints) {
         std::vector<std::string> names;
         for (const int node : nodes) names.push_back(asset_.NodeText(node));
-        throw Error(asset_.Where(),
-                    fmt::format("holds no skinned character; its animation '{}' moves {} things "
-                                "alone: {}",
-                                animation.name, nodes.size(), fmt::join(names, ", ")),
-                    "Export the character with its skeleton; a moving object alone is not a clip");
+        throw Error(
+            asset_.Where(),
+            fmt::format("holds no skinned character; its animation '{}' moves only {} nodes: {}",
+                        animation.name, nodes.size(), fmt::join(names, ", ")),
+            "Export the character with its skeleton; a moving object alone is not a clip");
       }
       motion_.notes.push_back(
-          fmt::format("no skin: the {} animated nodes are taken for the skeleton, at rest as the "
-                      "file poses them",
+          fmt::format("no skin: the {} animated nodes are used as the skeleton, with their static "
+                      "pose in the file as the rest pose",
                       nodes.size()));
       return CharacterOfNodes(asset_, std::move(nodes));
     }
@@ -235,7 +235,7 @@ class GltfMotionReader {
       std::swap(moved[0], moved[bodies[0]]);
     }
     if (characters.size() > 1) {
-      motion_.notes.push_back(fmt::format("{} characters; '{}' is taken, the one that moves",
+      motion_.notes.push_back(fmt::format("{} characters; '{}' is used, the one that moves",
                                           characters.size(), moved[0].name));
     }
     return std::move(moved[0]);
@@ -290,7 +290,7 @@ class GltfMotionReader {
     if (found.size() > 1) {
       names.resize(std::min<std::size_t>(names.size(), 20));
       motion_.notes.push_back(
-          fmt::format("{} things move beside the body ({}); '{}' is taken as the object",
+          fmt::format("{} nodes move besides the body ({}); '{}' is used as the object",
                       found.size(), Quoted(names), names[0]));
     }
     return found[0];
@@ -309,7 +309,7 @@ class GltfMotionReader {
                              : sampler.FrameRate(asset_.provenance.frame_rate, regular);
     if (!regular) {
       motion_.notes.push_back(
-          fmt::format("the keys lie at irregular times: sampled at {:g} Hz", motion_.frame_rate));
+          fmt::format("the key times are irregular: sampled at {:g} Hz", motion_.frame_rate));
     }
     const double frames =
         std::floor((sampler.End() - sampler.Begin()) * motion_.frame_rate + 0.01) + 1;
@@ -320,7 +320,7 @@ class GltfMotionReader {
     if (!(bytes < limit) || frames * joints > kMaxJointFrames) {
       throw Error(asset_.Where(),
                   fmt::format("{:.1f} s at {:g} Hz make {:.0f} frames, far more than a file of {} "
-                              "bytes should",
+                              "bytes should hold",
                               sampler.End() - sampler.Begin(), motion_.frame_rate, frames,
                               asset_.NumBytes()),
                   "Give a lower --source-fps, or cut the animation into parts");
@@ -365,7 +365,8 @@ class GltfMotionReader {
     const int frames = NumFrames(sampler);
     GatherChain();
     if (static_cast<double>(chain_.size()) * frames > kMaxJointFrames) {
-      throw Error(asset_.Where(), fmt::format("{} nested nodes place the character", chain_.size()),
+      throw Error(asset_.Where(),
+                  fmt::format("the character is below {} nested nodes", chain_.size()),
                   "Export the character alone");
     }
     const std::size_t joints = skeleton_.nodes.size();
@@ -421,8 +422,8 @@ class GltfMotionReader {
   Eigen::Matrix3d Unmirror() {
     if (!Mirrors()) return Eigen::Matrix3d::Identity();
     motion_.notes.emplace_back(
-        "the scene mirrors its character (a negative scale above the skeleton): imported as it is "
-        "without the mirror");
+        "the scene mirrors its character (a negative scale above the skeleton): imported without "
+        "the mirroring");
     return Eigen::Vector3d(-1, 1, 1).asDiagonal();
   }
 
@@ -443,8 +444,10 @@ class GltfMotionReader {
     prop.rotations.back().normalize();
     if (!prop.positions.col(frame).allFinite() || !linear.allFinite() ||
         prop.positions.col(frame).cwiseAbs().maxCoeff() > kFarthest) {
-      throw Error(asset_.Where(), fmt::format("'{}' is nowhere in frame {}", prop.name, frame),
-                  "Export the animation again");
+      throw Error(
+          asset_.Where(),
+          fmt::format("'{}' has no finite position near the origin in frame {}", prop.name, frame),
+          "Export the animation again");
     }
     if (frame > 0 || asset_.NodeAt(*prop_).mesh < 0) return;
     // Scale and shear go into the mesh: the remaining transform is rigid.

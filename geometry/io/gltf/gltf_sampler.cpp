@@ -95,7 +95,7 @@ void GltfSampler::CheckValues(const GltfChannel& channel, const GltfNumbers& val
     }
     const bool is_key = !cubic || i % 3 == 1;
     if (turns && is_key && !(square > 1e-6)) {
-      fail(fmt::format("holds a quaternion without direction in element {}", i));
+      fail(fmt::format("holds a quaternion of zero length in element {}", i));
     }
   }
 }

@@ -219,7 +219,7 @@ GltfSkeleton BuildSkeleton(const GltfAsset& asset, const GltfCharacter& characte
   }
   if (total < static_cast<int>(character.joints.size())) {
     skeleton.notes.push_back(
-        fmt::format("{} joints of '{}' hang in other trees of the scene and are left out",
+        fmt::format("{} joints of '{}' are in other trees of the scene and are ignored",
                     character.joints.size() - static_cast<std::size_t>(total), character.name));
   }
   for (bool deeper = true; deeper;) {

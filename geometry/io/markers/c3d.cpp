@@ -77,7 +77,8 @@ class C3dParser {
   void ReadParameters() {
     const std::size_t start = (std::size_t{Byte(0)} - 1) * kBlock;
     const int processor = Byte(start + 3);
-    if (processor < 84 || processor > 86) Fail(fmt::format("names no processor ({})", processor));
+    if (processor < 84 || processor > 86)
+      Fail(fmt::format("has an unknown processor type ({})", processor));
     processor_ = static_cast<Processor>(processor);
     // End of the section by its own count of blocks, and by the data block in the header: one of
     // them may be wrong.
@@ -184,9 +185,8 @@ class C3dParser {
     long data_block = Whole(Number("POINT:DATA_START", Word(16)), "POINT:DATA_START");
     if (data_block < 2) {
       data_block = Word(16) >= 2 ? Word(16) : static_cast<long>(after_parameters_ / kBlock) + 1;
-      Note(fmt::format("POINT:DATA_START names no block of data; read from block {}, {}",
-                       data_block,
-                       Word(16) >= 2 ? "as the header has it" : "behind the parameters"));
+      Note(fmt::format("POINT:DATA_START is not a data block; read from block {}, {}", data_block,
+                       Word(16) >= 2 ? "as the header states" : "after the parameters"));
     }
     recording_.first_frame = static_cast<int>(LongOf("TRIAL:ACTUAL_START_FIELD", Word(6)));
     const long last = LongOf("TRIAL:ACTUAL_END_FIELD", Word(8));
@@ -244,8 +244,9 @@ class C3dParser {
     if (frames_ < 1) Fail("has no frames");
     if (data_ > bytes_.size() ||
         static_cast<std::size_t>(frames_) > (bytes_.size() - data_) / frame_bytes) {
-      Fail(fmt::format("is cut off: {} frames of {} bytes are told, {} bytes are there", frames_,
-                       frame_bytes, bytes_.size() - std::min(data_, bytes_.size())));
+      Fail(
+          fmt::format("is cut off: the header states {} frames of {} bytes, but there are {} bytes",
+                      frames_, frame_bytes, bytes_.size() - std::min(data_, bytes_.size())));
     }
     const double factor = recording_.meters_per_unit * (floats ? 1.0 : scale_);
     recording_.positions.resize(3 * points_, frames_);
@@ -422,12 +423,12 @@ std::string HeaderOf(const MarkerRecording& recording, unsigned data_block) {
 std::string C3dBytes(const MarkerRecording& recording, const std::string& where) {
   const int markers = recording.NumMarkers(), frames = recording.NumFrames();
   if (markers < 1 || markers > kMaxWord || frames < 1) {
-    throw Error(where, fmt::format("{} markers and {} frames are no C3D", markers, frames),
+    throw Error(where, fmt::format("{} markers and {} frames are not a valid C3D", markers, frames),
                 fmt::format("Give 1 to {} markers, a frame or more", kMaxWord));
   }
   const std::size_t blocks = ParametersOf(recording, 0, where).Blocks();
   if (blocks > 255) {
-    throw Error(where, fmt::format("the labels of {} markers are more than a C3D holds", markers),
+    throw Error(where, fmt::format("the labels of {} markers do not fit into a C3D", markers),
                 "Give fewer, or shorter ones");
   }
   const auto data_block = static_cast<unsigned>(2 + blocks);

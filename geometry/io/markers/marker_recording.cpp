@@ -61,7 +61,7 @@ MarkerRecording ReadMarkers(const std::filesystem::path& path) {
 MarkerRecording ParseMarkers(std::string_view text, const std::string& where) {
   const std::optional<MarkerFormat> format = MarkerFormatOf(text);
   if (!format) {
-    throw Error(where, "is no recording of markers that is known",
+    throw Error(where, "is not a known marker recording",
                 "Give a C3D, a TRC (begins with PathFileType), a Vicon CSV (Trajectories) or a "
                 "Qualisys TSV (NO_OF_FRAMES)");
   }
@@ -128,9 +128,9 @@ void SetMarkerNames(const std::vector<std::string>& labels, const std::string& w
                                           where, fmt::join(decoded, " ")));
   }
   if (!renamed.empty()) {
-    recording.notes.push_back(
-        fmt::format("{}: several markers have the same name; those after the first are called {}",
-                    where, fmt::join(renamed, " ")));
+    recording.notes.push_back(fmt::format(
+        "{}: several markers have the same name; those after the first are renamed to {}", where,
+        fmt::join(renamed, " ")));
   }
 }
 

@@ -58,7 +58,8 @@ class Table {
   double Number(std::string_view field, const char* what) {
     double value = 0.0;
     if (!ParseNumber(field, value) && !ParseDecimalComma(field, value)) value = kNoNumber;
-    if (!std::isfinite(value)) Fail(fmt::format("'{}' is no {}", field.substr(0, 40), what));
+    if (!std::isfinite(value))
+      Fail(fmt::format("'{}' is not a valid {}", field.substr(0, 40), what));
     return value;
   }
   void Note(const std::string& note, MarkerRecording& recording) const {
@@ -92,13 +93,14 @@ class Table {
 };
 
 void CheckRate(const Table& table, double rate) {
-  if (!(rate > 0.0) || rate >= 1e5) table.Fail(fmt::format("a rate of {} Hz cannot be", rate));
+  if (!(rate > 0.0) || rate >= 1e5)
+    table.Fail(fmt::format("a rate of {} Hz is not possible", rate));
 }
 
 void SetUnit(const Table& table, std::string_view word, MarkerRecording& recording) {
   recording.unit = AsUtf8(word);
   const std::optional<LengthUnit> unit = FindLengthUnit(word);
-  if (!unit) table.Fail(fmt::format("'{}' is no unit of length that is known", word));
+  if (!unit) table.Fail(fmt::format("'{}' is not a known unit of length", word));
   if (unit->cut_off) {
     table.Note(fmt::format("the unit '{}' is cut off; read as {}", word, unit->name), recording);
   }
@@ -114,8 +116,8 @@ std::vector<std::string> NamesOverThree(const Table& table,
   for (std::size_t k = first; k < fields.size(); ++k) {
     if (fields[k].empty()) continue;
     if ((k - first) % 3 != 0) {
-      table.Fail(fmt::format("the name '{}' does not stand over the first of three columns",
-                             AsUtf8(fields[k])));
+      table.Fail(
+          fmt::format("the name '{}' is not above the first of three columns", AsUtf8(fields[k])));
     }
     for (std::size_t m = names.size(); m < (k - first) / 3; ++m) {
       names.push_back(fmt::format("point {}", m + 1));
@@ -124,7 +126,7 @@ std::vector<std::string> NamesOverThree(const Table& table,
     names.emplace_back(fields[k]);
   }
   if (!nameless.empty()) {
-    table.Note(fmt::format("columns without a name; their markers are called by number: {}",
+    table.Note(fmt::format("columns without a name; their markers are named by number: {}",
                            fmt::join(nameless, ", ")),
                recording);
   }
@@ -178,9 +180,10 @@ void ReadPositions(Table& table, std::size_t first, MarkerRecording& recording) 
   }
   if (frames == 0) table.Fail("has no frames");
   if (longer > 0) {
-    table.Note(fmt::format("{} of {} rows have positions of markers without a name; left out",
-                           longer, frames),
-               recording);
+    table.Note(
+        fmt::format("{} of {} rows have positions of markers without a name, which are ignored",
+                    longer, frames),
+        recording);
   }
   if (table.HasDecimalCommas()) table.Note("numbers have decimal commas", recording);
   recording.positions = Eigen::Map<const Eigen::MatrixXd>(
@@ -214,10 +217,10 @@ MarkerRecording ParseTrc(std::string_view text, const std::string& where) {
   }
   MarkerRecording recording;
   if (separator != '\t') {
-    table.Note(fmt::format("fields are parted by '{}', not by tabs", separator), recording);
+    table.Note(fmt::format("fields are separated by '{}', not by tabs", separator), recording);
   }
   for (const char* key : {"DataRate", "Units"}) {
-    if (!head.contains(key)) table.Fail(fmt::format("the head has no {}", key));
+    if (!head.contains(key)) table.Fail(fmt::format("the header has no {}", key));
   }
   recording.rate_hz = table.Number(head["DataRate"], "rate (DataRate)");
   CheckRate(table, recording.rate_hz);

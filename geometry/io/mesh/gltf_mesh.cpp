@@ -169,17 +169,17 @@ TriangleMesh ReadGltfScene(const GltfAsset& asset, std::vector<std::string>& not
     ++num_meshes;
     // A mesh used by many nodes counts as many meshes.
     if (static_cast<std::size_t>(scene.faces.size()) > 16 * asset.NumBytes()) {
-      throw Error(asset.Where(), "shows its meshes too often", "Leave out all but the object");
+      throw Error(asset.Where(), "repeats its meshes too often", "Export only the object");
     }
   }
   if (num_meshes == 0) {
-    throw Error(asset.Where(), "has no triangles in the scene that it shows",
-                "A surface is needed: a mesh in a node of the scene");
+    throw Error(asset.Where(), "has no triangles in its default scene",
+                "Give a surface: a mesh in a node of the scene");
   }
-  notes.push_back(fmt::format("{} placed by the nodes of the file; axes are its own (glTF: y up).",
-                              num_meshes == 1
-                                  ? std::string("1 mesh is")
-                                  : fmt::format("{} meshes are joined, each", num_meshes)));
+  notes.push_back(fmt::format(
+      "{} placed by the nodes of the file; the axes are those of the file (glTF: y up).",
+      num_meshes == 1 ? std::string("1 mesh is")
+                      : fmt::format("{} meshes are joined, each", num_meshes)));
   return scene;
 }
 

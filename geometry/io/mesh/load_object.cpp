@@ -113,8 +113,8 @@ void RequireHandheld(const LoadedObject& object) {
   if (!object.implausible_size) return;
   const Eigen::Vector3d extent = Extent(object.mesh);
   throw Error(object.source,
-              fmt::format("is {:.3g} x {:.3g} x {:.3g} m, no size to hold", extent.x(), extent.y(),
-                          extent.z()),
+              fmt::format("is {:.3g} x {:.3g} x {:.3g} m, not a graspable size", extent.x(),
+                          extent.y(), extent.z()),
               UnitRemedy(extent, object.source));
 }
 

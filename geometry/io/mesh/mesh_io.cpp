@@ -67,9 +67,9 @@ std::string FormatOf(const fs::path& path, bool to_write) {
   if (!HasMeshFormat(path) || (to_write && IsGltf(extension))) {
     throw Error(
         path.string(),
-        extension.empty() ? "has no extension to tell its format"
-        : to_write        ? fmt::format("'{}' is not a format meshes are written in", extension)
-                          : fmt::format("'{}' is not a mesh format known here", extension),
+        extension.empty() ? "has no extension that shows its format"
+        : to_write        ? fmt::format("'{}' is not a supported mesh output format", extension)
+                          : fmt::format("'{}' is not a supported mesh format", extension),
         to_write ? "Use .obj, .ply, .stl or .off" : "Use .obj, .ply, .stl, .off, .glb or .gltf");
   }
   return extension.substr(1);
@@ -125,7 +125,7 @@ MeshFile ReadMeshBytes(std::string_view bytes, const fs::path& path) {
   const MeshScan scan = Scan(format, bytes, name);
   const std::size_t num_polygons = scan.polygon_begin.size() - 1;
   if (num_polygons == 0) {
-    throw Error(name, "has no face with three different corners", "A surface is needed");
+    throw Error(name, "has no face with three different corners", "Give a surface");
   }
   MeshFile file;
   TriangleMesh& mesh = file.mesh;
@@ -171,11 +171,11 @@ void WriteMesh(const TriangleMesh& mesh, const fs::path& path) {
   const std::string name = path.string();
   const std::string format = FormatOf(path, true);
   if (mesh.NumFaces() == 0) {
-    throw Error(name, "a mesh without faces was to be written", "Give a surface");
+    throw Error(name, "cannot store a mesh without faces", "Give a surface");
   }
   RequireValid(mesh);
   if (!mesh.vertices.cast<float>().allFinite()) {
-    throw Error(name, "coordinates beyond single precision were to be written", "Scale the mesh");
+    throw Error(name, "cannot store coordinates beyond single precision", "Scale the mesh");
   }
   const bool binary = format == "ply" || format == "stl";
   // Significant digits for .off; .obj has a fixed number of decimals.

@@ -105,7 +105,7 @@ class Lines {
 
 [[noreturn]] void NoElements(const std::string& name, const char* what) {
   throw Error(name, fmt::format("has no {}", what),
-              "A surface is needed: vertices, and faces that join them");
+              "Give a surface: vertices, and faces that join them");
 }
 
 void RequireSurface(const MeshScan& scan, const std::string& name) {
@@ -115,7 +115,7 @@ void RequireSurface(const MeshScan& scan, const std::string& name) {
 
 void AddPolygonId(MeshScan& scan, long long id, std::size_t num_vertices, const Lines& lines) {
   if (id < 0 || id >= static_cast<long long>(num_vertices)) {
-    lines.Fail(fmt::format("a face names vertex {} of {} (counted from 0)", id, num_vertices),
+    lines.Fail(fmt::format("a face refers to vertex {} of {} (counted from 0)", id, num_vertices),
                "Check the file, or export it again");
   }
   scan.polygon_ids.push_back(static_cast<int>(id));
@@ -230,7 +230,7 @@ MeshScan ScanObj(std::string_view bytes, const std::string& name) {
   }
   if (num_vertices == 0 && num_faces == 0) {
     throw Error(name, "does not look like an .obj file: it has neither 'v' nor 'f' lines",
-                "Check what it is, and name it by its format");
+                "Check its content, and give it the extension of its format");
   }
   scan.positions.reserve(num_vertices);
   scan.polygon_begin.reserve(num_faces + 1);
@@ -260,7 +260,7 @@ MeshScan ScanObj(std::string_view bytes, const std::string& name) {
       }
       // Ids count from 1; negative ids count backward from the last vertex so far.
       if (id == 0)
-        again.Fail("a face names vertex 0, but .obj counts from 1", "Check the exporter");
+        again.Fail("a face refers to vertex 0, but .obj counts from 1", "Check the exporter");
       AddPolygonId(scan, id > 0 ? id - 1 : static_cast<long long>(seen) + id, scan.positions.size(),
                    again);
     }

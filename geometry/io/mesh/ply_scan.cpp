@@ -206,7 +206,7 @@ class PlyScanner {
     const bool no_vertices = count("vertex") == 0;
     if (count("face") + count(kStrips) == 0 || no_vertices) {
       Fail(fmt::format("has no {}", no_vertices ? "vertices" : "faces"),
-           "A surface is needed: vertices, and faces that join them");
+           "Give a surface: vertices, and faces that join them");
     }
   }
 
@@ -347,7 +347,7 @@ class PlyScanner {
           const double id = Value(property.type, element.name);
           if (!(id >= 0.0) || id != std::floor(id) ||
               id >= static_cast<double>(scan_.positions.size())) {
-            Fail(fmt::format("face {} names vertex {} of {} (counted from 0)", f, id,
+            Fail(fmt::format("face {} refers to vertex {} of {} (counted from 0)", f, id,
                              scan_.positions.size()),
                  kExportAgain);
           }
@@ -380,7 +380,7 @@ class PlyScanner {
           }
           if (!(id >= 0.0) || id != std::floor(id) ||
               id >= static_cast<double>(scan_.positions.size())) {
-            Fail(fmt::format("strip {} names vertex {} of {} (counted from 0)", s, id,
+            Fail(fmt::format("strip {} refers to vertex {} of {} (counted from 0)", s, id,
                              scan_.positions.size()),
                  kExportAgain);
           }

@@ -165,7 +165,7 @@ class ObjReader {
   void ReadMaterials(const std::string& name) {
     const fs::path path = FileBeside(folder_, name);
     if (path.empty()) {
-      mesh_.notes.push_back(fmt::format("the materials '{}' are not beside the mesh", name));
+      mesh_.notes.push_back(fmt::format("the material file '{}' is not beside the mesh", name));
       return;
     }
     std::istringstream lines(ReadFile(path, kMaxMaterialBytes));
@@ -280,7 +280,7 @@ bool MaterialImages::Add(std::string bytes, std::string_view name, Material& mat
                          std::vector<std::string>& notes) {
   if (bytes.size() > room_) {
     notes.push_back(fmt::format(
-        "the image {} and those after it are left out: together they take too much", name));
+        "the image {} and those after it are ignored: together they are too large", name));
     room_ = 0;
     return false;
   }
@@ -447,7 +447,7 @@ TriangleMesh ReadVertexRegion(const fs::path& path, const TriangleMesh& mesh) {
           id >= mesh.NumVertices()) {
         throw Error(fmt::format("{}:{}", path.string(), number),
                     fmt::format("'{}' is not a vertex of the mesh", word.substr(0, 32)),
-                    fmt::format("A list of vertices has their numbers, 0 to {}, between blanks",
+                    fmt::format("List vertex numbers, 0 to {}, separated by blanks",
                                 mesh.NumVertices() - 1));
       }
       listed[static_cast<std::size_t>(id)] = true;
@@ -463,7 +463,7 @@ TriangleMesh ReadVertexRegion(const fs::path& path, const TriangleMesh& mesh) {
     triangles.push_back(triangle);
   }
   if (triangles.empty()) {
-    throw Error(path.string(), "lists no vertices of which any face has two",
+    throw Error(path.string(), "lists no two vertices of the same face",
                 "Give the numbers of all vertices of the region, counted from 0");
   }
   return SurfaceOf(triangles);

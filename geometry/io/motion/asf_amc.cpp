@@ -99,7 +99,7 @@ void ReadUnits(TextScanner& scanner, Skeleton& skeleton) {
     } else if (EqualIgnoringCase(key, "length")) {
       skeleton.length_unit = scanner.Number("the length unit");
       if (!(skeleton.length_unit > 1e-6) || skeleton.length_unit > 1e6) {
-        scanner.Fail("a length unit that cannot be", "Write 'length 0.45' as CMU does");
+        scanner.Fail("an invalid length unit", "Write 'length 0.45' as CMU does");
       }
     } else {
       scanner.RestOfLine();
@@ -135,7 +135,7 @@ void ReadRoot(TextScanner& scanner, Skeleton& skeleton) {
 }
 
 void ReadBone(TextScanner& scanner, Skeleton& skeleton) {
-  scanner.Expect("begin", "each bone stands between begin and end");
+  scanner.Expect("begin", "each bone is between begin and end");
   if (static_cast<int>(skeleton.bones.size()) == kMaxBones) {
     scanner.Fail(fmt::format("more than {} bones", kMaxBones), "Give a body's skeleton");
   }
@@ -179,7 +179,7 @@ void ReadBone(TextScanner& scanner, Skeleton& skeleton) {
 }
 
 void ReadHierarchy(TextScanner& scanner, Skeleton& skeleton) {
-  scanner.Expect("begin", "the hierarchy stands between begin and end");
+  scanner.Expect("begin", "the hierarchy is between begin and end");
   while (true) {
     const std::string_view word = scanner.Next();
     if (EqualIgnoringCase(word, "end")) break;
@@ -215,7 +215,7 @@ std::vector<int> ParentsFirst(const TextScanner& scanner, const Skeleton& skelet
     order.insert(order.end(), children[order[i]].begin(), children[order[i]].end());
   }
   if (order.size() != skeleton.bones.size()) {
-    throw Error(scanner.Where(), "bones that hang on each other in a loop", "Repair :hierarchy");
+    throw Error(scanner.Where(), "bones that form a cycle", "Repair :hierarchy");
   }
   return order;
 }
@@ -269,7 +269,7 @@ BonePose ReadBonePose(TextScanner& scanner, const Bone& bone, double angle_unit)
     if (scanner.PeekOnLine().empty()) {
       scanner.Fail(
           fmt::format("fewer than {} numbers for bone '{}'", bone.freedoms.size(), bone.name),
-          "Use the skeleton that the motion was made with, or mend the line");
+          "Use the skeleton that the motion was made with, or repair the line");
     }
     const double value = scanner.Number("a bone's value");
     const int axis = static_cast<int>(freedom) % 3;
@@ -407,7 +407,7 @@ SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::stri
   motion.frame_rate = options.frame_rate;
   SetRestBones(skeleton, order, scale, motion);
   if (!motion.rest_offsets.allFinite()) {
-    throw Error(asf.Where(), "bones longer than a number can hold", "Repair the lengths");
+    throw Error(asf.Where(), "bone lengths that overflow", "Repair the lengths");
   }
 
   TextScanner amc(std::move(amc_name), amc_text, '#');
@@ -419,12 +419,13 @@ SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::stri
   motion.rotations.reserve(num_frames * order.size());
   while (!amc.AtEnd()) {
     if (static_cast<std::size_t>(motion.NumFrames()) == num_frames) {
-      amc.Fail("a frame's number does not begin a line", "Begin each frame on a line of its own");
+      amc.Fail("a frame number that is not at the start of a line",
+               "Begin each frame on a new line");
     }
     const std::vector<BonePose> poses = ReadFrame(amc, skeleton, angle_unit);
     Eigen::Matrix3Xd position = PlaceBones(skeleton, order, scale, poses, motion);
     if (!position.allFinite()) {
-      amc.Fail("positions beyond what a number can hold", "Repair the skeleton and the frame");
+      amc.Fail("positions that overflow", "Repair the skeleton and the frame");
     }
     motion.positions.push_back(std::move(position));
   }
@@ -453,9 +454,9 @@ std::filesystem::path FindAsfBeside(const std::filesystem::path& amc) {
   if (!by_prefix.empty()) return by_prefix.rbegin()->second;
   if (all.size() == 1) return all.front();
   throw Error(amc.string(),
-              all.empty() ? "an Acclaim motion, but no skeleton (.asf) lies beside it"
-                          : "an Acclaim motion, and none of the skeletons (.asf) beside it has a "
-                            "name that it starts with",
+              all.empty() ? "is an Acclaim motion without a skeleton (.asf) beside it"
+                          : "is an Acclaim motion, but its name does not start with the name of "
+                            "any skeleton (.asf) beside it",
               "Name the skeleton with --asf FILE");
 }
 

@@ -148,7 +148,7 @@ void ReadFrame(TextScanner& scanner, int frame, int num_frames, double scale,
     }
   }
   if (!position.allFinite()) {
-    scanner.Fail(fmt::format("positions of frame {} are beyond what a number can hold", frame + 1),
+    scanner.Fail(fmt::format("positions of frame {} overflow", frame + 1),
                  "Repair the offsets and positions");
   }
   motion.positions.push_back(std::move(position));
@@ -192,7 +192,7 @@ void KeepLargestTree(SourceMotion& motion) {
   if (roots.size() < 2) return;
   const int kept = static_cast<int>(std::ranges::max_element(size) - size.begin());
   motion.notes.push_back(fmt::format(
-      "{} roots: {}; '{}' is taken, the first with the most joints ({}), the others are left out",
+      "{} roots: {}; '{}' is used, the first with the most joints ({}), the others are ignored",
       roots.size(), fmt::join(roots, ", "), motion.joint_names[kept], size[kept]));
   const int count = size[kept];  // a tree's joints follow its root
   const auto part = [&](const auto& all) {
@@ -249,7 +249,7 @@ SourceMotion ParsePlain(std::string_view text, std::string name, double meters_p
     if (frame > 0 && scanner.AtEnd()) {
       motion.notes.push_back(fmt::format(
           "the header announces {} frames, {} are there{}", num_frames, frame,
-          frame < num_frames - 1 ? ": the motion was cut, or the file is not whole" : ""));
+          frame < num_frames - 1 ? ": the motion was cut, or the file is incomplete" : ""));
       return motion;
     }
     ReadFrame(scanner, frame, num_frames, meters_per_unit, channels, motion);
@@ -261,7 +261,8 @@ SourceMotion ParsePlain(std::string_view text, std::string name, double meters_p
   }
   if (!scanner.AtEnd()) {
     scanner.Next();
-    scanner.Fail(fmt::format("numbers go on after the {} frames the header announces", num_frames),
+    scanner.Fail(fmt::format("there are more numbers after the {} frames that the header announces",
+                             num_frames),
                  "Correct 'Frames:', or the channels of the hierarchy");
   }
   return motion;

@@ -21,21 +21,21 @@ void CheckMemoryBudget(const TextScanner& scanner, double frames, int joints,
   constexpr double kAlwaysBytes = 60 << 20;
   const double joint_frames = frames * joints;
   if (joint_frames > kMaxJointFrames) {
-    scanner.Fail(fmt::format("{} frames of {} joints are more than fit", frames, joints),
+    scanner.Fail(fmt::format("{} frames of {} joints exceed the limit", frames, joints),
                  "Cut the motion into parts");
   }
   if (joint_frames * kJointFrameBytes > 10 * static_cast<double>(text_bytes) + kAlwaysBytes) {
-    scanner.Fail(fmt::format("{} frames of {} joints, most of which never move, would take more "
-                             "memory than {} bytes of text may ask for",
+    scanner.Fail(fmt::format("{} frames of {} joints, most of which never move, would take too "
+                             "much memory for {} bytes of text",
                              frames, joints, text_bytes),
-                 "Leave out the joints without channels, or cut the motion into parts");
+                 "Remove the joints without channels, or cut the motion into parts");
   }
 }
 
 void RequireInRange(const SourceMotion& motion, std::string_view where) {
   RequireFrameRate(motion.frame_rate, where);
   const std::string remedy =
-      fmt::format("{} (import --meters-per-unit says another)", kMetersRemedy);
+      fmt::format("{} (set the unit with import --meters-per-unit)", kMetersRemedy);
   const auto require = [&](const auto& positions, std::string_view field, std::string_view column) {
     RequireWithin(positions, kMaxMeters, where, field, column, remedy);
   };

@@ -45,9 +45,9 @@ void RefuseKnownOthers(std::string_view head, const std::string& name) {
       {"\x89HDF", "is HDF5", "Save its arrays as .npz"},
       {"MATLAB 5.0", "is a MATLAB file", "Save its arrays as .npz (scipy.io.loadmat)"},
       {"version https://git-lfs", "is a pointer of git-lfs, not the data", "Run 'git lfs pull'"},
-      {"<!DOCTYPE", "is a web page, as downloads without a login give it", kFetch},
-      {"<!doctype", "is a web page, as downloads without a login give it", kFetch},
-      {"<html", "is a web page, as downloads without a login give it", kFetch},
+      {"<!DOCTYPE", "is a web page, as servers send it for a download without login", kFetch},
+      {"<!doctype", "is a web page, as servers send it for a download without login", kFetch},
+      {"<html", "is a web page, as servers send it for a download without login", kFetch},
       {"Rar!", "is a rar archive", "Unpack it first"},
       {"7z\xbc\xaf", "is a 7z archive", "Unpack it first"},
       {"BZh", "is packed by bzip2", "Unpack it first (bunzip2)"},
@@ -59,7 +59,7 @@ void RefuseKnownOthers(std::string_view head, const std::string& name) {
     if (head.starts_with(other.begin)) throw Error(name, other.what, other.remedy);
   }
   if (head.size() > kTarMarkOffset && head.substr(kTarMarkOffset).starts_with("ustar")) {
-    throw Error(name, "is a tar archive, or a file of torch before 0.4, which was one",
+    throw Error(name, "is a tar archive, or a file of torch before 0.4, which used that format",
                 "Unpack it; a torch file: load it in torch and save it again");
   }
 }
@@ -210,7 +210,7 @@ struct DataFile::Content {
       format = DataFormat::kPickle;
       root = ReadPickle(Whole(source), path.string(), Options(0));
     } else {
-      throw Error(path.string(), "is of no format that is read here",
+      throw Error(path.string(), "is not of a supported format",
                   "Give .npz, .npy, a pickle, a torch file, safetensors or JSON; motion also as "
                   ".bvh, .amc, .glb or .gltf");
     }
@@ -429,7 +429,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
   bool Open(NodeIndex container, bool is_dict) {
     if (open_.size() == kMaxDepth) {
       throw Error(store_.Where(), fmt::format("is nested more than {} levels deep", kMaxDepth),
-                  "Make it flatter");
+                  "Reduce its nesting");
     }
     Put(container);
     open_.push_back({container, is_dict});

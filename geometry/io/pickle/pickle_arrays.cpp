@@ -257,12 +257,11 @@ NodeIndex PickleTorch::Storage(NodeIndex persistent_id) {
   const PickleScanner& scanner = context_.scanner;
   const std::vector<NodeIndex>* parts = context_.ItemsAt(persistent_id);
   if (parts == nullptr || parts->size() < 5 || context_.TextAt((*parts)[0]) != "storage") {
-    scanner.FailRefused(
-        "names something that lies outside of the pickle and is not a torch storage",
-        "Save it without persistent ids");
+    scanner.FailRefused("refers to data outside of the pickle that is not a torch storage",
+                        "Save it without persistent ids");
   }
   if (!context_.options.storage) {
-    scanner.FailRefused("is the pickle of a torch file, without the numbers that belong to it",
+    scanner.FailRefused("is the pickle of a torch file without its tensor data",
                         "Give the whole file that torch.save wrote");
   }
   const AllowedGlobal* type = context_.GlobalAt((*parts)[1]);
@@ -283,7 +282,7 @@ NodeIndex PickleTorch::Storage(NodeIndex persistent_id) {
   source.request.count = static_cast<std::uint64_t>(*count);
   if (source.request.element.kind == 'c') {
     scanner.FailRefused("holds complex numbers, which are not read",
-                        "Save real and imaginary parts as tensors of their own");
+                        "Save real and imaginary parts as separate tensors");
   }
   const std::string identity =
       fmt::format("{} {} {}", type->element, source.request.count, source.request.key);

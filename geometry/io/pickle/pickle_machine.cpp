@@ -46,7 +46,8 @@ NodeIndex PickleCalls::Instance(NodeIndex type, std::optional<NodeIndex> argumen
 NodeIndex PickleCalls::ListOf(const Arguments& arguments) {
   if (arguments.empty()) return context_.store.AddList();
   const std::vector<NodeIndex>* items = context_.ItemsAt(arguments[0]);
-  if (items == nullptr) context_.scanner.FailDamaged("makes a list of what is none");
+  if (items == nullptr)
+    context_.scanner.FailDamaged("makes a list from a value that is not a list");
   return context_.store.AddList(*items);
 }
 
@@ -62,12 +63,12 @@ NodeIndex PickleCalls::DictOf(const Arguments& arguments) {
       for (const NodeIndex pair : *pairs) {
         const std::vector<NodeIndex>* both = context_.ItemsAt(pair);
         if (both == nullptr || both->size() != 2) {
-          context_.scanner.FailDamaged("makes a dict of what are not pairs");
+          context_.scanner.FailDamaged("makes a dict from items that are not pairs");
         }
         context_.store.SetItem(dict, (*both)[0], (*both)[1]);
       }
     } else if (!context_.IsNone(argument) && context_.GlobalAt(argument) == nullptr) {
-      context_.scanner.FailDamaged("makes a dict of what is none");
+      context_.scanner.FailDamaged("makes a dict from a value that is not a dict");
     }
   }
   return dict;
@@ -77,21 +78,21 @@ NodeIndex PickleCalls::BytesOf(const Arguments& arguments) {
   if (arguments.empty()) return context_.store.AddBytesView({});
   if (arguments.size() >= 2) return Latin1(arguments);
   const auto* bytes = std::get_if<BytesNode>(&context_.store[arguments[0]]);
-  if (bytes == nullptr) context_.scanner.FailDamaged("makes bytes of what are none");
+  if (bytes == nullptr) context_.scanner.FailDamaged("makes bytes from a value that is not bytes");
   return context_.store.AddBytesView(bytes->bytes);
 }
 
 NodeIndex PickleCalls::Latin1(const Arguments& arguments) {
   const auto text = arguments.empty() ? std::nullopt : context_.TextAt(arguments[0]);
   const auto encoding = arguments.size() != 2 ? std::nullopt : context_.TextAt(arguments[1]);
-  if (!text || !encoding) context_.scanner.FailDamaged("encodes what is not text");
+  if (!text || !encoding) context_.scanner.FailDamaged("encodes a value that is not text");
   if (*encoding != "latin1" && *encoding != "latin-1") {
     context_.scanner.FailRefused(fmt::format("holds bytes encoded as '{}'", Printable(*encoding)),
                                  "Save it again with Python's own pickle");
   }
   context_.store.Charge(text->size());  // temporaries cost time, too
   auto bytes = EncodeLatin1(*text);
-  if (!bytes) context_.scanner.FailDamaged("encodes what are not bytes");
+  if (!bytes) context_.scanner.FailDamaged("encodes text that does not fit into bytes");
   return context_.store.AddBytes(*std::move(bytes));
 }
 
@@ -99,7 +100,7 @@ NodeIndex PickleCalls::Path(const Arguments& arguments) {
   std::string path;
   for (const NodeIndex argument : arguments) {
     const auto part = context_.TextAt(argument);
-    if (!part) context_.scanner.FailDamaged("makes a path of what are not names");
+    if (!part) context_.scanner.FailDamaged("makes a path from values that are not text");
     context_.store.Charge(part->size() + 1);
     if (!path.empty() && path.back() != '/') path.push_back('/');
     path.append(*part);
@@ -147,7 +148,8 @@ NodeIndex PickleCalls::Call(NodeIndex callee, NodeIndex arguments) {
     context_.scanner.FailDamaged("calls something without a list of arguments");
   }
   const auto require_name = [&] {
-    if (global == nullptr) context_.scanner.FailDamaged("calls what is neither class nor function");
+    if (global == nullptr)
+      context_.scanner.FailDamaged("calls a value that is neither class nor function");
   };
   require_name();
   if (Redirect(global, callee, arguments)) require_name();
@@ -187,7 +189,7 @@ NodeIndex PickleCalls::Call(NodeIndex callee, NodeIndex arguments) {
       return given.front();
     case GlobalRole::kComplex:
       context_.scanner.FailRefused("holds complex numbers, which are not read",
-                                   "Save real and imaginary parts as arrays of their own");
+                                   "Save real and imaginary parts as separate arrays");
     case GlobalRole::kClassOnly:
     case GlobalRole::kTorchStorage:
     case GlobalRole::kNewObject:
@@ -195,7 +197,7 @@ NodeIndex PickleCalls::Call(NodeIndex callee, NodeIndex arguments) {
       break;
   }
   context_.scanner.FailRefused(
-      fmt::format("calls '{}.{}', which stands for no data", global->module, global->name),
+      fmt::format("calls '{}.{}', which does not represent data", global->module, global->name),
       "If you trust the file, load it in Python and save what is needed as arrays (numpy.savez)");
 }
 
@@ -205,8 +207,8 @@ void PickleCalls::SetState(NodeIndex object, NodeIndex state) {
   ObjectNode* instance = context_.ObjectAt(object);
   // Attributes of a subclass of dict or list (torch's OrderedDict) are not kept.
   if (context_.DictAt(object) != nullptr || context_.ItemsAt(object) != nullptr) return;
-  if (instance == nullptr) context_.scanner.FailDamaged("gives fields to what has none");
-  if (instance->is_class) context_.scanner.FailDamaged("gives fields to a class");
+  if (instance == nullptr) context_.scanner.FailDamaged("sets fields of a value that has none");
+  if (instance->is_class) context_.scanner.FailDamaged("sets fields of a class");
   // For classes with __slots__, the state is a pair of dicts.
   const std::vector<NodeIndex>* pair = context_.ItemsAt(state);
   const bool is_pair = pair != nullptr && pair->size() == 2;
@@ -231,7 +233,7 @@ void PickleCalls::SetItem(NodeIndex container, NodeIndex key, NodeIndex value) {
   if (context_.DictAt(container) != nullptr) return context_.store.SetItem(container, key, value);
   ObjectNode* instance = context_.ObjectAt(container);
   if (instance == nullptr || instance->is_class) {
-    context_.scanner.FailDamaged("sets an item of what is not a dict");
+    context_.scanner.FailDamaged("sets an item of a value that is not a dict");
   }
   if (!instance->fields) instance->fields = context_.store.AddDict();
   context_.store.SetItem(*instance->fields, key, value);
@@ -239,7 +241,7 @@ void PickleCalls::SetItem(NodeIndex container, NodeIndex key, NodeIndex value) {
 
 void PickleCalls::Append(NodeIndex container, NodeIndex item) {
   if (context_.ItemsAt(container) == nullptr) {
-    context_.scanner.FailDamaged("appends to what is not a list");
+    context_.scanner.FailDamaged("appends to a value that is not a list");
   }
   context_.store.Append(container, item);
 }
@@ -299,7 +301,7 @@ void PickleMachine::PushMark() {
 
 NodeIndex& PickleMachine::Top() {
   if (stack_.size() <= (marks_.empty() ? 0 : marks_.back())) {
-    scanner_.FailDamaged("takes a value where there is none");
+    scanner_.FailDamaged("takes a value from an empty stack");
   }
   return stack_.back();
 }
@@ -315,7 +317,7 @@ void PickleMachine::PopMany(NodeIndex* values, int count) {
 }
 
 std::vector<NodeIndex> PickleMachine::PopToMark() {
-  if (marks_.empty()) scanner_.FailDamaged("goes back to a mark where there is none");
+  if (marks_.empty()) scanner_.FailDamaged("goes back to a mark that does not exist");
   const auto begin = stack_.begin() + static_cast<std::ptrdiff_t>(marks_.back());
   marks_.pop_back();
   std::vector<NodeIndex> values(begin, stack_.end());
@@ -401,7 +403,7 @@ void PickleMachine::PushNextBuffer() {
 
 std::string_view PickleMachine::TextOf(NodeIndex name) const {
   const auto* text = std::get_if<TextNode>(&store_[name]);
-  if (text == nullptr) scanner_.FailDamaged("names a class by what is not text");
+  if (text == nullptr) scanner_.FailDamaged("names a class by a value that is not text");
   return text->text;
 }
 

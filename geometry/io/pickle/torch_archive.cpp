@@ -81,7 +81,8 @@ class TorchArchive {
     const std::string_view order(reinterpret_cast<const char*>(text.data()), text.size());
     if (order == "little") return false;
     if (order == "big") return true;
-    throw Error(Where(*member), "names no byte order", "The file is damaged: save it again");
+    throw Error(Where(*member), "does not state its byte order",
+                "The file is damaged: save it again");
   }
 
   DataBytes Storage(const TorchStorageRequest& request) {
@@ -221,7 +222,7 @@ class LegacyReader {
     at_ += field.size();
     const auto count = std::bit_cast<std::uint64_t>(field);
     if (count != found->second.request.count) {
-      Damaged(fmt::format("a storage of {} numbers where {} belong", count,
+      Damaged(fmt::format("a storage of {} numbers where {} are expected", count,
                           found->second.request.count));
     }
     const std::size_t bytes = BytesOf(found->second.request);

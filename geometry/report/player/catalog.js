@@ -13,7 +13,7 @@ function energy(title, about, name) {
 const kCharts = [
   {
     title: "Skin in contact",
-    about: "Share of the hand's skin that touches the object",
+    about: "Fraction of the hand's skin that touches the object",
     unit: "%",
     factor: 100,
     series: [
@@ -24,7 +24,7 @@ const kCharts = [
   },
   {
     title: "Penetration depth",
-    about: "How deep hand and object lie inside each other: the deepest vertex of both, the mean of the hand's inside",
+    about: "Penetration of hand and object: deepest vertex of both, and mean of the hand vertices inside",
     unit: "mm",
     series: [
       ["penetration_depth_mm", "deepest", "c"],
@@ -37,7 +37,7 @@ const kCharts = [
   },
   {
     title: "Intersection volume",
-    about: "Volume that hand and object share",
+    about: "Volume of the intersection of hand and object",
     unit: "cm\u00b3",
     series: [["intersection_volume_cm3", "", "c"]],
   },
@@ -49,27 +49,27 @@ const kCharts = [
     series: [["goal_distance_m", "", "a"]],
   },
   energy("Total energy", "Weighted sum of the terms that the fit minimizes", "energy_total"),
-  energy("Distance term E_d", "Hand and object keep the distances of the first frame", "energy_distance_m2"),
-  energy("Contact term E_c", "What touched in the first frame stays together", "energy_contact_m2"),
-  energy("Temporal term E_t", "Little change from frame to frame", "energy_temporal"),
-  energy("Slip term", "Contacts travel along the surface, not off it", "energy_slip_m2"),
-  energy("Penetration term", "Squared depth of skin inside the object, beyond what soft tissue gives", "energy_penetration_m2"),
-  energy("Object-in-hand term", "Squared depth of the object inside the hand, beyond what soft tissue gives", "energy_object_in_hand_m2"),
+  energy("Distance term E_d", "Keeps the distances between hand and object of the first frame", "energy_distance_m2"),
+  energy("Contact term E_c", "Keeps the contacts of the first frame", "energy_contact_m2"),
+  energy("Temporal term E_t", "Penalizes changes from frame to frame", "energy_temporal"),
+  energy("Slip term", "Contacts may slide along the surface, but not leave it", "energy_slip_m2"),
+  energy("Penetration term", "Squared depth of skin inside the object, beyond the allowance for soft tissue", "energy_penetration_m2"),
+  energy("Object-in-hand term", "Squared depth of the object inside the hand, beyond the allowance for soft tissue", "energy_object_in_hand_m2"),
   {
     title: "Wrist offset",
-    about: "How far the wrist is moved from the clip's own place",
+    about: "Displacement of the wrist from its position in the input clip",
     unit: "mm",
     series: [["wrist_offset_mm", "", "a"]],
   },
   {
     title: "Distance to the data",
-    about: "How far the object is moved from the clip's own place",
+    about: "Displacement of the object from its position in the input clip",
     unit: "mm",
     series: [["distance_to_data_mm", "", "a"]],
   },
   {
     title: "Rotation from the data",
-    about: "How far the object is turned from the clip's own orientation",
+    about: "Rotation of the object from its orientation in the input clip",
     unit: "\u00b0",
     series: [["distance_to_data_deg", "", "a"]],
   },
@@ -81,13 +81,13 @@ const kCharts = [
   },
   {
     title: "Iterations",
-    about: "Steps of the solver",
+    about: "Number of solver iterations",
     unit: "",
     series: [["iterations", "", "b"]],
   },
   {
     title: "Speed",
-    about: "How fast wrists, hips and object move",
+    about: "Speed of wrists, hips and object",
     unit: "m/s",
     series: [
       ["right_wrist_speed_m_s", kRight, "a"],
@@ -98,7 +98,7 @@ const kCharts = [
   },
   {
     title: "Height",
-    about: "Wrists, hips and object above the ground",
+    about: "Height of wrists, hips and object above the ground",
     unit: "m",
     series: [
       ["right_wrist_height_m", kRight, "a"],

@@ -8,13 +8,13 @@ import holdfast
 
 STUDIES = {
     "fit": "fits by the paper's terms, its authors' recipe and all terms",
-    "handovers": "passes from hand to hand, and hand-overs found",
+    "handovers": "objects passed from hand to hand, and detection of hand-overs",
     "hold": "grasps simulated in MuJoCo, with gravity in six directions",
     "reach": "WANDR's protocol, its ablations and other methods",
-    "naturalness": "sets of motions compared with captured ones",
+    "naturalness": "sets of motions compared with captured motions",
     "synthesis": "IMoS's Table 2 with its ablations",
     "transfer": "clips transferred to robot hands",
-    "markers": "recordings of markers, whole and with markers left out",
+    "markers": "marker recordings solved with all markers and with markers left out",
     "captures": "captured clips refined with their objects",
 }
 

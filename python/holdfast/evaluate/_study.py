@@ -25,16 +25,16 @@ def parser(name, description, example):
         epilog=f"Example:\n  python3 -m holdfast.evaluate {example}",
         formatter_class=argparse.RawDescriptionHelpFormatter)
     made.add_argument("-o", "--output", type=pathlib.Path, required=True,
-                      help="folder for the results; a study that was stopped continues there")
+                      help="output folder; an interrupted study resumes there")
     made.add_argument("--jobs", type=int, default=os.cpu_count(), help="number of processes")
-    made.add_argument("--seed", type=int, default=1, help="seed of everything random")
+    made.add_argument("--seed", type=int, default=1, help="random seed")
     made.add_argument("--force", action="store_true",
                       help="replace results of a different configuration")
     return made
 
 
 def write_atomically(path, text):
-    """Writes `text` to `path`, which holds either the old text or all of the new one."""
+    """Writes `text` to `path` atomically."""
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
         with os.fdopen(handle, "w", encoding="utf-8") as file:
@@ -92,8 +92,8 @@ def finite(value):
 
 
 def contents(path_or_name):
-    """What a configuration is told apart by: a checksum of the file, of a folder's clips and
-    meshes, or the name of something embedded."""
+    """Identifies an input of a configuration: a checksum of the file or of a folder's clips and
+    meshes, or the name of an embedded input."""
     path = pathlib.Path(path_or_name)
     if not path.exists():
         return str(path_or_name)
@@ -107,7 +107,7 @@ def body_of(path):
 
 
 def data_folder(name):
-    """Folder `name` of HOLDFAST_DATA, which is by default the shared data beside this clone."""
+    """Folder `name` of HOLDFAST_DATA (default: the shared data beside this clone)."""
     return pathlib.Path(os.environ.get("HOLDFAST_DATA", "../shared/data")) / name
 
 
@@ -138,8 +138,8 @@ class Store:
                 entry = json.loads(line)
                 self.results[entry["part"]] = entry["result"]
             except (ValueError, KeyError, TypeError):
-                raise holdfast.Error(f"{self.path}:{number}: is damaged. Delete the line: its part "
-                                     "is computed again") from None
+                raise holdfast.Error(f"{self.path}:{number}: is damaged. Delete the line to "
+                                     "compute its part again") from None
         write_atomically(self.path, "\n".join([head, *complete, ""]))
 
     def run(self, work, parts, jobs=1):
@@ -207,7 +207,7 @@ def or_none(value):
 
 
 def checksum(path):
-    """SHA-256 of a file: what a store's question says of it."""
+    """SHA-256 of a file, for the configuration of a store."""
     try:
         return hashlib.sha256(pathlib.Path(path).read_bytes()).hexdigest()
     except OSError as error:

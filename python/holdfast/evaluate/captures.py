@@ -26,7 +26,7 @@ def find_captures(folder, every):
 
 
 def refine_clip(task):
-    """One clip refined, and measured before and after; None for one without an object."""
+    """Refines a clip and measures it before and after; None for a clip without an object."""
     body = _study.body_of(task["body"])
     clip = holdfast.Clip.load(task["file"], body=body, frame_rate=task["frame_rate"])
     if clip.object is None:
@@ -53,7 +53,7 @@ def refine_clip(task):
 
 
 def contact_share(row):
-    """Of the frames in which the object follows a hand, those in contact after; 1 without any."""
+    """Fraction of frames in contact after, of those in which the object follows a hand; else 1."""
     frames = row["hand_frames_followed"]
     return row["after"]["hand_frames_in_contact"] / frames if frames else 1.0
 
@@ -72,7 +72,7 @@ def sums_of(rows):
 
 
 def table(rows):
-    """The page of all clips {name: row}, and the sums; None where none was refined."""
+    """The page of all clips {name: row}, and the sums; None if no clip was refined."""
     text = "".join(f"{name}: {row['fault']}\n" for name, row in rows.items() if row["fault"])
     refined = {name: row for name, row in rows.items() if not row["fault"]}
     if not refined:
@@ -96,7 +96,7 @@ def table(rows):
         line("deepest", COUNTS[2], None, "mm"),
         line("in contact", COUNTS[3], hands, followed),
         line("fingertips touch", COUNTS[4], 5 * hands, tips),
-        line("fingertips beside it: do not touch", COUNTS[5], 5 * hands, tips),
+        line("fingertips beside it, without contact", COUNTS[5], 5 * hands, tips),
         line("fingertips inside it", COUNTS[6], 5 * hands, tips)])
     deepest = max(refined, key=lambda name: refined[name]["after"]["max_penetration_depth_mm"])
     least = min(refined, key=lambda name: contact_share(refined[name]))
@@ -112,15 +112,15 @@ def table(rows):
 
 def main(arguments):
     parser = _study.parser(
-        "captures", "Refines captured clips with their objects: fingers that jump, depth, contact "
-        "and fingertips before and after. FOLDER/captures.csv has a line for each clip.",
+        "captures", "Refines captured clips with their objects; compares finger jumps, penetration, "
+        "contact and fingertips before and after. FOLDER/captures.csv has a line for each clip.",
         "captures ../shared/data/skillmimic --every 6 -o out/captures")
     parser.add_argument("folder", nargs="?", type=pathlib.Path,
                         default=_study.data_folder("skillmimic"),
-                        help="clips with an object (.pt, .npz, .glb), in it and in folders below it "
-                        "(HOLDFAST_DATA/skillmimic)")
+                        help="folder with clips with an object (.pt, .npz, .glb), searched "
+                        "recursively (HOLDFAST_DATA/skillmimic)")
     parser.add_argument("--body", help="body model in place of the embedded one")
-    parser.add_argument("--every", type=int, default=1, help="only every n-th file (1)")
+    parser.add_argument("--every", type=int, default=1, help="use every n-th file (1)")
     options = parser.parse_args(arguments)
     files = find_captures(options.folder, options.every)
     parts = {str(path.relative_to(options.folder)):
@@ -131,7 +131,7 @@ def main(arguments):
     rows = store.run(refine_clip, parts, options.jobs)
     rows = {name: row for name, row in rows.items() if row is not None}
     if not rows:
-        raise holdfast.Error(f"{options.folder}: holds no clip that has an object. Check the path")
+        raise holdfast.Error(f"{options.folder}: contains no clip with an object. Check the path")
     times = {"core_s": sum(row.pop("core_s") for row in rows.values())}
     text, sums = table(rows)
     if sums:

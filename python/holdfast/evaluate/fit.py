@@ -74,7 +74,7 @@ def fit_and_score(job, recipe):
 
 
 def fit_clip(job):
-    """A clip by all recipes: values and times of each, or the fault of those that failed."""
+    """Fits a clip by all recipes: values and times of each, or its error."""
     results = {}
     for recipe in RECIPES:
         try:
@@ -85,7 +85,7 @@ def fit_clip(job):
 
 
 def over_clips(clips, recipe, row):
-    """A row's number of one recipe, in its unit; None where no clip has it."""
+    """A row's number of one recipe, in its unit; None if no clip has it."""
     values = [clip[recipe]["values"].get(row[0]) for clip in clips if "values" in clip[recipe]]
     values = [value for value in values if value is not None]
     if not values:
@@ -107,8 +107,8 @@ def table(clips, found):
 def main(arguments):
     parser = _study.parser(
         "fit", "Compares fits by the paper's terms, its authors' recipe and all terms, each from the "
-        "same grasps. Fitted clips are in FOLDER/RECIPE/NAME. Times are of one fit at a time with "
-        "--jobs 1.", "fit tests/evaluation/fit.txt -o out/evaluation")
+        "same grasps. Fitted clips are in FOLDER/RECIPE/NAME. Use --jobs 1 to time "
+        "one fit at a time.", "fit tests/evaluation/fit.txt -o out/evaluation")
     parser.add_argument("list", type=pathlib.Path,
                         help="file with one job per line, as for 'holdfast fit --batch': CLIP OBJECT "
                         "[key=value ...]; any supported motion file is a clip")

@@ -133,19 +133,19 @@ def cells(name, row):
 
 def main(arguments):
     parser = _study.parser(
-        "handovers", "Passes objects from hand to hand through a clip and its mirror image: how far "
-        "wrists leave the clip's while both hands hold, depth, and acceleration of the wrists over "
-        "the clip's. Then looks for hand-overs in synthetic clips.",
+        "handovers", "Passes objects from hand to hand in a clip and its mirror image; reports the wrists' "
+        "distance from the clip while both hands hold, penetration, and the acceleration of the "
+        "wrists relative to the clip's. Then detects hand-overs in synthetic clips.",
         "handovers apple --one-way --found 4 -o out/handovers")
     parser.add_argument("objects", nargs="*", default=PASSED,
                         help=f"meshes or embedded objects ({' '.join(PASSED)})")
     parser.add_argument("--clip", default="demo_pass",
-                        help="the motion in which the object is passed (demo_pass)")
-    parser.add_argument("--one-way", action="store_true", help="leave out the mirrored clip")
+                        help="motion in which the object is passed (demo_pass)")
+    parser.add_argument("--one-way", action="store_true", help="do not use the mirrored clip")
     parser.add_argument("--keep-motion", action="store_true",
-                        help="the giving arm stays where the clip has it")
+                        help="do not adjust the giving arm")
     parser.add_argument("--found", type=int, default=120,
-                        help="number of synthetic hand-overs to find; 0: none (120)")
+                        help="number of synthetic hand-overs to detect; 0: none (120)")
     options = parser.parse_args(arguments)
     question = [options.seed, options.keep_motion, _study.contents(options.clip),
                 [_study.contents(name) for name in options.objects]]
@@ -164,7 +164,7 @@ def main(arguments):
     if total:
         lines.append(cells("mean (depth, ratios: most)", total))
     text = _study.markdown(["", "clean grasps", "receiver, deg", "receiver, mm", "giver, deg",
-                            "giver, mm", "deepest, mm", "acceleration, carries",
+                            "giver, mm", "deepest, mm", "acceleration, carrying",
                             "acceleration, free"], lines)
     summary = dict(total or {})
     if options.found > 0:

@@ -11,13 +11,13 @@ DIRECTIONS = 6
 
 
 def usual_objects():
-    """The meshes of HOLDFAST_DATA/objects, where they are there, and the embedded objects."""
+    """The meshes of HOLDFAST_DATA/objects, if the folder exists, and the embedded objects."""
     return (sorted(map(str, _study.data_folder("objects").glob("*.obj")))
             + holdfast.object_names())
 
 
 def try_first(task):
-    """The grasp that holdfast.grasp makes, tried; or why there is none."""
+    """Tries the grasp that holdfast.grasp makes, or returns why there is none."""
     body = _study.body_of(task["body"])
     try:
         held = holdfast.grasp(task["object"], seed=task["seed"], body=body, threads=task["threads"])
@@ -31,7 +31,7 @@ def try_first(task):
 
 
 def try_many(task):
-    """Distinct grasps of an object, tried: held directions and slips of each."""
+    """Tries distinct grasps of an object: held directions and slips of each."""
     try:
         many = holdfast.grasps(task["object"], task["count"], seed=task["seed"],
                                body=_study.body_of(task["body"]), trial_friction=task["friction"],
@@ -43,7 +43,7 @@ def try_many(task):
 
 
 def summary_of(what, trials, tried):
-    """How many of those tried hold in all six directions."""
+    """Number of tried grasps that hold in all six directions."""
     held = sum(trial["held_directions"] == DIRECTIONS for trial in trials)
     return {what: tried, "hold_all_six": held, "share": held / max(1, tried)}
 
@@ -70,7 +70,7 @@ def report_first(rows):
 
 
 def report_many(rows):
-    """The same of many grasps of each object."""
+    """The same for many grasps of each object."""
     objects = [{"object": name, **summary_of("grasps", trials, len(trials))}
                for name, trials in rows.items()]
     grasps = [{"object": name, "grasp": k, **trial} for name, trials in rows.items()
@@ -83,23 +83,24 @@ def report_many(rows):
 
 def main(arguments):
     parser = _study.parser(
-        "hold", "Simulates grasps by MuJoCo: does the hand keep the object, whichever way is down? "
-        "One grasp of each object, or --count distinct ones. FOLDER/hold.csv has a line for each.",
+        "hold", "Simulates grasps in MuJoCo: whether the hand keeps the object with gravity in six "
+        "directions. One grasp of each object, or --count distinct grasps. FOLDER/hold.csv has a "
+        "line for each grasp.",
         "hold mug bottle -o out/hold")
     parser.add_argument("objects", nargs="*",
                         help="meshes or embedded objects; default: those of HOLDFAST_DATA and all "
                         "embedded ones")
     parser.add_argument("--count", type=int, default=0,
-                        help="try so many distinct grasps of each object, not the first")
+                        help="try this many distinct grasps of each object instead of the first")
     parser.add_argument("--film", type=pathlib.Path,
-                        help="write a film (.mp4, .gif) of one object's first grasp")
+                        help="write a video (.mp4, .gif) of one object's first grasp")
     parser.add_argument("--body", help="body model in place of the embedded one")
     parser.add_argument("--friction", type=float, default=0.8,
                         help="coefficient of friction of hand and object (0.8)")
     options = parser.parse_args(arguments)
     objects = options.objects or usual_objects()
     if options.film and (len(objects) > 1 or options.count):
-        parser.error("--film is of one object's first grasp: name one object, without --count")
+        parser.error("--film needs exactly one object, without --count")
     if options.film and options.film.exists() and not options.force:
         parser.error(f"--film: {options.film} exists; --force overwrites it")
     question = [options.seed, options.count, options.friction, bool(options.film),

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Recordings of markers solved whole, with markers left out, with gaps and with wrong labels."""
+"""Marker recordings solved with all markers, with markers left out, gaps and wrong labels."""
 
 import math
 import pathlib
@@ -108,7 +108,7 @@ class Trial:
         return row
 
     def leave_out(self):
-        """Errors by marker, its places hidden from the solve."""
+        """Errors by marker, with its positions hidden from the solve."""
         left, count = {}, self.task["left_out"]
         for k in range(min(count, len(self.seen))):
             name = self.seen[(self.task["index"] * count + k) % len(self.seen)]
@@ -135,7 +135,7 @@ class Trial:
         return add(self.errors(told, name, at, at + length) for name, at in gaps)
 
     def add_faults(self, plain):
-        """How far outliers and a swapped pair move where the body carries the markers."""
+        """How far outliers and a swapped pair move the solved markers."""
         count, frames, share = len(self.seen), len(self.places), self.task["outlier_share"]
         if count < 2 or share <= 0.0:
             return {"change": [0.0, 0], "change_max_mm": 0.0}
@@ -159,7 +159,7 @@ class Trial:
                 "change_max_mm": 1e3 * float(np.linalg.norm(change, axis=1).max())}
 
     def drink(self, clip):
-        """A cup in the hand that drinks, fitted; None for people who do not drink."""
+        """Fits a cup to the hand that drinks; None for trials without drinking."""
         try:
             held = holdfast.fit(clip.resample(CARRIED_HZ), self.task["cup"], drink=True,
                                 body=self.body, seed=self.task["seed"], threads=1)
@@ -237,13 +237,13 @@ def head_text(rows):
     most = lambda key: max((head[key] for head in heads), default=0.0)  # noqa: E731
     return (f"hand in an unmarked head: {sum(head['hand_deep_frames'] for head in heads)} of "
             f"{sum(row['frames'] for row in rows)} frames deeper than 2 mm, up to "
-            f"{most('hand_deepest_mm'):.0f} mm; before it is adjusted "
+            f"{most('hand_deepest_mm'):.0f} mm; before adjustment "
             f"{sum(head['hand_deep_frames_before'] for head in heads)}, up to "
             f"{most('hand_deepest_before_mm'):.0f} mm\n")
 
 
 def drink_text(rows):
-    """How cups come to mouths; empty where nobody drinks."""
+    """Distances of cups from mouths; empty without drinking."""
     drinks = {name: row["drink"] for name, row in rows.items() if row["drink"]}
     if not drinks:
         return ""
@@ -253,8 +253,8 @@ def drink_text(rows):
     return (f"rim from the mouth: {sum(off.values()) / len(off):.1f} mm; "
             f"{sum(mm < AT_MOUTH_MM for mm in off.values())} of {len(off)} trials within 20 mm, worst "
             f"{worst} {off[worst]:.1f} mm\n"
-            f"a cup that stands leans by up to {most('lean_on_table_deg'):.1f} deg, wrists leave the "
-            f"solve's by up to {most('wrist_shift_max_mm'):.0f} mm\n"
+            f"standing cups lean by up to {most('lean_on_table_deg'):.1f} deg, wrists differ from the "
+            f"solve by up to {most('wrist_shift_max_mm'):.0f} mm\n"
             f"skin in the cup up to {most('skin_in_cup_mm'):.1f} mm (mean of a trial's frames), "
             f"{sum(drink['grasp_status'] != 'found' for drink in drinks.values())} grasps not clean, "
             f"{sum(drink['in_body_frames'] for drink in drinks.values())} frames deeper than 2 mm in "
@@ -322,29 +322,29 @@ def entry_of(name, row):
 
 def main(arguments):
     parser = _study.parser(
-        "markers", "Solves recordings of markers whole, with markers left out, with gaps, and with "
-        "outliers and a swapped pair of labels. FOLDER/markers.csv has a line for each trial.",
+        "markers", "Solves marker recordings with all markers, with markers left out, with gaps, and "
+        "with outliers and a swapped pair of labels. FOLDER/markers.csv has a line for each trial.",
         "markers recordings --every 12 --left-out 3 -o out/markers")
     parser.add_argument("folder", nargs="?", type=pathlib.Path, default=_study.data_folder("adl"),
-                        help="recordings, or folders of people, each with recordings and a "
-                        "..._static... one (HOLDFAST_DATA/adl)")
+                        help="folder of recordings, or of one folder per person, each with a "
+                        "..._static... recording (HOLDFAST_DATA/adl)")
     parser.add_argument("--body", help="body model in place of the embedded one")
-    parser.add_argument("--object", help="mesh of an object in all of them: touches")
+    parser.add_argument("--object", help="mesh of an object in all recordings; evaluates touches")
     parser.add_argument("--object-markers",
                         help="table of the object's markers: name,x,y,z in the mesh's frame, meters")
-    parser.add_argument("--every", type=int, default=1, help="only every n-th trial (1)")
+    parser.add_argument("--every", type=int, default=1, help="use every n-th trial (1)")
     parser.add_argument("--left-out", type=int, default=1,
-                        help="markers left out of each trial, one at a time; they rotate from trial "
-                        "to trial (1)")
-    parser.add_argument("--cup", help="cup (mesh or embedded object) for the hands of those who "
-                        "drink: how near its rim comes to the mouth")
-    parser.add_argument("--gap", type=float, default=0.5, help="length of gaps, seconds; 0: none (0.5)")
+                        help="number of markers to hold out of each trial, one at a time, rotating "
+                        "between trials (1)")
+    parser.add_argument("--cup", help="cup (mesh or embedded object) to fit in drinking trials; reports "
+                        "the distance of its rim from the mouth")
+    parser.add_argument("--gap", type=float, default=0.5, help="length of gaps, seconds; 0: no gaps (0.5)")
     parser.add_argument("--outliers", type=float, default=0.05,
-                        help="share of positions moved by 50 to 200 mm, with a swapped pair; 0: none "
-                        "(0.05)")
+                        help="fraction of positions moved by 50 to 200 mm, plus a swapped pair of "
+                        "labels; 0: none (0.05)")
     options = parser.parse_args(arguments)
     if bool(options.object) != bool(options.object_markers):
-        parser.error("--object and --object-markers are given together")
+        parser.error("--object and --object-markers must be given together")
     trials = holdfast.find_marker_trials(options.folder)[::options.every]
     task = {"body": options.body, "object": options.object, "cup": options.cup,
             "object_markers": options.object_markers, "left_out": options.left_out,

@@ -51,15 +51,15 @@ speed_moving_m_s|speed while moving|m/s|0.1|walks
 speed_p95_m_s|speed, 95th percentile|m/s|0.1|walks
 speed_peak_m_s|speed, peak|m/s|0.1|walks
 speeding_ratio|over 2 m/s||0.005|
-fastest_fifth_ratio|way in the fastest fifth||0.05|walks
-half_way_ratio|half way at||0.05|walks
-pelvis_bob_m|bob of the pelvis|m|0.003|walks
-heading_off_deg|heading off the way|deg|3|walks
-sideways_ratio|goes sideways||0.03|walks
+fastest_fifth_ratio|path in the fastest fifth||0.05|walks
+half_way_ratio|half of the path at||0.05|walks
+pelvis_bob_m|vertical pelvis movement|m|0.003|walks
+heading_off_deg|heading to travel direction|deg|3|walks
+sideways_ratio|moving sideways||0.03|walks
 turn_rate_p95_deg_s|turn rate, 95th percentile|deg/s|10|
 arm_swing_left_m|arm swing, left|m|0.02|walks
 arm_swing_right_m|arm swing, right|m|0.02|walks
-arm_leg_correlation|arms with opposite legs||0.1|walks
+arm_leg_correlation|correlation of arms and opposite legs||0.1|walks
 lean_moving_deg|lean of the trunk, moving|deg|2|walks
 lean_deg|lean of the trunk|deg|2|
 lean_p95_deg|lean, 95th percentile|deg|3|
@@ -72,26 +72,26 @@ power_2_4_hz_ratio|power, 2 to 4 Hz||0.02|
 power_4_8_hz_ratio|power, 4 to 8 Hz||0.02|
 power_8_15_hz_ratio|power, 8 to 15 Hz||0.02|
 beyond_limits_ratio|beyond joint limits||0.002|
-beyond_limits_deg|beyond them by|deg|2|
-hand_way_m|way of the hand|m|0.05|
-hand_way_s|time of the hand's way|s|0.1|
-hand_peak_m_s|speed of the hand, peak|m/s|0.1|
-hand_time_to_peak_ratio|peak at||0.05|
-hand_straightness_ratio|straightness of the hand's way||0.03|
-hand_submovements|movements of the hand||0.5|
+beyond_limits_deg|excess over joint limits|deg|2|
+hand_way_m|hand displacement|m|0.05|
+hand_way_s|duration of hand movement|s|0.1|
+hand_peak_m_s|hand speed, peak|m/s|0.1|
+hand_time_to_peak_ratio|time to hand's peak speed||0.05|
+hand_straightness_ratio|straightness of hand path||0.03|
+hand_submovements|hand submovements||0.5|
 """.splitlines())]
 KEYS = [key for key, *_ in MEASURES]
 BODY = next(k for k, key in enumerate(KEYS) if key.startswith("hand_"))  # measures of the whole body
 # key: title, x, y, first x, step, points, whether it is a histogram, whether of walks only
 CURVES = {
-    "speed_profile": ("Speed of the pelvis on its way", "share of the time until arrival", "m/s",
+    "speed_profile": ("Speed of the pelvis on its path", "share of the time until arrival", "m/s",
                       0.0, 1 / 40, 40, False, True),
     "power": ("Acceleration by frequency", "Hz", "m2/s4 per Hz", 0.0, STEP_HZ, 61, False, True),
     "speeds": ("Speed of the pelvis", "m/s", "share of frames", 0.0, 0.1, 30, True, False),
-    "headings": ("Heading off the way", "degrees", "share of moving frames", 0.0, 7.5, 24, True, True),
+    "headings": ("Heading to travel direction", "degrees", "share of moving frames", 0.0, 7.5, 24, True, True),
     "leans": ("Lean of the trunk", "degrees", "share of frames", 0.0, 3.0, 30, True, False),
     "step_lengths": ("Step length", "m", "share of steps", 0.0, 0.05, 24, True, True),
-    "hand_speed": ("Speed of the hand on its way", "share of its time", "share of its greatest", 0.0,
+    "hand_speed": ("Speed of the hand on its path", "share of its time", "share of its greatest", 0.0,
                    1 / 40, 40, False, False),
 }
 
@@ -144,8 +144,8 @@ def strides_of(on_ground, soles):
 
 
 def pace(speeds):
-    """(share of the time until arrival after which half of the way is made, share of the way made in
-    the fastest fifth of it, mean speed in 40 parts of it) of speeds in m/s along the ground."""
+    """(fraction of the time until arrival after which half of the path is done, fraction of the path
+    in the fastest fifth of that time, mean speed in 40 parts of it) of speeds in m/s along the ground."""
     made = np.where(speeds >= SWAY_M_S, speeds, 0.0)
     sums = np.cumsum(made)
     if not len(sums) or sums[-1] <= 0:
@@ -315,7 +315,7 @@ def measures_of(walk, limits=None):
 
 
 class Warnings(logging.Handler):
-    """What the library warns of while it reads a file."""
+    """Warnings of the library while it reads a file."""
 
     def __init__(self):
         super().__init__(logging.WARNING)
@@ -402,7 +402,7 @@ def wasserstein(a, b):
 
 def distance_of(reference, other, resolution, seed):
     """How far a set is from the reference by one measure: ratio of the means, Cohen's d, distance in
-    deviations of the reference, and what 95 of 100 random deals of the same motions stay below."""
+    deviations of the reference, and the 95th percentile of that of random partitions of the motions."""
     if not len(reference) or not len(other):
         return dict.fromkeys(("ratio", "cohens_d", "distance", "distance_by_chance"), math.nan)
     a, b = np.asarray(reference, float), np.asarray(other, float)
@@ -425,14 +425,14 @@ def distance_of(reference, other, resolution, seed):
 
 
 class Column:
-    """A set of motions, measured, and how far it is from the reference."""
+    """A measured set of motions, and how far it is from the reference."""
 
     def __init__(self, label, names, motions, options):
         kept = [k for k, motion in enumerate(motions)
                 if not options.moving_only or motion["way_m"] >= options.way]
         if not kept:
-            raise holdfast.Error(f"{label}: none of its {len(motions)} motions gets {options.way:g} m "
-                                 "away. Give others, a smaller --way, or leave out --moving-only")
+            raise holdfast.Error(f"{label}: none of its {len(motions)} motions moves {options.way:g} m. "
+                                 "Give other motions or a smaller --way, or leave out --moving-only")
         self.label, self.way = label, options.way
         self.names, self.motions = [names[k] for k in kept], [motions[k] for k in kept]
         self.spread = [spread_of(self.values(m)) for m in range(len(MEASURES))]
@@ -448,7 +448,7 @@ class Column:
         return sum(map(counts, self.motions))
 
     def compare(self, reference, options, number):
-        """Draws of their own for every cell: no result depends on what else is asked for."""
+        """Every cell has its own random draws, so results do not depend on other options."""
         self.distance = []
         for m in range(len(MEASURES) if options.hands else BODY):
             cell = number * (len(MEASURES) if options.hands else BODY) + m
@@ -503,7 +503,7 @@ def motion_files(path):
     files = [file for file in sorted(folder.rglob("*.npz"), key=str)
              if not (file.name == "clip.npz" and (file.parent / "samples").is_dir())]
     if not files:
-        raise holdfast.Error(f"{path}: has no clip (.npz) in it. Give the folder that the clips are in")
+        raise holdfast.Error(f"{path}: contains no clip (.npz). Give the folder of the clips")
     return [(str(file), str(file.relative_to(folder).with_suffix(""))) for file in files]
 
 
@@ -515,10 +515,10 @@ def sets_of(options):
         if not equals or pathlib.Path(text).exists():
             label, path = pathlib.Path(text).resolve().name, text
         if not label or not path:
-            raise holdfast.Error(f"--against {text}: names no set. Give LABEL=FOLDER or a folder")
+            raise holdfast.Error(f"--against {text}: is not a set. Give LABEL=FOLDER or a folder")
         if label == "captured":
-            raise holdfast.Error(f"--against {text}: has the name of the reference. Give it a name of "
-                                 f"its own: LABEL={path}")
+            raise holdfast.Error(f"--against {text}: has the name of the reference. Give it a "
+                                 f"different name: LABEL={path}")
         sets.setdefault(label, []).extend(motion_files(path))
     if options.at_most > 0:
         for files in sets.values():
@@ -533,7 +533,7 @@ def read_reaches(table, root):
     """[(clip, frame, (ahead, left, up))] of a table of starts and goals."""
     lines = pathlib.Path(table).read_text(encoding="utf-8").splitlines()
     if not lines or lines[0].strip() != "clip,frame,ahead,left,up":
-        raise holdfast.Error(f"{table}:1: is not 'clip,frame,ahead,left,up'. Begin the table with it")
+        raise holdfast.Error(f"{table}:1: is not 'clip,frame,ahead,left,up'. Begin the table with this line")
     listed = []
     for number, line in enumerate(lines[1:], 2):
         if not line.strip():
@@ -548,16 +548,16 @@ def read_reaches(table, root):
                                  "clip,frame,ahead,left,up: frame from 0, meters") from None
         clip = pathlib.Path(root) / cells[0]
         if not cells[0] or not clip.is_file():
-            raise holdfast.Error(f"{table}:{number}: names a clip that is not there: {clip}. Give the "
-                                 "folder that its clips are named from")
+            raise holdfast.Error(f"{table}:{number}: names a clip that does not exist: {clip}. "
+                                 "Give the folder of its clips with --reaches-root")
         listed.append((str(clip), frame, goal))
     if not listed:
-        raise holdfast.Error(f"{table}: lists no reach. Give a line for each")
+        raise holdfast.Error(f"{table}: lists no reaches. Give one line per reach")
     return listed
 
 
 def make_reach(part):
-    """A motion of holdfast.reach() from a frame of a clip, saved; what became of its goal."""
+    """Saves a motion of holdfast.reach() from a frame of a clip; returns the outcome of its goal."""
     body = body_of(part["body"])
     clip = holdfast.Clip.load(part["clip"], body=body)
     walk = holdfast.walk(part["clip"], body=body)
@@ -643,7 +643,7 @@ def apart_text(column, reference, most=6):
         parts.append(f"{MEASURES[m][1]} ({factor * column.spread[m]['mean']:.{digits}f} for "
                      f"{factor * reference.spread[m]['mean']:.{digits}f} {unit}; "
                      f"{column.distance[m]['distance']:.1f})")
-    return ", ".join(parts) or "nothing beyond chance"
+    return ", ".join(parts) or "no significant difference"
 
 
 def table_of(columns, hands):
@@ -653,10 +653,10 @@ def table_of(columns, hands):
                    f"{c.count(lambda m: m['frames']) / RATE / 60:.1f} min\n" for c in columns)
     rows = [row_of(columns, m) for m in range(len(MEASURES) if hands else BODY)]
     if len(columns) > 1:
-        rows.append(mean_row(columns, "mean over measures but the hand's, each at most 5" if hands else
+        rows.append(mean_row(columns, "mean over measures without the hand's, each at most 5" if hands else
                              "mean over measures, each at most 5", "mean"))
         if hands:
-            rows.append(mean_row(columns, "mean over the hand's", "hand"))
+            rows.append(mean_row(columns, "mean over the hand's measures", "hand"))
     heads = ["measure", reference.label] + [h for c in columns[1:] for h in (c.label, "distance")]
     text += "\n" + _study.markdown(heads, rows, numbers=True) + "\n"
     for column in columns:
@@ -671,7 +671,7 @@ def table_of(columns, hands):
             text += (f", {column.pair_m / reference.pair_m:.2f} of {reference.label}\n"
                      if column is not reference and reference.pair_m > 0 else "\n")
     for column in columns[1:]:
-        text += f"\nWhat sets {column.label} apart: {apart_text(column, reference)}.\n"
+        text += f"\nSignificant differences of {column.label}: {apart_text(column, reference)}.\n"
     return text
 
 
@@ -750,7 +750,7 @@ def draw_curves(columns, keys):
 
 
 def draw_distances(columns):
-    """Measures by their farthest set; gray: what chance alone gives."""
+    """Measures, sorted by their farthest set; gray: the distance by chance."""
     def draw(ax):
         farthest = [max((c.distance[m]["distance"] for c in columns[1:]
                          if math.isfinite(c.distance[m]["distance"])), default=math.nan)
@@ -764,25 +764,25 @@ def draw_distances(columns):
                     range(len(order)), "|", color="gray")
         ax.set_yticks(range(len(order)), [MEASURES[m][1] for m in order], fontsize="x-small")
         ax.set(title="Distance from the reference, by measure", xlim=(0, 6.1),
-               xlabel="deviations of the reference; gray: what chance alone gives")
+               xlabel="deviations of the reference; gray: distance by chance")
         ax.legend(fontsize="x-small")
     return draw
 
 
 def notes_of(options, columns):
     notes = [
-        f"Motions at 30 Hz on the ground z = 0; each counts once. Measures of walks ask those whose "
-        f"pelvis gets {options.way:g} m or more from where it was"
-        + ("; others are left out of all." if options.moving_only else "."),
+        f"Motions at 30 Hz on the ground z = 0; each counts once. Measures of walks use the motions "
+        f"whose pelvis moves {options.way:g} m or more from its start"
+        + ("; other motions are excluded from all measures." if options.moving_only else "."),
         "Distance: 1-Wasserstein distance of the motions' values to those of the reference (the first "
-        "set), in deviations of the reference, a deviation being at least what an eye can tell. By "
-        "chance: what 95 of 100 random deals of the same motions stay below.",
+        "set), in deviations of the reference (at least the smallest visible difference). By "
+        "chance: 95 % of random partitions of the same motions have a smaller distance.",
         f"Joint limits are those of {', '.join(options.limits)}." if options.limits else
         "Joint limits are those of the reference."]
     for column in columns:
         cut = column.count(lambda m: m["cut"])
         if cut:
-            notes.append(f"{column.label}: {cut} motions have numbers that are none; measured until there.")
+            notes.append(f"{column.label}: {cut} motions have non-finite numbers; measured up to these.")
     return notes
 
 
@@ -834,7 +834,7 @@ def study(options):
     _study.write_json(options.output / "evaluation.json", results)
     _study.write_atomically(options.output / "motions.csv", motions_csv(columns, options.hands))
     _study.write_atomically(options.output / "evaluation.md", "\n".join(
-        ["# What makes a walk look captured\n", *(note + "\n" for note in notes), table,
+        ["# Naturalness of motions\n", *(note + "\n" for note in notes), table,
          *filter(None, figures)]))
     print(table)
 
@@ -847,34 +847,35 @@ def main(arguments):
         "    --against others=captured/train --against made=made --limits captured/train -o out/data")
     parser.set_defaults(seed=1)
     parser.add_argument("reference", nargs="+",
-                        help="captured clips, or folders of them (with all below), that others are "
-                             "compared with; best of people no network was trained on")
+                        help="captured clips, or folders of them (searched recursively), to compare "
+                             "with; preferably of people that no network was trained on")
     parser.add_argument("--against", action="append", default=[], metavar="LABEL=PATH",
-                        help="a clip or folder to compare, a column of the table; repeated: further "
-                             "sets, or more of one label")
+                        help="a clip or folder to compare, a column of the table; may be repeated for "
+                             "further sets, or to add to a label")
     parser.add_argument("--limits", action="append", default=[], metavar="PATH",
-                        help="captured clips that joint limits are taken from [the reference]")
+                        help="captured clips from which joint limits are taken [the reference]")
     parser.add_argument("--reaches", default="",
-                        help="table of starts and goals (clip,frame,ahead,left,up a line: meters from "
-                             "the pelvis by its heading, up from the ground): motions are made from each "
-                             "by every one of --methods, and are sets to compare")
+                        help="table of starts and goals (clip,frame,ahead,left,up per line: meters from "
+                             "the pelvis along its heading, up from the ground); a motion is generated "
+                             "for each line with each of --methods, which are sets to compare")
     parser.add_argument("--reaches-root", default="", help="folder of the table's clips [the table's]")
     parser.add_argument("--methods", type=lambda text: text.split(","), default=["intention", "latent-opt"],
-                        help="of intention, latent-opt, vae-opt, comma separated [intention,latent-opt]")
+                        help="intention, latent-opt, vae-opt, comma-separated [intention,latent-opt]")
     parser.add_argument("--weights", default="", help="network (.safetensors) in place of the embedded one")
     parser.add_argument("--body", default="", help="body model in place of the embedded one")
     parser.add_argument("--way", type=float, default=1.0,
-                        help="meters that a motion's pelvis must get away for measures of walks")
+                        help="minimum pelvis displacement for a motion to count as a walk, meters")
     parser.add_argument("--moving-only", action="store_true",
-                        help="leave motions that do not get that far out of all measures")
+                        help="exclude motions below --way from all measures")
     parser.add_argument("--hands", action="store_true",
-                        help="how a hand gets to where it goes, too: for who drinks, takes or reaches; "
-                             "with a mean of its own")
-    parser.add_argument("--at-most", type=int, default=0, help="motions of each set, spread evenly; 0: all")
+                        help="also measure hand movements, for motions that drink, take or reach; "
+                             "averaged separately")
+    parser.add_argument("--at-most", type=int, default=0,
+                        help="number of motions of each set, evenly spread; 0: all")
     options = parser.parse_args(arguments)
     if options.way < 0 or options.at_most < 0:
         parser.error("--way, --at-most: 0 or more")
     if set(options.methods) - {"intention", "latent-opt", "vae-opt"}:
-        parser.error("--methods: of intention, latent-opt, vae-opt")
+        parser.error("--methods: choose from intention, latent-opt, vae-opt")
     study(options)
     return 0

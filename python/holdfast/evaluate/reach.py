@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: MIT
-"""WANDR's protocol (Diomataris et al., CVPR 2024): motions to goals all around, measured.
+"""WANDR's protocol (Diomataris et al., CVPR 2024): measures motions to goals in all directions.
 
 Goals lie on a cylinder about each start pose (5 angles, 5 heights, 5 distances), several samples
-each: 3,750 motions of 8 s. Rows are parts of the intention left out (the ablations of Table 2),
-methods that reach (--methods), or goals that move and are followed (--track).
+each: 3,750 motions of 8 s. Rows are ablations of the intention (Table 2), reaching methods
+(--methods), or moving goals that are followed (--track).
 """
 
 import functools
@@ -152,8 +152,7 @@ def measure(joints, goal=(0.0, 0.0, 0.0)):
     moving = finite_frames(joints)
     frames = len(moving)
     if frames == 0:
-        raise holdfast.Error("motion: it has no frame of 22 joints that are numbers. Check its "
-                             "start pose")
+        raise holdfast.Error("motion: it has no frame with 22 finite joints. Check its start pose")
     distance = np.linalg.norm(moving[:, WRIST] - np.asarray(goal), axis=1)
     reached = np.flatnonzero(distance <= REACHED_M)
     speed = None
@@ -284,8 +283,7 @@ def clip_files(paths):
     for path in map(pathlib.Path, paths):
         found = sorted(path.glob("*.npz")) if path.is_dir() else [path]
         if not found:
-            raise holdfast.Error(f"{path}: has no clip (.npz) in it. Give the folder that the clips "
-                                 "are in")
+            raise holdfast.Error(f"{path}: contains no clip (.npz). Give the folder of the clips")
         files += found
     return files
 
@@ -356,9 +354,9 @@ def common_kwargs(options, weights, deadline):
 def notes_of(protocol, starts, measures):
     return ["Protocol of WANDR (Diomataris et al., CVPR 2024): " + protocol, starts.note(),
             "SR: the right wrist is within 10 cm of the goal in any frame (at end: in the last). "
-            "DTG: its closest approach. FS: share of frames whose lowest vertex of the body's "
-            "surface moves horizontally by more than 2/3 cm to the next; by joints: the same of "
-            "the lowest of ankles and balls of the feet. " + measures]
+            "DTG: its closest distance to the goal. FS: fraction of frames in which the lowest vertex "
+            "of the body's surface moves horizontally by more than 2/3 cm to the next frame; by "
+            "joints: the same for the lowest of ankles and balls of the feet. " + measures]
 
 
 def results_of(schema, options, starts, notes):
@@ -466,7 +464,7 @@ def captured_text(captured):
     text = (f"The same measure on {len(captured)} held-out captured clips: FS {percent(surface)} "
             f"(foot joints {percent(joints)})")
     if walking:
-        text += (f"; on the {len(walking)} that go a meter or more: {percent(skating(walking)[0])} "
+        text += (f"; on the {len(walking)} that move a meter or more: {percent(skating(walking)[0])} "
                  f"(foot joints {percent(skating(walking)[1])})")
     numbers = {"clips": len(captured), "foot_skating_ratio": surface,
                "foot_skating_joints_ratio": joints, "walking_clips": len(walking),
@@ -480,8 +478,8 @@ def own_networks(told):
     for text in told:
         name, equals, file = text.partition("=")
         if not equals or name not in VARIANTS or name in ("full", "refitted"):
-            raise holdfast.Error(f"--ablation-weights {text}: names no ablation. Give NAME=FILE, "
-                                 "NAME one of wrist, wrist+pelvis, wrist+heading, none")
+            raise holdfast.Error(f"--ablation-weights {text}: is not an ablation. Give NAME=FILE "
+                                 "with NAME wrist, wrist+pelvis, wrist+heading or none")
         networks[name] = file
     return networks
 
@@ -511,17 +509,17 @@ def ablations(options):
         f"5 angles, 5 heights of 0 to 1.8 m and 5 distances of 0.5 to 5 m about "
         f"{len(starts.names)} start poses, {options.samples} sample{'s' * (options.samples > 1)} "
         f"each, 8 s at 30 fps; network {starts.of(options.weights)[1]['weights']}.", starts,
-        "Airborne: all of these above 12 cm.")
+        "Airborne: all ankles and balls of the feet are above 12 cm.")
     notes += [
-        "Fixed deadline: the goal is due after 8 s, as in the paper. Adaptive: after 42 frames and "
-        "the time to walk there at 0.95 m/s, 40 to 240 frames; then the goal is kept in mind with 10 "
-        "frames left.",
-        "Refitted: what 'reach' gives. Planted feet stay where they are, hands stay off the floor, "
-        "and the wrist is put at the goal if the network brought it within 10 cm; SR is of what "
-        "comes out."]
+        "Fixed deadline: the goal is due after 8 s, as in the paper. Adaptive: after 42 frames plus "
+        "the time to walk there at 0.95 m/s, 40 to 240 frames; afterwards the goal stays active with "
+        "10 frames left.",
+        "Refitted: the output of 'reach'. Planted feet are pinned, hands stay above the floor, and "
+        "the wrist is placed at the goal if the network brought it within 10 cm; SR is measured on "
+        "the result."]
     if any(row["how"] == "masked" for row in rows):
-        notes.append("Rows marked 'masked' leave parts of the intention out of one trained network "
-                     "at run time; the paper trained a network for each row.")
+        notes.append("Rows marked 'masked' mask parts of the intention of one trained network at run "
+                     "time; the paper trained a network for each row.")
     results = results_of("holdfast/evaluate-reach/1", options, starts, notes)
     results["runs"] = []
     tables = []
@@ -646,18 +644,18 @@ def methods(options):
     rows = [row for row, _ in plan]
     goals = len(rows[0]["motions"])
     notes = notes_of(
-        f"goals all around, 0 to 1.8 m high and 0.5 to 5 m away, 8 s at 30 fps; {goals} of its "
+        f"goals in all directions, 0 to 1.8 m high and 0.5 to 5 m away, 8 s at 30 fps; {goals} of its "
         f"{total} motions" + (", spread evenly over starts, directions, heights, distances and "
                               "samples" if goals < total else "") +
         f"; network {starts.of(options.weights)[1]['weights']}.", starts,
-        "Feet: all of these above 12 cm, share of motions that do it at all and of frames; pelvis "
-        "above 2 m/s likewise. Latents: root mean square, 1 for a sample.")
+        "Feet: fraction of motions and of frames with all ankles and balls of the feet above 12 cm; "
+        "the same for a pelvis speed above 2 m/s. Latents: root mean square; 1 for a random sample.")
     notes.append(
-        "VAE + opt: the network without intention, latents of a random rollout changed to bring the "
-        "wrist of the last frame to the goal, by 0.5 |W - G|^2 / m^2 + 0.5e-6 |z|^2. The paper names "
-        "neither objective nor optimizer: L-BFGS with step 1 and no line search is a setting of its "
-        "released code; motions are those of the last iterate. Levenberg-Marquardt begins again from "
-        "other latents, twice at most, where it misses.")
+        "VAE + opt: the network without intention; the latents of a random rollout are optimized so that "
+        "the wrist is at the goal in the last frame, with the objective 0.5 |W - G|^2 / m^2 + "
+        "0.5e-6 |z|^2. The paper names neither objective nor optimizer; L-BFGS with step 1 and no line "
+        "search is a setting of its released code. Motions are those of the last iterate. "
+        "Levenberg-Marquardt restarts from other latents, at most twice, if it misses.")
     results = results_of("holdfast/evaluate-reach-methods/1", options, starts, notes)
     results["goals"] = goals
     results["paper"] = [{"label": label, "success_ratio": sr, "foot_skating_ratio": fs,
@@ -666,7 +664,7 @@ def methods(options):
               *["-"] * 7] for label, sr, fs, dtg in PAPER_METHODS]
     walking = [motion for motion in captured if motion["walks"]]
     groups = {"all": (f"captured, {len(captured)} held-out clips", captured),
-              "walking": (f"captured, the {len(walking)} that go a meter or more", walking)}
+              "walking": (f"captured, the {len(walking)} that move a meter or more", walking)}
     for key, (label, some) in groups.items():
         if some:
             results.setdefault("captured", {})[key] = manner(some)
@@ -706,7 +704,7 @@ def methods(options):
     _study.figure(output / "timing.png", draw_curves(
         [(label, *success_by_seconds(some)) for label, some in curves], "Within 10 cm, by time",
         "seconds of one core per motion", logarithmic=True))
-    write(options, results, times, "Reaching, method by method", notes,
+    write(options, results, times, "Reaching, by method", notes,
           _study.markdown(METHOD_HEADS, table), figures)
     for row in rows:
         seconds = times[row["method"]]["seconds_mean"]
@@ -827,9 +825,9 @@ def track(options):
                      f"{recovered} of {events}" if events else "-"])
     table = _study.markdown(["goals", "distance after 1 s", "worst track", "FS", "airborne",
                              "acceleration", "lowest pelvis", "recovered"], rows)
-    write(options, results, times, "Goals that move", [], table, [])
+    write(options, results, times, "Moving goals", [], table, [])
     for kind in KINDS:
-        print(f"{kind}: {times[kind]['ms_per_frame']:.1f} ms a frame")
+        print(f"{kind}: {times[kind]['ms_per_frame']:.1f} ms per frame")
 
 
 def main(arguments):
@@ -843,33 +841,33 @@ def main(arguments):
     parser.add_argument("--weights", default="", help="network (.safetensors) in place of the embedded one")
     parser.add_argument("--starts", nargs="+", default=[],
                         help="held-out captured clips, or folders of them, to start from: frame 25 of "
-                             "six, of as many people as there are [six composed poses]")
+                             "six clips, of different people if possible [six composed poses]")
     parser.add_argument("--ablation-weights", action="append", default=[], metavar="NAME=FILE",
-                        help="a network trained without parts of the intention, for the row wrist, "
+                        help="network trained without parts of the intention, for the row wrist, "
                              "wrist+pelvis, wrist+heading or none; other rows mask one network")
     parser.add_argument("--no-ablations", dest="ablations", action="store_false",
-                        help="the full intention alone")
+                        help="only use the full intention")
     parser.add_argument("--deadline", choices=["both", "adaptive", "fixed"], default="both",
-                        help="when goals are due: by their distance, or after 8 s (fixed)")
-    parser.add_argument("--samples", type=int, default=5, help="motions to each goal; the paper has 5")
+                        help="when goals are due: from their distance (adaptive), or after 8 s (fixed)")
+    parser.add_argument("--samples", type=int, default=5, help="number of motions per goal; the paper has 5")
     parser.add_argument("--sigma", type=float, default=1.0, help="standard deviation of the latents")
     parser.add_argument("--methods", type=lambda text: text.split(","), default=None,
-                        help="methods to compare in place of ablations, comma separated: all, or of "
+                        help="methods to compare in place of ablations, comma-separated: all, or some of "
                              + ", ".join(METHODS))
     parser.add_argument("--goals", type=int, default=0,
                         help="number of the protocol's motions, evenly spread, for slow methods; 0: "
-                             "all. A larger number later reuses whole blocks of these. With --track: "
-                             "goals of each kind [6]")
+                             "all. A later run with more reuses these. With --track: number of goals "
+                             "of each kind [6]")
     parser.add_argument("--track", action="store_true",
-                        help="goals that move for 20 s and are followed frame by frame: at 1 m/s with "
-                             "turns, with jumps of 1 m, with pushes of 0.3 m")
+                        help="follow moving goals frame by frame for 20 s: at 1 m/s with turns, with "
+                             "jumps of 1 m, with pushes of 0.3 m")
     options = parser.parse_args(arguments)
     unknown = set(options.methods or []) - {*METHODS, "all"}
     if unknown or (options.track and options.methods):
         parser.error(f"--methods: no method '{unknown.pop()}'" if unknown else
                      "--track: not together with --methods")
     if not (1 <= options.samples <= 100 and 0 <= options.sigma <= 3 and options.goals >= 0):
-        parser.error("--samples 1 to 100, --sigma 0 to 3, --goals 0 or more")
+        parser.error("--samples: 1 to 100; --sigma: 0 to 3; --goals: 0 or more")
     compares = options.goals > 0 or options.methods is not None
     options.methods = options.methods or ["intention"]
     (track if options.track else methods if compares else ablations)(options)

@@ -47,9 +47,9 @@ PAPER = {
 }
 PAPER_KEYS = ["mpjpe_m", "ave", "fid", "accuracy_ratio", "diversity", "multimodality"]
 PLACED = {
-    "given": "True object poses in the history, as the authors' evaluation has it",
-    "carried": "Objects carried rigidly by the wrist that truly carries them",
-    "fitted": "Objects fitted in every key frame, then strokes laid in: the whole loop"}
+    "given": "Ground-truth object poses in the history, as in the authors' evaluation",
+    "carried": "Objects fixed to the wrist that carries them in the ground truth",
+    "fitted": "Objects fitted in every key frame, then strokes added: the full pipeline"}
 
 
 # --- The action classifier ---
@@ -75,8 +75,8 @@ class Recognizer:
             self.weight = self._tensor("hidden2label.weight", (NUM_ACTIONS, 128))
             self.bias = self._tensor("hidden2label.bias", (NUM_ACTIONS,))
         except (ValueError, KeyError, TypeError, struct.error):
-            raise holdfast.Error(f"{path}: is no action classifier. Give a file that 'holdfast train "
-                                 "recognizer' wrote") from None
+            raise holdfast.Error(f"{path}: is not an action classifier. Give a file written by "
+                                 "'holdfast train recognizer'") from None
 
     def _tensor(self, name, shape):
         tensor = self.tensors[name]
@@ -97,7 +97,7 @@ class Recognizer:
     def __call__(self, joints):
         """(features (N, 128), actions (N,)) of joints (N, T, 22, 3) in the canonical frame, meters."""
         if not np.isfinite(joints).all():
-            raise holdfast.Error("joints: are not finite numbers. The network that moved them diverged")
+            raise holdfast.Error("joints: are not finite numbers. Use weights whose training did not diverge")
         y = np.zeros((len(joints), 128), np.float32)
 
         def sigmoid(x):
@@ -441,8 +441,8 @@ def motion_table(rows, mode, published):
         table.append([row.label, *(cell(s[key], digits) for key, digits in keys),
                       *([cell(s["face_m"], 1, 100.0)] if faces else [])])
     about = PLACED[mode] + "." + (
-        "" if published else " FID of real motion: of two random halves of it, half as many each, which "
-                             "is what chance makes.")
+        "" if published else " FID of real motion: between two random halves of it, of half the size "
+                             "each, which is the level of chance.")
     whose = "authors' code's" if published else "field's"
     return (f"Motion, by the {whose} definitions; objects {mode}",  about,
             heads + (["object at the face, cm ↓"] if faces else []), table)
@@ -452,15 +452,15 @@ def paper_table():
     heads = ["", "MPJPE, m ↓", "AVE (code) ↓", "FID (code) ↓", "accuracy ↑", "diversity →",
              "multimodality →"]
     return ("The paper's Table 2 (GRAB), by the authors' code's definitions",
-            "Other data, other recognition network: orders may be compared, numbers may not.", heads,
+            "Other data and another action classifier: compare the order of the rows, not the numbers.", heads,
             [[label, *("-" if value is None else f"{value[0]:.2f} ± {value[1]:.3f}" for value in values)]
              for label, values in PAPER.items()])
 
 
 def object_table(rows, mode):
-    about = ("Clips of 30 frames a second, feet locked, strokes laid in, all frames fitted: what "
-             "'synthesize' gives." if mode == "fitted" else
-             "Key frames joined by curves at 30 frames a second; fingers as in the last given frame.")
+    about = ("Clips at 30 frames per second with locked feet and added strokes, all frames fitted: the "
+             "output of 'synthesize'." if mode == "fitted" else
+             "Key frames interpolated by curves at 30 frames per second; fingers as in the last given frame.")
     columns = [("frames deeper than 2 mm", "deep_penetration_frames_ratio", 100.0, 1, "%"),
                ("deepest, mean", "penetration_max_mm", 1.0, 1, "mm"),
                ("frames in contact", "contact_frames_ratio", 100.0, 1, "%"),
@@ -475,7 +475,7 @@ def object_table(rows, mode):
                                         factor * row.summary["objects"][key], digits, unit)
                            for _, key, factor, digits, unit in columns)]
              for row in rows if not row.mean and row.mode in (None, mode)]
-    return (f"Hand and object, which the paper never measured; objects {mode}",
+    return (f"Hand and object, not measured in the paper; objects {mode}",
             about + " As 'holdfast score' measures; means over sequences, medians for shake.",
             ["", *(head for head, *_ in columns)], table)
 
@@ -530,11 +530,11 @@ def networks_of(told):
         if not equals or not re.fullmatch(r"[A-Za-z0-9.-]+(@[A-Za-z0-9.-]+)?", name):
             raise holdfast.Error(
                 f"--weights {text}: is not NAME=FILE. Give full=FILE, random-embeddings=FILE, "
-                "no-attention=FILE, one-module=FILE, or a name of letters, digits, '-' and '.'; '@2' "
-                "after it for seed 2 of the training")
+                "no-attention=FILE, one-module=FILE, or a name of letters, digits, '-' and '.', "
+                "followed by '@2' for seed 2 of the training")
         if name in networks or name in ("real", "clip", "still"):
             raise holdfast.Error(f"--weights {text}: '{name}' is the name of another row. Give each "
-                                 "network a name of its own")
+                                 "network a different name")
         holdfast.synthesis_network(file)
         networks[name] = file
     return networks
@@ -550,8 +550,8 @@ def cases_of(options):
     files = []
     for folder in map(pathlib.Path, options.data):
         if not folder.is_dir():
-            raise holdfast.Error(f"{folder}: is not a folder of clips. Give a folder that 'holdfast "
-                                 "make-actions' wrote, or one of imported clips")
+            raise holdfast.Error(f"{folder}: is not a folder of clips. Give a folder written by 'holdfast "
+                                 "make-actions', or one of imported clips")
         files += [file for file in sorted(folder.rglob("*.npz"))
                   if "dropped" not in file.relative_to(folder).parts[:-1]]
     cases, there = [], set()
@@ -565,14 +565,14 @@ def cases_of(options):
             cases.append((str(file), case))
     if not cases:
         raise holdfast.Error(f"--held-out {','.join(options.held_out)}: no clip is of these subjects. "
-                             f"Those of the data are {', '.join(sorted(there))}")
+                             f"Choose from {', '.join(sorted(there))}")
     if 0 < options.at_most < len(cases):
         cases = [cases[i * len(cases) // options.at_most] for i in range(options.at_most)]
     held = [(path, case) for path, case in cases
             if len(case.keys.holding_hand) and case.keys.holding_hand[HISTORY - 1]]
     if not held:
         raise holdfast.Error(f"{', '.join(options.data)}: in no held-out clip is the object held in the "
-                             "seed's last key frame. Give clips that begin with the object in a hand")
+                             "last given key frame. Give clips that begin with the object in a hand")
     return held
 
 
@@ -630,22 +630,22 @@ def study(options):
 def write(options, recognizer, cases, actions, rows):
     known = 100 * rows[0].summary["accuracy"]["mean"]
     if known < 70:
-        print(f"the action classifier recognizes {known:.0f} % of the real motions: nothing that is "
-              "measured through it means much")
+        print(f"the action classifier recognizes {known:.0f} % of the real motions; measures based on "
+              "it are not reliable")
     subjects = ", ".join(sorted({case.subject for _, case in cases}))
     notes = [
         f"{len(cases)} held-out sequences of {subjects} ({', '.join(options.data)}), 15 key frames, the "
         f"first {HISTORY} given; {options.repeats} repeats with 95 % intervals (1.96 standard errors).",
         f"Hand and object are measured in {min(options.object_cases, len(cases))} of them, evenly "
         "spread, once each.",
-        f"Recognition network {options.recognizer}: {known:.1f} % of these sequences' real motion "
-        f"recognized; trained without {recognizer.notes.get('held_out', 'not told')}, accuracy held out "
-        f"then {recognizer.notes.get('accuracy, held out', 'not told')}.",
-        "Both definitions are given because the authors' code measures other things than the names say: "
-        "its AVE grows with where a motion is, its FID is a mean of distances of single pairs, its "
-        "multimodality counts actions that never occur as zero. See docs/metrics.md, Synthesis.",
-        "'Last given pose, held' does nothing at all after the seed: what is not clearly better has "
-        "learned nothing that this column can see."]
+        f"Action classifier {options.recognizer}: recognizes {known:.1f} % of the real motion of these "
+        f"sequences; held out in its training: {recognizer.notes.get('held_out', 'unknown')}, accuracy on "
+        f"these: {recognizer.notes.get('accuracy, held out', 'unknown')}.",
+        "Both definitions are given because the authors' code does not compute the standard measures: "
+        "its AVE grows with the position of a motion, its FID is a mean of distances of single pairs, "
+        "and its multimodality counts missing actions as zero. See docs/metrics.md, Synthesis.",
+        "'Last given pose, held' repeats the last given key frame: a network that is not clearly better in "
+        "a column has learned nothing that this measure shows."]
     tables = [motion_table(rows, mode, published) for mode in options.objects
               for published in (True, False)]
     tables += [paper_table(), *(object_table(rows, mode) for mode in options.objects)]
@@ -692,34 +692,34 @@ def main(arguments):
     def listed(text):
         return text.split(",")
     parser.add_argument("--data", nargs="+", required=True,
-                        help="folders of action clips, as of 'holdfast make-actions'")
+                        help="folders of action clips, such as from 'holdfast make-actions'")
     parser.add_argument("--held-out", type=listed, default=["s10"],
-                        help="subjects to evaluate, none trained on, comma separated [s10]")
+                        help="subjects to evaluate, not used in training, comma-separated [s10]")
     parser.add_argument("--weights", action="append", default=[], metavar="NAME=FILE",
-                        help="a row of the table, NAME one of full, random-embeddings, no-attention, "
-                             "one-module, or of your own. NAME@2=FILE: the same trained from seed 2; means "
-                             "over seeds are rows too. Without a FILE: the embedded network [full=]")
+                        help="a row of the table; NAME is full, random-embeddings, no-attention, "
+                             "one-module or your own. NAME@2=FILE: the same trained with seed 2; means "
+                             "over seeds are added as rows. Without a FILE: the embedded network [full=]")
     parser.add_argument("--recognizer", required=True,
-                        help="the action classifier, from 'holdfast train recognizer'")
+                        help="action classifier of 'holdfast train recognizer'")
     parser.add_argument("--objects", type=listed, default=["given", "fitted"],
                         help="object poses in generated motion: given (ground truth, as published), carried "
-                             "(fixed to the wrist), fitted (the whole loop) [given,fitted]")
+                             "(fixed to the wrist), fitted (the full pipeline) [given,fitted]")
     parser.add_argument("--without", type=listed, default=[],
                         help="actions to leave out (as published: lift)")
     parser.add_argument("--key-frames", choices=["whole", "paper"], default="whole",
-                        help="15 spread over the clip, or over the contact as published")
-    parser.add_argument("--repeats", type=int, default=20, help="samples of each sequence [20]")
+                        help="15 key frames spread over the whole clip, or over the contact (paper)")
+    parser.add_argument("--repeats", type=int, default=20, help="number of samples of each sequence [20]")
     parser.add_argument("--fitted-repeats", type=int, default=1,
-                        help="the same with fitted objects; a larger number later reuses these [1]")
+                        help="the same with fitted objects; a later run with more reuses these [1]")
     parser.add_argument("--object-cases", type=int, default=60,
-                        help="sequences, evenly over all, in which hand and object are measured, and "
-                             "fitted in all frames: a second each [60]")
-    parser.add_argument("--at-most", type=int, default=0, help="sequences, evenly over all [0: all]")
+                        help="number of sequences, evenly spread, in which hand and object are measured, "
+                             "with all frames fitted; takes a second each [60]")
+    parser.add_argument("--at-most", type=int, default=0, help="number of sequences, evenly spread [0: all]")
     parser.add_argument("--sigma", type=float, default=1.0, help="standard deviation of the latents")
     parser.add_argument("--keep-clips", action="store_true", help="write the clips that are measured")
     options = parser.parse_args(arguments)
     if set(options.objects) - set(PLACED):
-        parser.error("--objects: of given, carried, fitted")
+        parser.error("--objects: choose from given, carried, fitted")
     if min(options.repeats, options.fitted_repeats, options.object_cases) < 1 or options.at_most < 0:
         parser.error("--repeats, --fitted-repeats, --object-cases: 1 or more; --at-most: 0 or more")
     study(options)

@@ -85,14 +85,14 @@ def table(means):
 def main(arguments):
     parser = _study.parser(
         "transfer", "Transfers clips to robot hands: contacts kept, penetration, and whether the "
-        "hand keeps the object (MuJoCo); beside published methods and the human hand by the same "
-        "measure. Times are of one core with --jobs 1.",
+        "hand keeps the object (MuJoCo); compared with published methods and the human hand. Use "
+        "--jobs 1 to time one core.",
         "transfer held --robot hand.urdf -o out/transfer")
     parser.add_argument("clips", nargs="+",
                         help="clips with an object: result folders, files or embedded names")
     parser.add_argument("--robot", nargs="+", required=True, help="robot hands (URDF, MJCF)")
-    parser.add_argument("--no-baselines", action="store_true", help="this method alone")
-    parser.add_argument("--no-physics", action="store_true", help="no trials in MuJoCo")
+    parser.add_argument("--no-baselines", action="store_true", help="do not run the published methods")
+    parser.add_argument("--no-physics", action="store_true", help="do not run trials in MuJoCo")
     parser.add_argument("--object", help="mesh or embedded object in place of the clips' own")
     parser.add_argument("--object-scale", type=float, default=1.0,
                         help="multiplies the object's coordinates (1)")

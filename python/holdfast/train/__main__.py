@@ -9,13 +9,13 @@ import holdfast
 NETWORKS = {
     "wandr": "the network of 'reach'",
     "imos": "the networks of 'synthesize'",
-    "recognizer": "the action classifier that syntheses are judged by",
+    "recognizer": "the action classifier that evaluates syntheses",
 }
 
 
 def main(arguments):
     if not arguments or arguments[0] in ("-h", "--help"):
-        print(__doc__ + "\n\nTrains a network with PyTorch, on a GPU where there is one.\n\nNetworks:")
+        print(__doc__ + "\n\nTrains a network with PyTorch, on a GPU if available.\n\nNetworks:")
         for name, text in NETWORKS.items():
             print(f"  {name:<12} {text}")
         return 0 if arguments else 2

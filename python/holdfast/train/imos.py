@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Training of IMoS's networks (Ghosh et al. 2023): as published, or both modules together,
-unrolled as they are run, with a critic of whole motions."""
+"""Training of IMoS's networks (Ghosh et al. 2023): as published, or both modules jointly,
+unrolled as at run time, with a critic of whole motions."""
 
 import dataclasses
 import json
@@ -99,9 +99,9 @@ class Sequences(types.SimpleNamespace):
 
 
 def disturb_stances(batch, deviation, draws):
-    """Turns joints by N(0, deviation^2) axis-angles, radians: those of legs, trunk and head by the same
-    in all key frames (the pelvis by half of it), those of arms in the given key frames, less and less
-    afterwards, and not at all from key frame 10 on. What a wrist carries goes with it."""
+    """Rotates joints by N(0, deviation^2) axis-angles, radians: legs, trunk and head equally in all key
+    frames (the pelvis by half), arms in the given key frames, with decreasing amount afterwards and
+    not from key frame 10 on. A carried object follows its wrist."""
     if deviation <= 0.0:
         return
     rows = len(batch)
@@ -126,12 +126,12 @@ def disturb_stances(batch, deviation, draws):
 
 class Frame(types.SimpleNamespace):
     """A key frame: pose (B, 132), transl (B, 3), object (T, R), body (forward_joints), and the pose
-    attended to, once it was needed."""
+    attended to, once needed."""
 
 
 class Unroller:
-    """The networks unrolled over a batch, from 4 true key frames on: step by step the pose of key frame
-    t, and the object where the predicted wrist carries it. Keeps gradients through time."""
+    """The networks unrolled over a batch from 4 ground-truth key frames: at each step the pose of key
+    frame t, and the object as carried by the predicted wrist. Keeps gradients through time."""
 
     def __init__(self, nets, batch, first, noise, draws):
         self.nets, self.batch, self.draws, self.t, self.history = nets, batch, draws, first, []
@@ -149,7 +149,7 @@ class Unroller:
         return motion.forward_joints(motion.rotations_of(pose.unflatten(1, (22, 6))), transl, self.batch.bones)
 
     def refresh(self):
-        """phi of both modules again, after the weights have changed."""
+        """Recomputes phi of both modules after a change of the weights."""
         for frame in self.history:
             frame.attended = None
         b, embedded = self.batch, self.nets.action_embedding  # looked up twice: the modules share no graph
@@ -176,7 +176,7 @@ class Unroller:
         return self.draws.normal(like.shape) if sample else torch.zeros_like(like)
 
     def told(self):
-        """How far the motion has come."""
+        """Progress of the motion."""
         if not self.nets.c.sees_progress:
             return []
         return [torch.full_like(self.batch.pose[:, 0, :1], min(self.t / (KEY_FRAMES - 1), 1.0))]
@@ -216,8 +216,8 @@ class Unroller:
         return torch.cat([*parts, *self.told(), self.body_phi], 1)
 
     def predict(self, present_share=0.0, sample=True, true_arms=False, true_object=False):
-        """Predicts key frame t, and does not go on. present_share: of rows whose arms are driven by the
-        present encoder's latents. true_arms: the body sees true past arms and those of the frame."""
+        """Predicts key frame t without advancing. present_share: fraction of rows whose arms are driven by
+        the present encoder's latents. true_arms: the body sees the true arms of the past and the frame."""
         nets, b, last = self.nets, self.batch, self.history[-1]
         arms_past = torch.cat([frame.pose[:, TRUNK:] for frame in self.history], 1)
         if nets.two:
@@ -284,12 +284,12 @@ LOSSES = ("divergence", "arms", "body", "velocity", "joints", "wrists", "root", 
 
 
 class ActionCritic(networks.Critic):
-    """Tells motions of the data from the networks' own, action by action; true motions under a wrong
-    label are wrong too (Reed et al. 2016). A distance to the one true motion makes networks give the mean
-    of what may happen, which is nobody's drinking; this asks only that it is drinking.
+    """Discriminates motions of the data and generated motions, conditioned on the action; real motions
+    with a wrong label also count as fake (Reed et al. 2016). With a distance to the one true motion,
+    networks regress to the mean motion; the critic only requires a plausible motion of the action.
 
-    A motion is, from key frame 3 on: joints, the object's translation and rotation (6D), and the step of
-    all that between key frames; each number of mean 0 and deviation 1 over the data."""
+    A motion is, from key frame 3 on: joints, the object's translation and rotation (6D), and the
+    differences of these between key frames; each number with mean 0 and deviation 1 over the data."""
 
     def __init__(self, data, seed, network=None):
         size = (2 * (STEPS + 1) - 1) * FRAME
@@ -313,8 +313,8 @@ class ActionCritic(networks.Critic):
         return torch.cat([*frames, *(b - a for a, b in zip(frames, frames[1:]))], 1)
 
     def motions(self, frames, blur, draws):
-        """(B, 1725), positions with draws of N(0, blur^2) added, meters, and a tenth of a radian a
-        centimeter to the rotation: the tremor of a hand cannot tell the two apart then."""
+        """(B, 1725), positions with noise N(0, blur^2), meters, and rotations with 0.1 radian of noise per
+        centimeter, so that hand tremor does not separate real and generated motions."""
         if blur > 0.0:
             deviation = torch.full((FRAME,), blur)
             deviation[-6:] = blur / 0.1
@@ -350,11 +350,11 @@ class Plateau:
 
 
 def starting_tensors(config, options, data, embeddings):
-    """Tensors to begin with. Ours begin by standing still: steps are small; where the pose is made as it
-    is, the last block of the body's decoder passes on the pose of the key frame before, which it is given
-    after self-attention: (v - mean) / deviation over the pose's numbers. What is made passes two leaky
-    ReLUs: the first is kept positive by an offset, and numbers that are always negative are made five
-    times as large before the second."""
+    """Initial tensors. Ours initialize a network that stands still: steps are small; if poses are
+    predicted directly, the last block of the body's decoder passes on the previous pose, which it gets
+    after self-attention: (v - mean) / deviation over the pose's numbers. Its output passes two leaky
+    ReLUs: an offset keeps the first positive, and numbers that are always negative are scaled by five
+    before the second."""
     tensors = {name: torch.from_numpy(x) for name, x in holdfast._core._imos_start(config, options.seed).items()}
     if embeddings is not None:
         tensors["action_embedding.weight"] = torch.from_numpy(embeddings)
@@ -436,7 +436,7 @@ class Trainer:
 
     @property
     def batches(self):
-        """Of an epoch: every sequence once, those left over after whole batches in other epochs."""
+        """Number of batches of an epoch; sequences left over after whole batches are in other epochs."""
         return len(self.data) // self.options.batch
 
     def draw_rows(self):
@@ -460,8 +460,8 @@ class Trainer:
         return "train", losses, {"learning_rate": rate}
 
     def step_together(self, batch, draws, draw):
-        """Both modules, unrolled as they are run and learning through all of it, with the object where
-        the predicted wrist carries it."""
+        """Trains both modules, unrolled as at run time with gradients through all steps, with the object
+        as carried by the predicted wrist."""
         o = self.options
         lengthening = min(1.0, self.progress / o.lengthen_until) if o.lengthen_until > 0.0 else 1.0
         steps = min(STEPS, 1 + int(lengthening * STEPS))
@@ -480,7 +480,7 @@ class Trainer:
         return losses
 
     def unroll(self, batch, first, steps, draw):
-        """(loss, its parts, (true, own motions) that were shown to the critic, or nothing)."""
+        """(loss, its parts, (true, own motions) for the critic, or nothing)."""
         o = self.options
         batch = Sequences(**vars(batch))
         batch.betas = batch.betas + draw.normal(batch.betas.shape, o.shape_noise)
@@ -516,8 +516,8 @@ class Trainer:
         return loss + weighed, losses, (true_motions, own.detach())
 
     def step_published(self, batch, draws, draw):
-        """One step of Adam per key frame and module, its history taken as given: the truth for
-        `true_history_epochs`, then their own predictions, but the truth again at key frame 9."""
+        """One Adam step per key frame and module, with a fixed history: the ground truth for
+        `true_history_epochs`, then predictions, but the ground truth again at key frame 9."""
         o = self.options
         self.nets.train()
         true_history = self.iteration // self.batches < o.true_history_epochs
@@ -546,7 +546,7 @@ class Trainer:
         return losses
 
     def step_by(self, name, loss):
-        """One step of an optimizer; the gradients' norm before they are clipped."""
+        """One step of an optimizer; returns the norm of the gradients before clipping."""
         parameters, plateau = self.parameters[name], self.plateaus[name]
         for parameter, gradient in zip(parameters, torch.autograd.grad(loss, parameters, allow_unused=True)):
             parameter.grad = gradient
@@ -559,8 +559,8 @@ class Trainer:
 
     @torch.no_grad()
     def errors(self, batch):
-        """Errors of free rollouts against what truly happened, one sample of latents each: means over
-        sequences and the 11 key frames that are not given, meters. still_m: of standing still."""
+        """Errors of free rollouts against the ground truth, one sample of latents each: means over
+        sequences and the 11 predicted key frames, meters. still_m: of standing still."""
         distance = lambda a, b: torch.sqrt(((a - b) ** 2).sum(-1))
         unroller = Unroller(self.nets, batch, HISTORY, 0.0, Draws(run.random_of(0, 0)[1], self.device))
         still, sums = batch.joints[:, HISTORY - 1], {}
@@ -582,12 +582,12 @@ class Trainer:
         return {**line, **({"validation": self.errors(self.validation)} if len(self.validation) else {})}
 
     def is_better(self, now, best):
-        """Without a critic the least MPJPE; with one the last: a distance to what truly happened is least
-        for the mean of what may happen."""
+        """Without a critic: the lower MPJPE. With a critic: the later one, because the mean motion
+        minimizes a distance to the ground truth."""
         return self.options.critic > 0.0 or judged(now)["mpjpe_m"] <= judged(best)["mpjpe_m"]
 
     def data_notes(self):
-        """What those who run the network must know of what it was trained on."""
+        """Notes on the training data that are needed to run the network."""
         actions, objects = holdfast._core._vocabulary()
         train, seconds, seen = self.sets["train"], {}, {}
         for action, object, time, mirrored in zip(*(train[k] for k in (
@@ -631,24 +631,24 @@ def is_present_encoder(name):
 
 
 def judged(line):
-    """The errors that an evaluation is judged by."""
+    """The errors by which evaluations are compared."""
     kind = "validation" if "validation.mpjpe_m" in line else "train"
     return {name.partition(".")[2]: value for name, value in line.items() if name.startswith(kind + ".")}
 
 
 PANELS = [
-    ("Joints of free rollouts, cm from what happened (subjects not trained on)", False,
-     [("rollout", "validation.mpjpe_m", 100, "mean"), ("rollout", "train.mpjpe_m", 100, "of those trained on"),
+    ("Joint error of free rollouts, cm (validation subjects)", False,
+     [("rollout", "validation.mpjpe_m", 100, "mean"), ("rollout", "train.mpjpe_m", 100, "training subjects"),
       ("rollout", "validation.still_m", 100, "standing still")]),
-    ("Wrist that carries, cm", False,
+    ("Carrying wrist, error in cm", False,
      [("rollout", "validation.wrists_m", 100, "mean"), ("rollout", "validation.last_wrist_m", 100, "in the last key frame"),
-      ("rollout", "train.wrists_m", 100, "of those trained on")]),
-    ("Object and root, cm", False, [("rollout", "validation.object_m", 100, "object"), ("rollout", "validation.root_m", 100, "root")]),
+      ("rollout", "train.wrists_m", 100, "training subjects")]),
+    ("Errors of object and root, cm", False, [("rollout", "validation.object_m", 100, "object"), ("rollout", "validation.root_m", 100, "root")]),
     ("Losses of 6D poses in training", True, [("train", "arms", 1, "arms"), ("train", "body", 1, "body"), ("train", "velocity", 1, "steps")]),
     ("Losses of positions in training, meters", True,
      [("train", "joints", 1, "joints"), ("train", "wrists", 1, "wrists"), ("train", "root", 1, "root's steps")]),
-    ("Divergence of latents, nats each, of all encoders", True, [("train", "divergence", 1, "divergence")]),
-    ("Critic: adversarial loss of whole motions, and the share that it classifies correctly", False,
+    ("KL divergence per latent of all encoders, nats", True, [("train", "divergence", 1, "divergence")]),
+    ("Critic: adversarial loss of whole motions, and its accuracy", False,
      [("train", "doubt", 1, "adversarial loss"), ("train", "critic", 1, "accuracy")]),
     ("Learning rate", True, [("train", "learning_rate", 1, "rate")]),
 ]
@@ -658,12 +658,12 @@ RECIPE = ("iterations", "batch", "learning_rate", "dropout", "present_share", "c
 
 def add_clips(made, without):
     """Options of sequences of action clips."""
-    made.add_argument("folders", nargs="+", help="folders of clips with objects, of 'holdfast make-actions' or imported")
-    made.add_argument("--held-out", type=run.names, default=["s10"], help="subjects kept for tests: not read (default s10)")
-    made.add_argument("--validation", type=run.names, default=["s1"], help="subjects not trained on, to validate with (default s1)")
+    made.add_argument("folders", nargs="+", help="folders of clips with objects, from 'holdfast make-actions' or imported")
+    made.add_argument("--held-out", type=run.names, default=["s10"], help="test subjects, not used in training (default s10)")
+    made.add_argument("--validation", type=run.names, default=["s1"], help="validation subjects, not used in training (default s1)")
     made.add_argument(without, dest="without", type=run.names, help="actions to leave out (--paper of imos: lift)")
     made.add_argument("--key-frames", choices=["whole", "paper"],
-                      help="whole: 15 over the clip; paper: the first 15 twentieths of the contact with the object")
+                      help="whole: 15 over the whole clip; paper: the first 15 of 20 spread over the contact with the object")
 
 
 def read_sets(options, body, mirror):
@@ -676,7 +676,7 @@ def read_sets(options, body, mirror):
     if len(sets["notes"]) > 5:
         run.note(options, f"left out: {len(sets['notes']) - 5} more")
     if not len(sets["train"]["action"]):
-        raise holdfast.Error(f"{options.folders[0]}: all subjects are held out or for validation. Name fewer with "
+        raise holdfast.Error(f"{options.folders[0]}: all subjects are held out or for validation. Give fewer with "
                              "--held-out and --validation")
     return sets
 
@@ -685,32 +685,32 @@ def parse(arguments):
     made = run.parser("imos", "Trains IMoS's networks: actions with objects, from an intent.", [
         "imos actions -o out/imos --held-out s9,s10",
         "imos grab_clips -o out/paper --paper --iterations 20000 --action-embeddings clip_embeddings.npz"],
-        "folder for best.safetensors, checkpoint, log and curves; a training that was stopped continues there")
+        "folder for best.safetensors, checkpoint, log and curves; an interrupted training resumes there")
     number = run.number
     add_clips(made, "--drop")
     made.add_argument("--paper", action="store_true",
-                      help="the published networks, losses, schedule and key frames, 'lift' left out, where no option says otherwise")
+                      help="published networks, losses, schedule and key frames without 'lift', unless overridden by other options")
     made.add_argument("--mirror", action="store_true", help="add the mirror image of every sequence")
-    made.add_argument("--no-attention", action="store_true", help="past poses as they are (the paper's second ablation)")
+    made.add_argument("--no-attention", action="store_true", help="no self-attention over past poses (the paper's second ablation)")
     made.add_argument("--one-module", action="store_true", help="one network for arms and body (the third ablation)")
     table = made.add_mutually_exclusive_group()
     table.add_argument("--random-embeddings", action="store_true", help="fixed random vectors for actions (the first ablation)")
     table.add_argument("--action-embeddings", help="512 numbers for each of the 29 labels (.npz, .safetensors) (default: learned)")
-    made.add_argument("--from", dest="start", help="best.safetensors of an earlier training to begin with")
-    made.add_argument("--iterations", type=number(int, 1, 100_000_000), help="batches (default 4000)")
-    made.add_argument("--batch", type=number(int, 2, 65536), help="sequences of one batch (default 64)")
-    made.add_argument("--learning-rate", type=number(float, 1e-7, 1.0), help="of Adam (default 5e-4)")
-    made.add_argument("--dropout", type=number(float, 0.0, 0.9), help="in blocks and attention (default 0; --paper: 0.1)")
+    made.add_argument("--from", dest="start", help="best.safetensors of an earlier training to start from")
+    made.add_argument("--iterations", type=number(int, 1, 100_000_000), help="number of batches (default 4000)")
+    made.add_argument("--batch", type=number(int, 2, 65536), help="batch size (default 64)")
+    made.add_argument("--learning-rate", type=number(float, 1e-7, 1.0), help="Adam learning rate (default 5e-4)")
+    made.add_argument("--dropout", type=number(float, 0.0, 0.9), help="dropout in blocks and attention (default 0; --paper: 0.1)")
     made.add_argument("--present-share", type=number(float, 0.0, 1.0),
-                      help="of sequences whose arms are driven by the encoder that sees the answer (default 0.5)")
+                      help="fraction of sequences whose arms are driven by the encoder that sees the target (default 0.5)")
     made.add_argument("--critic", type=number(float, 0.0, 1000.0),
-                      help="weight of the adversarial loss on whole motions, from half of the iterations on (default 0.06)")
+                      help="weight of the adversarial loss on whole motions, after half of the iterations (default 0.06)")
     made.add_argument("--critic-blur", type=number(float, 0.0, 0.2),
-                      help="noise on the critic's input, meters: hides tremor (default 0.01)")
+                      help="noise on the critic's input, meters, which hides tremor (default 0.01)")
     made.add_argument("--stance-noise", type=number(float, 0.0, 1.0),
-                      help="noise on the stance, the same in all of a sequence, radians (default 0.08)")
+                      help="noise on the stance, constant over a sequence, radians (default 0.08)")
     made.add_argument("--noise", dest="history_noise", type=number(float, 0.0, 1.0),
-                      help="noise on given histories, in 6D (default 0.02; --paper: none)")
+                      help="noise on the given past poses, in 6D (default 0.02; --paper: none)")
     run.add_long(made, 200, "batches")
     options = made.parse_args(arguments)
     run.refuse_with_paper(made, options, ("critic", "critic_blur", "stance_noise"))
@@ -721,7 +721,7 @@ def parse(arguments):
 
 
 def configuration(options):
-    """Texts of a weights file, and the embeddings to begin with (or None)."""
+    """Texts of a weights file, and the initial embeddings (or None)."""
     config = holdfast._core._imos_config(options.paper)
     embeddings = None
     if options.action_embeddings:
@@ -754,13 +754,13 @@ def main(arguments):
         if warning:
             run.note(options, f"warning: {warning}")
         if any(texts.get(name) != text for name, text in config.items()):
-            raise holdfast.Error(f"{options.start}: has another configuration than is trained. Give the options it was "
-                                 "made with")
+            raise holdfast.Error(f"{options.start}: has a different configuration. Give the options of its "
+                                 "training")
         with torch.no_grad():
             trainer.nets.load(tensors, options.start)
     count = sum(p.numel() for p in trainer.nets.parameters() if p.requires_grad)
     run.note(options, f"{len(trainer.data)} sequences to train on, {len(trainer.validation)} to validate, "
-             f"{len(sets['test']['action'])} held out; {count / 1e6:.2f} M parameters; {trainer.batches} batches an epoch; "
+             f"{len(sets['test']['action'])} held out; {count / 1e6:.2f} M parameters; {trainer.batches} batches per epoch; "
              f"on {device}")
     data = trainer.data
     fingerprint = (f"{dataclasses.asdict(recipe)} {config} data {len(data)} sequences "

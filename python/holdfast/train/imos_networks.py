@@ -83,7 +83,7 @@ class Latents:
 
 
 class Synthesis(nn.Module):
-    """One module, by the names of the published ones."""
+    """One module, with parameters named like the published ones."""
 
     def __init__(self, condition, phi, past, first, second, latent, decoder, output, width, present, dropped):
         super().__init__()
@@ -103,7 +103,7 @@ class Synthesis(nn.Module):
         return self.enc_rb0(self.enc_bn0(x))
 
     def encode(self, x, when):
-        """when: "past", or "present", which sees the answer."""
+        """when: "past", or "present", which sees the target."""
         suffix = "_past" if when == "past" else ""
         part = lambda name: getattr(self, name)
         x = part("enc_bn1" + suffix)(x)
@@ -162,7 +162,7 @@ class Networks(nn.Module):
                 if not name.endswith("num_batches_tracked")}
 
     def load(self, tensors, where):
-        """Raises holdfast.Error where a tensor is missing or of another shape."""
+        """Raises holdfast.Error if a tensor is missing or has another shape."""
         for name, own in self.tensors().items():
             if name not in tensors or tensors[name].shape != own.shape:
                 raise holdfast.Error(f"{where}: has no '{name}' of shape {tuple(own.shape)}. Give the "

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Networks as weights files have them: parameters by the names of the file's tensors."""
+"""Networks with parameters named like the tensors of weights files."""
 
 import json
 import os
@@ -33,12 +33,12 @@ def read_safetensors(path):
             values = np.frombuffer(body[begin:end], _TYPES[entry["dtype"]]).reshape(entry["shape"])
             tensors[name] = torch.from_numpy(values.astype(np.float32))
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError):
-        raise holdfast.Error(f"{path}: is no safetensors file of numbers. Give another") from None
+        raise holdfast.Error(f"{path}: is not a safetensors file of numbers. Give another file") from None
     return texts, tensors
 
 
 def write_atomically(path, data):
-    """Writes bytes to `path`, which holds either what it held or all of them."""
+    """Writes bytes to `path` atomically."""
     path = pathlib.Path(path)
     handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
@@ -52,8 +52,8 @@ def write_atomically(path, data):
 
 
 def write_safetensors(path, tensors, texts, half=lambda name, tensor: False):
-    """Writes {name: tensor}, as float32, or float16 where half(name, tensor). Wide types come
-    first and names ascend, as the library writes files."""
+    """Writes {name: tensor} as float32, or as float16 if half(name, tensor). Wide types come first
+    and names ascend, as in files of the library."""
     arrays = {}
     for name in sorted(tensors):
         values = tensors[name].detach().cpu().numpy()
@@ -140,8 +140,8 @@ def network_of(tensors, where="network"):
             network = Chain([weights[0].shape[1], *(len(weight) for weight in weights)])
         network.load_state_dict({name: torch.as_tensor(values) for name, values in tensors.items()})
     except (KeyError, IndexError, RuntimeError):
-        raise holdfast.Error(f"{where}: is no network of layers or of residual blocks. Give weights "
-                             "that holdfast.train wrote") from None
+        raise holdfast.Error(f"{where}: is not a network of layers or residual blocks. Give weights "
+                             "written by holdfast.train") from None
     return network
 
 
@@ -156,8 +156,8 @@ def under(tensors, prefix):
 
 
 class Critic:
-    """Tells true motions from a network's own by least squares (Mao et al. 2017): +1 and -1, with
-    small gradients at true ones (Mescheder et al. 2018, weight 2)."""
+    """Least-squares discriminator of real and generated motions (Mao et al. 2017): +1 and -1, with a
+    gradient penalty at real ones (Mescheder et al. 2018, weight 2)."""
 
     def __init__(self, network, rate):
         self.network = network
@@ -165,7 +165,7 @@ class Critic:
 
     def learn(self, real, score_real, score_own, belief):
         """One step: `score_real` of `real`, which takes gradients, towards +1 and `belief` down.
-        Returns the share of scores whose sign is right."""
+        Returns the fraction of scores with the correct sign."""
         slope, = torch.autograd.grad(score_real.sum(), real, create_graph=True)
         loss = (score_real - 1.0).square().mean() + belief + 2.0 * slope.square().sum(1).mean()
         self.optimizer.zero_grad()
@@ -176,10 +176,10 @@ class Critic:
 
 
 def doubt_of(scores):
-    """Mean of (score - 1)^2 / 4: 0 for what is taken for true, 1 for what is not."""
+    """Mean of (score - 1)^2 / 4: 0 for motions classified as real, 1 for others."""
     return 0.25 * (scores - 1.0).square().mean()
 
 
 def belief_of(scores):
-    """Mean of (score + 1)^2: what a critic has to learn of what is not true."""
+    """Mean of (score + 1)^2: the critic's loss on generated motions."""
     return (scores + 1.0).square().mean()

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""Training of the recognizer: the action classifier that syntheses are judged by (the one of IMoS,
-Ghosh et al. 2023)."""
+"""Training of the recognizer: the action classifier that evaluates syntheses (that of IMoS, Ghosh et
+al. 2023)."""
 
 import dataclasses
 import math
@@ -75,7 +75,7 @@ class Scale:
         return (motions - self.mean.to(motions)) / self.deviation.to(motions)
 
     def folded(self, tensors):
-        """Weights for coordinates as they are, from those for standardized ones."""
+        """Weights for raw coordinates, from those for standardized coordinates."""
         tensors = {name: values.detach().cpu().clone() for name, values in tensors.items()}
         for plane, axes in PLANES:
             mean, deviation = (x.cpu().view(22, 3)[:, axes].flatten() for x in (self.mean, self.deviation))
@@ -87,7 +87,7 @@ class Scale:
 
 
 class Training:
-    """The network with its optimizer and the motions as it is shown them."""
+    """The network with its optimizer and the motions in the form of its input."""
 
     def __init__(self, motions, labels, validation, options, device, start=None):
         """motions (N, T, 66) meters, labels (N,) actions; `validation` a pair of the same, may be empty."""
@@ -104,7 +104,7 @@ class Training:
         return functional.binary_cross_entropy_with_logits(logits, functional.one_hot(labels, ACTIONS).float())
 
     def shown(self, some, draw):
-        """Motions as they are seen this time: of people who stand otherwise and are of other size."""
+        """Motions with random augmentation of stance and body size."""
         o, shown = self.options, self.motions[some]
         if o.stance > 0.0:
             shift = draw.normal((len(shown), 1, 66), o.stance)
@@ -175,7 +175,7 @@ def motions_of(arrays):
 
 @torch.no_grad()
 def accuracy_of(network, arrays, actions):
-    """(share of motions whose action is recognized, {"drink for eat": count})."""
+    """(fraction of motions whose action is recognized, {"drink for eat": count})."""
     motions, labels = motions_of(arrays)
     mistaken, seen = {}, network(motions).argmax(1)
     for label, guess in zip(labels.tolist(), seen.tolist()):
@@ -186,22 +186,22 @@ def accuracy_of(network, arrays, actions):
 
 
 def parse(arguments):
-    made = run.parser("recognizer", "Trains the action classifier that syntheses are judged by.", [
+    made = run.parser("recognizer", "Trains the action classifier that evaluates syntheses.", [
         "recognizer actions -o recognizer.safetensors --held-out s9,s10",
         "recognizer grab_clips --without lift --key-frames paper --paper -o paper.safetensors"],
-        "file to write (.safetensors); its log and curves are put beside it")
+        "file to write (.safetensors); log and curves are written beside it")
     number = run.number
     imos.add_clips(made, "--without")
     made.add_argument("--paper", action="store_true",
-                      help="as published, where no option says otherwise: 500 epochs, batches of one, rate 5e-4, no noise, "
-                      "no early stop")
-    made.add_argument("--epochs", type=number(int, 1, 1_000_000), help="at most (default 300)")
-    made.add_argument("--batch", type=number(int, 1, 100_000), help="sequences per step (default 16)")
-    made.add_argument("--learning-rate", type=number(float, 1e-9, 1.0), help="of Adam (default 2e-3)")
+                      help="published settings, unless overridden by other options: 500 epochs, batch size 1, rate 5e-4, no "
+                      "noise, no early stopping")
+    made.add_argument("--epochs", type=number(int, 1, 1_000_000), help="maximum number of epochs (default 300)")
+    made.add_argument("--batch", type=number(int, 1, 100_000), help="batch size (default 16)")
+    made.add_argument("--learning-rate", type=number(float, 1e-9, 1.0), help="Adam learning rate (default 2e-3)")
     made.add_argument("--jitter", type=number(float, 0.0, 1.0),
                       help="standard deviation of noise on every coordinate, meters (default 0.01)")
     made.add_argument("--patience", type=number(int, 0, 1_000_000),
-                      help="stop after so many epochs without improvement on validation (default 60; 0: never)")
+                      help="stop after this many epochs without improvement on validation (default 60; 0: never)")
     return made.parse_args(arguments)
 
 
@@ -231,7 +231,7 @@ def main(arguments):
             accuracy, mistaken = accuracy_of(network, arrays, actions)
             notes[f"accuracy, {name}"] = f"{accuracy:.4f} of {count}"
             text += f"  {name:<12}{100.0 * accuracy:5.1f} % of {count} sequences"
-            text += "; mistaken: " * bool(mistaken) + ", ".join(f"{k} ({n})" for k, n in sorted(mistaken.items())) + "\n"
+            text += "; errors: " * bool(mistaken) + ", ".join(f"{k} ({n})" for k, n in sorted(mistaken.items())) + "\n"
     options.output.parent.mkdir(parents=True, exist_ok=True)
     networks.write_safetensors(options.output, weights, {
         **notes, "format": "imos-recognizer-1", "made_by": f"holdfast train recognizer {holdfast.__version__}",

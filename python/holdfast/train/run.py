@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""What all trainings share: command line, device, checkpoints, log, curves, and the loop."""
+"""Common parts of all trainings: command line, device, checkpoints, log, curves, and the loop."""
 
 import argparse
 import csv
@@ -43,37 +43,37 @@ def parser(name, description, examples, output):
     made.add_argument("--body", type=pathlib.Path, help="SMPL-X .npz (default: the embedded body)")
     made.add_argument("--seed", type=number(int, 0, 2**63 - 1), default=1)
     made.add_argument("--threads", type=number(int, 1, 1024), default=1,
-                      help="of PyTorch's products on the CPU; sums depend on them (default 1)")
+                      help="number of CPU threads of PyTorch; sums depend on it (default 1)")
     made.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu",
-                      help="cpu, cuda, cuda:1, ... (default: a GPU where there is one)")
-    made.add_argument("--force", action="store_true", help="begin anew, and replace what is there")
-    made.add_argument("-q", "--quiet", action="store_true", help="no progress and notes")
+                      help="cpu, cuda, cuda:1, ... (default: a GPU if available)")
+    made.add_argument("--force", action="store_true", help="start again and overwrite existing output")
+    made.add_argument("-q", "--quiet", action="store_true", help="print no progress and no notes")
     return made
 
 
 def add_long(made, every, unit):
-    """Options of trainings that evaluate, may be stopped, and go on."""
+    """Options of trainings that evaluate and can be interrupted and resumed."""
     made.add_argument("--evaluate-every", type=number(int, 1, 1_000_000), default=every,
                       help=f"{unit} between evaluations (default {every})")
     made.add_argument("--patience", type=number(int, 0, 100_000_000), default=0,
-                      help=f"stop after so many {unit} without improvement (default 0: never)")
+                      help=f"stop after this many {unit} without improvement (default 0: never)")
 
 
 def prepare(options):
-    """The device to train on; makes PyTorch repeat itself on one machine."""
+    """The device to train on; makes PyTorch deterministic on one machine."""
     torch.set_num_threads(options.threads)
     try:
         device = torch.device(options.device)
         torch.zeros(1, device=device)
     except (RuntimeError, AssertionError) as error:
         text = str(error).splitlines()[0]
-        raise holdfast.Error(f"--device {options.device}: {text}. Give another") from None
+        raise holdfast.Error(f"--device {options.device}: {text}. Give another device") from None
     return device
 
 
 def recipe(ours, published, options, fields):
-    """The training's options: `published` with --paper, else `ours`, and over them what the command
-    line gives of `fields` (argparse leaves None for what it does not)."""
+    """The training's options: `published` with --paper, else `ours`, overridden by those of `fields`
+    that are given on the command line (argparse sets the others to None)."""
     made = published if getattr(options, "paper", False) else ours
     for field in fields:
         value = getattr(options, field)
@@ -84,7 +84,7 @@ def recipe(ours, published, options, fields):
 
 
 def refuse_with_paper(made, options, fields):
-    """--paper has no such options."""
+    """Rejects options that --paper does not have."""
     for field in fields:
         if options.paper and getattr(options, field) is not None:
             made.error(f"--paper excludes --{field.replace('_', '-')}")
@@ -113,14 +113,14 @@ def body_of(options):
 
 
 def random_of(seed, iteration):
-    """Everything drawn in an iteration follows from the seed and its number: going on is exact.
-    Returns numpy's generator and torch's, of the CPU."""
+    """Random generators (numpy's, torch's of the CPU) of an iteration, which depend only on the seed
+    and its number, so that resuming is exact."""
     draws = np.random.default_rng([seed, iteration])
     return draws, torch.Generator().manual_seed(int(draws.integers(2**63)))
 
 
 def optimizer_tensors(name, optimizer):
-    """What an optimizer remembers, for a checkpoint."""
+    """State of an optimizer, for a checkpoint."""
     return {f"{name}.{index}.{key}": torch.as_tensor(value, dtype=torch.float32)
             for index, state in optimizer.state_dict()["state"].items() for key, value in state.items()}
 
@@ -134,7 +134,7 @@ def load_optimizer(name, tensors, optimizer):
 
 
 def save_checkpoint(path, trainer, fingerprint):
-    """All that is needed to go on exactly, as safetensors: reading it runs nothing."""
+    """Everything needed to resume exactly, as safetensors, which executes nothing on reading."""
     tensors, texts = trainer.state()
     networks.write_safetensors(path, tensors, {
         "format": trainer.FORMAT, "options": fingerprint, "iteration": str(trainer.iteration), **texts})
@@ -147,13 +147,13 @@ def load_checkpoint(path, trainer, fingerprint):
                              "another --output, or --force")
     if texts.get("options") != fingerprint:
         raise holdfast.Error(
-            f"{path}: was made with other options or data ({texts.get('options')}), not {fingerprint}. "
-            "Give the same options, or another --output, or --force to begin anew")
+            f"{path}: was made with different options or data ({texts.get('options')}), not {fingerprint}. "
+            "Give the same options, another --output, or --force to start again")
     try:
         trainer.load_state(tensors, texts)
         trainer.iteration = int(texts["iteration"])
     except (KeyError, ValueError, RuntimeError, IndexError) as error:
-        raise holdfast.Error(f"{path}: {error}. The file is damaged: begin anew with --force") from None
+        raise holdfast.Error(f"{path}: {error}. The file is damaged: start again with --force") from None
 
 
 def flat(line):
@@ -181,7 +181,7 @@ def write_log(path, lines):
 
 
 def read_log(path, iteration):
-    """The lines up to an iteration: what was trained later is trained again."""
+    """The lines up to an iteration; later iterations are trained again."""
     if not path.exists():
         return []
     lines = []
@@ -250,14 +250,14 @@ class Interruption:
 
 
 def train(trainer, options, name, fingerprint, notes, panels, text_of):
-    """Goes on where a checkpoint is, trains to the end, and keeps in --output: best.safetensors and
+    """Resumes from a checkpoint if there is one, trains to the end, and writes to --output: best.safetensors and
     latest.safetensors (each as _half too), checkpoint.safetensors (every two minutes),
     training_log.csv and training_curves.png. Returns the exit code.
 
     A trainer has iteration and iterations; step() -> (kind, losses, further columns); EVALUATION,
     the kind of evaluations; write(stem, notes); evaluate(stem of what was just written) -> dict;
-    is_better(now, best); state() -> (tensors, texts) and load_state of them. `text_of` an
-    evaluation is for people."""
+    is_better(now, best); state() -> (tensors, texts) and load_state of them. `text_of`
+    describes an evaluation to the user."""
     folder = options.output
     checkpoint, log = folder / "checkpoint.safetensors", folder / "training_log.csv"
     lines = []

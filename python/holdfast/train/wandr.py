@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: MIT
 """Training of WANDR's network (Diomataris et al. 2024): unrolled over windows of a corpus, then over
-whole motions of its own to drawn goals.
+whole generated motions to random goals.
 
 Features and steps are those of the library's rollout (generator/wandr): states are unrolled in the
 loop, and gradients go through poses, features and joints."""
@@ -142,8 +142,8 @@ class Pose:
 
 
 class Cut(torch.autograd.Function):
-    """A pose as it is, whose gradient's tangent of each body is cut to norm `largest`: over hundreds
-    of steps few bodies grow beyond all others. A gradient that is not finite becomes 0."""
+    """Identity on a pose; clips the gradient's tangent of each body to norm `largest`, because over
+    hundreds of steps those of few bodies dominate. A non-finite gradient becomes 0."""
 
     @staticmethod
     def forward(context, transl, rotations, largest):
@@ -191,7 +191,7 @@ def intention_of(layout, heading, pelvis, wrist, goal, eta, active):
 
 
 class Windows:
-    """Stretches of motion that a network is to live through: truth (A + 1, or 1 where free), the
+    """Windows of motion that a network is unrolled over: truth (A + 1, or 1 where free), the
     delta that led to the start, normalized (N, 135), and for each step goal (A, N, 3), eta (A, N, 1)
     and whether there is one (A, N, 1)."""
 
@@ -200,9 +200,9 @@ class Windows:
 
 
 class Corpus:
-    """Motion to learn from, on one device, and draws of windows of it.
+    """Training motion on one device, and random windows of it.
 
-    `clips` as _read_corpus gives them. Frames of all clips stand one behind the other."""
+    `clips` as from _read_corpus. Frames of all clips are concatenated."""
 
     def __init__(self, clips, bones, norms, options, device):
         self.bones, self.norms, self.options, self.device = bones, norms, options, device
@@ -218,7 +218,7 @@ class Corpus:
         self.wrist = motion.RIGHT_WRIST if options.wrist == "right" else motion.LEFT_WRIST
 
     def draw_frames(self, steps, count, draws):
-        """Clips by their length, and frames of them with `steps` + 1 more: (clips, frames)."""
+        """Random clips, weighted by length, and frames of them followed by `steps` + 1: (clips, frames)."""
         captured = draws.random(count) < self.options.captured
         if not len(self.groups[False]) or not len(self.groups[True]):
             captured[:] = not len(self.groups[False])
@@ -235,7 +235,7 @@ class Corpus:
 
     def draw_goals(self, clips, frames, steps, draws):
         """Goal, eta and whether there is one at each step, by Options' mixture; clips without
-        labeled goals ahead take hindsight ones in their stead."""
+        labeled goals ahead use hindsight goals instead."""
         o, count = self.options, len(clips)
         kind, when, error = draws.random((3, count))
         at = self.start[clips] + frames
@@ -288,7 +288,7 @@ class Corpus:
         return Pose.of_states(self.states[torch.from_numpy(indices).to(self.device)])
 
     def windows(self, clips, frames, steps, goals, perturbation=None):
-        """Windows at these frames; a perturbed truth goes back to the data within some 8 frames."""
+        """Windows at these frames; a perturbed start is blended back to the data within about 8 frames."""
         at = self.start[clips] + frames
 
         def perturbed(pose, frame):
@@ -314,8 +314,8 @@ class Corpus:
         return np.rint(np.clip(reach + 30.0 * distance / walking, least, most))
 
     def draw_free(self, draws):
-        """Windows that are left to themselves on their way to a drawn goal, goals about as far from
-        all, so that all take about as long. Returns (windows, goal (N, 3), deadline (N,))."""
+        """Windows for free rollouts to random goals at similar distances, so that all take about as
+        long. Returns (windows, goal (N, 3), deadline (N,))."""
         o = self.options
         about, clips, frames = draws.random() * 5.2, [], []
         while sum(map(len, clips)) < o.free_bodies:
@@ -338,22 +338,22 @@ class Corpus:
 
 
 def free_goals(goal, due):
-    """Goal, eta and presence of each step of free motions: as at run time the goal stays, and is
-    never nearer in time than a third of a second."""
+    """Goal, eta and presence of each step of free motions: as at run time the goal stays active,
+    with at least a third of a second left."""
     steps = int(due.max()) + AFTER_DEADLINE
     eta = np.maximum(due[None] - np.arange(steps)[:, None], 10.0).astype(np.float32)
     return np.broadcast_to(goal, (steps, *goal.shape)).copy(), eta[..., None], np.ones_like(eta)[..., None]
 
 
 class Loop:
-    """The closed loop: conditions, steps and losses of bodies that a network moves."""
+    """The closed loop: conditions, steps and losses of bodies moved by a network."""
 
     def __init__(self, norms, bones, options):
         self.norms, self.bones, self.options = norms, bones, options
         self.wrist = motion.RIGHT_WRIST if options.wrist == "right" else motion.LEFT_WRIST
 
     def condition(self, pose, delta, goal, eta, active):
-        """What the network is told (N, 268 + intention), normalized."""
+        """The condition of the network (N, 268 + intention), normalized."""
         root = pose.rotations[:, 0]
         heading = c, s = motion.heading_of(root)
         x = c * root[:, 0] + s * root[:, 1]
@@ -367,7 +367,7 @@ class Loop:
         return torch.cat((features, delta, told), 1)
 
     def target(self, pose, truth):
-        """The corrective delta, normalized: what would carry the body to the truth's next frame."""
+        """The corrective delta, normalized, that moves the body to the next frame of the ground truth."""
         return (pose.detach().delta_to(truth) - self.norms.delta_mean) / self.norms.delta_scale
 
     def step(self, pose, output):
@@ -387,7 +387,7 @@ class Loop:
         return torch.stack([part.mean(1).sum() for part in squared.split((3, 6, STATE - 9), 1)])
 
     def joint_loss(self, joints, truth):
-        """What joints (A + 1, N, 22, 3) are asked for beside the deltas, a mean over bodies and steps."""
+        """Loss of joints (A + 1, N, 22, 3) in addition to the deltas, a mean over bodies and steps."""
         o, share = self.options, 1.0 / (joints.shape[1] * (joints.shape[0] - 1))
         loss = o.position * robust_error(joints[1:] - truth[1:], POSITION_UNIT).mean(-1).sum()
         if o.foot_velocity or o.foot_contact:
@@ -498,8 +498,8 @@ class Trainer:
         return ("free" if free else "train"), losses, {}
 
     def follow(self, draws, noise):
-        """Windows of the corpus: few steps first; in the end all lengths up to the longest, each as
-        often."""
+        """Trains on windows of the corpus: few steps first; in the end all lengths up to the longest,
+        equally often."""
         o, longest, since = self.options, 1, 0.01
         while 2 * longest <= o.unroll and self.progress >= since:
             longest, since = 2 * longest, 2 * since
@@ -545,8 +545,8 @@ class Trainer:
                 "joints": joints.item(), "total": total.item()}
 
     def go_freely(self, windows, goal, due, noise, draws):
-        """Whole motions from prior latents to goals, judged by whether they get there, by how far they
-        stray from what the network did a while ago, and by the critic."""
+        """Trains on whole motions from prior latents to goals, with losses on the distance to the goal,
+        on the deviation from an earlier state of the network, and of the critic."""
         o, count = self.options, len(goal)
         steps = len(windows.goal)
         pose, delta = windows.truth[0], windows.delta
@@ -644,22 +644,22 @@ def frozen(network):
 
 
 def moments_of(condition, delta):
-    """What a critic sees: all of a condition but the intention, and the delta that follows."""
+    """Input of the critic: the condition without the intention, and the following delta."""
     return torch.cat((condition[:, : POSE + STATE], delta), 1)
 
 
 PANELS = [
-    ("Goals reached, % (within 10 cm, starts not trained on)", False, [("reach", "success", 100, "reached")]),
-    ("Distance left, cm", False, [("reach", "distance_m", 100, "mean"), ("reach", "distance_median_m", 100, "median")]),
+    ("Goals reached, % (within 10 cm, held-out starts)", False, [("reach", "success", 100, "reached")]),
+    ("Remaining distance, cm", False, [("reach", "distance_m", 100, "mean"), ("reach", "distance_median_m", 100, "median")]),
     ("Frames with a skating foot, and airborne, %", False,
      [("reach", "skating", 100, "skating"), ("reach", "airborne", 100, "airborne")]),
     ("Losses of deltas in training", True, [("train", x, 1, x) for x in ("translation", "orientation", "pose")]),
-    ("The same on clips not trained on", True,
+    ("Losses of deltas on held-out clips", True,
      [("reach", f"held_out.{x}", 1, x) for x in ("translation", "orientation", "pose")]),
-    ("Divergence of latents, nats each; joints' loss", True, [("train", "kl", 1, "divergence"), ("train", "joints", 1, "joints")]),
-    ("Whole motions to goals: their loss, and how far they stray", True,
-     [("free", "goal", 1, "goal"), ("free", "pose", 1, "straying (pose)")]),
-    ("The critic on them: adversarial loss and accuracy", False, [("free", "doubt", 1, "loss"), ("free", "critic", 1, "accuracy")]),
+    ("KL divergence per latent, nats; loss of joints", True, [("train", "kl", 1, "divergence"), ("train", "joints", 1, "joints")]),
+    ("Whole motions to goals: loss, and deviation from the earlier network", True,
+     [("free", "goal", 1, "goal"), ("free", "pose", 1, "deviation (pose)")]),
+    ("Critic of whole motions: adversarial loss and accuracy", False, [("free", "doubt", 1, "loss"), ("free", "critic", 1, "accuracy")]),
 ]
 
 RECIPE = ("iterations", "frames", "unroll", "learning_rate", "kl", "free_from", "free_share", "anchor", "critic",
@@ -671,39 +671,39 @@ def parse(arguments):
         "wandr reaches -o out/wandr --held-out reaches/captured/held_out",
         "wandr reaches -o out/paper --paper --iterations 20000",
         "wandr reaches -o out/again --from out/wandr/best.safetensors --iterations 250 --free-from 1"],
-        "folder for best.safetensors, checkpoint, log and curves; a training that was stopped continues there")
+        "folder for best.safetensors, checkpoint, log and curves; an interrupted training resumes there")
     number = run.number
-    made.add_argument("corpora", nargs="+", help="folders of 'holdfast make-reach-data', or of clips")
-    made.add_argument("--held-out", help="folder of clips not trained on, for the curves")
-    made.add_argument("--from", dest="start", help="weights to begin with, with their statistics")
+    made.add_argument("corpora", nargs="+", help="folders from 'holdfast make-reach-data', or of clips")
+    made.add_argument("--held-out", help="folder of held-out clips, for the curves")
+    made.add_argument("--from", dest="start", help="weights to start from, with their statistics")
     made.add_argument("--paper", action="store_true",
-                      help="the published network, features, losses and schedule, where no option says otherwise")
-    made.add_argument("--width", type=number(int, 16, 4096), help="of the residual network (default 256)")
+                      help="published network, features, losses and schedule, unless overridden by other options")
+    made.add_argument("--width", type=number(int, 16, 4096), help="width of the residual network (default 256)")
     made.add_argument("--blocks", type=number(int, 1, 64),
-                      help="of the decoder; the encoder has half as many (default 4)")
-    made.add_argument("--iterations", type=number(int, 1, 100_000_000), help="optimizer steps (default 6000)")
+                      help="number of blocks of the decoder; the encoder has half as many (default 4)")
+    made.add_argument("--iterations", type=number(int, 1, 100_000_000), help="number of optimizer steps (default 6000)")
     made.add_argument("--frames", type=number(int, 64, 1 << 20),
-                      help="per iteration, unrolled ones counted (default 4096)")
+                      help="frames per iteration, including unrolled frames (default 4096)")
     made.add_argument("--unroll", type=int, choices=[1, 2, 4, 8, 16, 32, 64],
                       help="longest rollout in training, frames (default 16; --paper: 8)")
-    made.add_argument("--learning-rate", type=number(float, 1e-7, 1.0), help="of AdamW (default 6e-4; --paper: 1e-4)")
+    made.add_argument("--learning-rate", type=number(float, 1e-7, 1.0), help="AdamW learning rate (default 6e-4; --paper: 1e-4)")
     made.add_argument("--kl", type=number(float, 0.0, 100.0),
-                      help="weight of the divergence of the latents from N(0, 1) (default 0.5; --paper: 0.01)")
+                      help="weight of the KL divergence of the latents from N(0, 1) (default 0.5; --paper: 0.01)")
     made.add_argument("--free-from", type=number(float, 0.0, 1.0),
-                      help="share of the iterations after which full rollouts to goals are trained too "
+                      help="fraction of the iterations after which full rollouts to goals are also trained "
                       "(default 0.5; --paper: 1)")
     made.add_argument("--free-share", type=number(float, 0.0, 1.0),
-                      help="share of full rollouts in the iterations after that (default 0.5)")
+                      help="fraction of full rollouts in the iterations after that (default 0.5)")
     made.add_argument("--anchor", type=number(float, 0.0, 1e6),
                       help="weight of staying near the earlier network in full rollouts (default 1)")
     made.add_argument("--critic", type=number(float, 0.0, 1e3), help="weight of the adversarial loss (default 1)")
     made.add_argument("--prior-share", type=number(float, 0.0, 1.0),
-                      help="share of followed windows driven by latents of N(0, 1), not the encoder's (default 0)")
+                      help="fraction of windows driven by latents from N(0, 1) instead of the encoder (default 0)")
     made.add_argument("--skating", type=number(float, 0.0, 1e3),
-                      help="weight of sliding feet in full rollouts (default 0.05)")
+                      help="weight of foot skating in full rollouts (default 0.05)")
     made.add_argument("--made-hours", type=number(float, 0.0, 1e6), default=1e6,
-                      help="at most this many hours of generated motion")
-    made.add_argument("--wrist", choices=["right", "left"], default="right", help="that reaches")
+                      help="maximum hours of generated motion to use")
+    made.add_argument("--wrist", choices=["right", "left"], default="right", help="wrist used for reaching")
     run.add_long(made, 250, "iterations")
     options = made.parse_args(arguments)
     run.refuse_with_paper(made, options, ("width", "blocks"))
@@ -722,8 +722,8 @@ def main(arguments):
                                        wrist=options.wrist, progress=run.reader(options))
     held_out = holdfast._core._read_clips(options.held_out, options.wrist) if options.held_out else None
     if held_out == []:
-        raise holdfast.Error(f"{options.held_out}: holds no clip to validate with. Leave out --held-out, or keep "
-                             "people away with 'make-reach-data --held-out'")
+        raise holdfast.Error(f"{options.held_out}: contains no clip for validation. Leave out --held-out, or hold "
+                             "people out with 'make-reach-data --held-out'")
     recipe = run.recipe(Options(), published(), options, RECIPE)
     recipe.wrist = options.wrist
     recipe.ankle_m, recipe.ball_m = (float(rest_joints[joint, 1] - sole_y) for joint in (7, 10))
@@ -734,7 +734,7 @@ def main(arguments):
         if warning:
             run.note(options, f"warning: {warning}")
         if not networks.under(start, "encoder"):
-            raise holdfast.Error(f"{options.start}: has no encoder. Give weights that holdfast.train wandr wrote")
+            raise holdfast.Error(f"{options.start}: has no encoder. Give weights written by 'holdfast.train wandr'")
         statistics = {name: x for name, x in start.items() if name.startswith("statistics.")}
         decoder = networks.network_of(networks.under(start, "decoder"), options.start)
         recipe.layout = texts.get("intention", "paper")
@@ -746,7 +746,7 @@ def main(arguments):
     trainer = Trainer(corpus, held_out, norms, bones, recipe, device, start, body)
     hours = [data[f"{kind}_frames"] / 108000.0 for kind in ("captured", "made")]
     run.note(options, f"{len(data['clips'])} clips, {hours[0]:.2f} h captured (with mirror images), {hours[1]:.2f} h "
-             f"made; {sum(x.numel() for x in trainer.parameters) / 1e6:.2f} M parameters; on {device}")
+             f"generated; {sum(x.numel() for x in trainer.parameters) / 1e6:.2f} M parameters; on {device}")
     fingerprint = (f"{dataclasses.asdict(recipe)} corpus {data['captured_frames']}+{data['made_frames']} frames in "
                    f"{len(data['clips'])} clips")
     return run.train(

@@ -18,7 +18,7 @@ TEST(OldPelvisWarning, IsOfNetworksThatHoldfastTrainedBefore) {
   notes["made_by"] = "holdfast train wandr 0.1.0";
   const auto old = OldPelvisWarning("a.safetensors", notes);
   ASSERT_TRUE(old);
-  EXPECT_THAT(*old, HasSubstr("a.safetensors: was trained when"));
+  EXPECT_THAT(*old, HasSubstr("a.safetensors: was trained with"));
   EXPECT_THAT(*old, HasSubstr("Train it again ('python3 -m holdfast.train wandr')"));
   NoteRestPelvis(notes);
   EXPECT_FALSE(OldPelvisWarning("a.safetensors", notes));

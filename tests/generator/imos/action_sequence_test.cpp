@@ -192,7 +192,7 @@ TEST(ActionSet, IsSplitBySubject) {
   EXPECT_EQ(set.train.size(), 2u);
   EXPECT_EQ(set.test.size(), 2u);
   ASSERT_EQ(set.notes.size(), 4u);
-  EXPECT_THAT(set.notes[0], HasSubstr("pass is left out"));
+  EXPECT_THAT(set.notes[0], HasSubstr("action pass is excluded"));
 }
 
 TEST(ActionSet, NamesTheFileThatIsAtFault) {

@@ -430,7 +430,7 @@ TEST(ImosWeights, SpoiledFilesAreRefusedByName) {
   EXPECT_THAT(ErrorOfFile([](nn::TensorMap&, Texts& m) { m["format"] = "imos-2"; }),
               HasSubstr("its format is 'imos-2', not 'imos-1'"));
   EXPECT_THAT(ErrorOfFile([](nn::TensorMap&, Texts& m) { m.erase("format"); }),
-              HasSubstr("does not say that it is 'imos-1'"));
+              HasSubstr("lacks the format 'imos-1'"));
   EXPECT_THAT(ErrorOfFile([](nn::TensorMap&, Texts& m) { m["body_latent"] = "1000"; }),
               HasSubstr("is needed"));
 }
@@ -449,7 +449,7 @@ TEST(ImosImport, FilesOfAnotherKindAreRefused) {
   };
   EXPECT_EQ(error_of(arms, body), "no error");
   EXPECT_THAT(error_of(body, arms), HasSubstr("in that order"));
-  EXPECT_THAT(error_of(fixtures / "torch/views.pt", body), HasSubstr("no tensor by a name"));
+  EXPECT_THAT(error_of(fixtures / "torch/views.pt", body), HasSubstr("no tensor that belongs"));
   EXPECT_THAT(error_of(arms, fixtures / "imos/missing.p"), HasSubstr("missing.p"));
   ImportWeightsOptions three;
   three.attention_heads = 3;

@@ -179,15 +179,15 @@ TEST(Network, SaysWhatIsWrongWithAFileOfAResidualNetwork) {
        [](NetworkWeights&, Weights& decoder, Weights&) {
          decoder.blocks[1].second_weight(2, 3) = NAN;
        });
-  says("the decoder's blocks see 3 latents, it has 8",
+  says("the decoder's blocks take 3 latents, but the decoder has 8",
        [](NetworkWeights&, Weights& decoder, Weights&) {
          for (auto& block : decoder.blocks) block.latent_weight.setOnes(40, 3);
        });
-  says("the decoder's blocks see 0 latents, it has 8",
+  says("the decoder's blocks take 0 latents, but the decoder has 8",
        [](NetworkWeights&, Weights& decoder, Weights&) {
          for (auto& block : decoder.blocks) block.latent_weight.resize(40, 0);
        });
-  says("the encoder's blocks see 2 latents", [](NetworkWeights&, Weights&, Weights& encoder) {
+  says("the encoder's blocks take 2 latents", [](NetworkWeights&, Weights&, Weights& encoder) {
     for (auto& block : encoder.blocks) block.latent_weight.setOnes(40, 2);
   });
   says("the encoder is 412 -> 17", [](NetworkWeights&, Weights&, Weights& encoder) {

@@ -335,11 +335,11 @@ TEST_F(BodyModelTest, SaysWhichFieldIsAtFault) {
   EXPECT_THAT(message([&](NpzWriter& w) {
                 w.AddInt64("f", {1, 3}, {0, 1, 999});
               }),
-              HasSubstr("names vertex 999 of 60"));
+              HasSubstr("refers to vertex 999, but the model has 60"));
   EXPECT_THAT(message([&](NpzWriter& w) {
                 w.AddInt64("f", {1, 3}, {0, 1, -1});
               }),
-              HasSubstr("names vertex -1"));
+              HasSubstr("refers to vertex -1"));
   EXPECT_THAT(message([&](NpzWriter& w) {
                 w.AddFloat64("weights", {V, kNumJoints}, std::vector<double>(V * kNumJoints, 0.1));
               }),

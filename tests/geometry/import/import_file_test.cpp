@@ -83,14 +83,14 @@ TEST(ImportFile, SaysWhatAFileIsThatHoldsNoMotion) {
   const TemporaryFolder folder;
   EXPECT_THAT(Fault(folder / "none.npz"), HasSubstr("does not exist"));
   EXPECT_THAT(Fault(Fixture("parameters/SMPLX_TEST.npz")), HasSubstr("hands_componentsl"));
-  EXPECT_THAT(Fault(Fixture("torch/network.pt")), HasSubstr("no motion that is known"));
+  EXPECT_THAT(Fault(Fixture("torch/network.pt")), HasSubstr("without a known motion"));
   NpzWriter model;
   model.AddFloat64("v_template", {2, 3}, std::vector<double>(6));
   model.AddFloat64("weights", {2, 55}, std::vector<double>(110));
   model.Write(folder / "model.npz");
   EXPECT_THAT(Fault(folder / "model.npz"), HasSubstr("--body"));
   std::filesystem::create_directory(folder / "empty");
-  EXPECT_THAT(Fault(folder / "empty"), HasSubstr("without files of parameters"));
+  EXPECT_THAT(Fault(folder / "empty"), HasSubstr("without parameter files"));
   std::ofstream(folder / "text.txt") << "once upon a time\n";
   EXPECT_NE(Fault(folder / "text.txt"), "");
 }
@@ -219,7 +219,7 @@ TEST(FindClipObject, TakesTheClipsOwnThenTheOneItNamesThenTheNames) {
   LoadedClip loaded;
   EXPECT_FALSE(FindClipObject(loaded).mesh);
   ObjectTrack& track = loaded.clip.object.emplace();
-  EXPECT_THAT(FindClipObject(loaded).missing, HasSubstr("names no mesh"));
+  EXPECT_THAT(FindClipObject(loaded).missing, HasSubstr("does not name the mesh"));
 
   track.name = "mug";
   const ClipObject named = FindClipObject(loaded, 2.0);
@@ -269,11 +269,11 @@ TEST(FindClipObject, WarnsWhereAnEmbeddedMeshStandsInForAnothers) {
   LoadedClip loaded;
   ObjectTrack& track = loaded.clip.object.emplace();
   track.name = "mug";
-  EXPECT_THAT(FindClipObject(loaded).warning, HasSubstr("Holdfast's own 'mug' stands in"));
+  EXPECT_THAT(FindClipObject(loaded).warning, HasSubstr("Holdfast's own 'mug' is used"));
   loaded.clip.body_model = BodyModel::kDefaultName;
   EXPECT_EQ(FindClipObject(loaded).warning, "");
   loaded.change = BodyChange{"SMPL-X", Eigen::Vector3d::Zero()};  // brought onto that body
-  EXPECT_THAT(FindClipObject(loaded).warning, HasSubstr("stands in"));
+  EXPECT_THAT(FindClipObject(loaded).warning, HasSubstr("is used instead"));
   track.mesh = "mug";  // embedded, by a clip that says so
   EXPECT_EQ(FindClipObject(loaded).warning, "");
   track.mesh.clear();

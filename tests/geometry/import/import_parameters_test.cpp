@@ -78,7 +78,7 @@ TEST(ImportParameters, SmplifyXIsAFolderAFrameInNaturalOrder) {
   EXPECT_LT((Joints(clip, 40, 15) - Expected("smplifyx.right")).cwiseAbs().maxCoeff(), 1e-6);
   EXPECT_NEAR(clip.betas(0), 0.1, 1e-6);  // of 0, 0.1 and 0.2
   EXPECT_TRUE(Mentions(imported.notes, "betas differ"));
-  EXPECT_TRUE(Mentions(imported.notes, "-y was taken"));
+  EXPECT_TRUE(Mentions(imported.notes, "-y is used"));
   EXPECT_TRUE(Mentions(imported.dropped, "camera_translation"));
 }
 
@@ -499,7 +499,7 @@ TEST(ImportRotations, TheOtherFieldsTellWhatAShapeIs) {
   EXPECT_THAT(FaultOf(write(15, {15, 6}, 0.1)), HasSubstr("6 coefficients"));
   EXPECT_THAT(FaultOf(write(1, {15, 6}, 0.1)), HasSubstr("6D"));
   EXPECT_THAT(FaultOf(write(15, {15, 9}, 0.1)), HasSubstr("9 coefficients"));
-  EXPECT_THAT(FaultOf(write(1, {15, 9}, 0.1)), HasSubstr("no rotation"));
+  EXPECT_THAT(FaultOf(write(1, {15, 9}, 0.1)), HasSubstr("not a rotation"));
   // 23 frames are not SMPL's 23 joints.
   NpzWriter body;
   for (const auto& [name, n] :
@@ -604,7 +604,8 @@ TEST(ImportFrameRate, NoneIsAWarningInEveryFormat) {
     const std::filesystem::path path = folder / ("m" + std::to_string(k++) + ".npz");
     writer->Write(path);
     const ImportedFile silent = Import(path);
-    EXPECT_TRUE(Mentions(silent.notes, "warning: no frame rate in the file: 30 Hz taken")) << path;
+    EXPECT_TRUE(Mentions(silent.notes, "warning: no frame rate in the file: assuming 30 Hz"))
+        << path;
     ImportFileOptions asked;
     asked.parameters.source_frame_rate = 50;
     const ImportedFile told = Import(path, asked);
@@ -634,7 +635,7 @@ TEST(ImportObjectBeside, InterActsPairIsOneClip) {
                 .norm(),
             1e-12);
   EXPECT_EQ(imported.clip.object->name, "boxsmall");
-  EXPECT_TRUE(Mentions(imported.notes, "the object is object.npz beside it"));
+  EXPECT_TRUE(Mentions(imported.notes, "the object is read from object.npz beside it"));
   EXPECT_TRUE(LoadClip((pair / "human.npz").string()).clip.object);
   EXPECT_THAT(FaultOf(pair / "object.npz"), HasSubstr("poses of an object"));
 }
@@ -668,7 +669,7 @@ TEST(ImportObjectBeside, GoesByNameElseByContent) {
     object.Write(folder / "object.npz");
     const ImportedFile other = Import(human);
     EXPECT_FALSE(other.clip.object);
-    EXPECT_TRUE(Mentions(other.notes, "warning: the object in object.npz beside it is not taken"));
+    EXPECT_TRUE(Mentions(other.notes, "warning: the object in object.npz beside it is not used"));
   }
   {
     const TemporaryFolder folder;  // which?
@@ -701,7 +702,7 @@ TEST(WrapJointAngles, EqualRotationsAreOneClip) {
   const TemporaryFolder folder;
   WriteClip(wound, folder / "wound.npz");
   const LoadedClip loaded = LoadClip((folder / "wound.npz").string());
-  EXPECT_TRUE(Mentions(loaded.notes, "warning: joints turn by more than half a turn in 7 of 7"));
+  EXPECT_TRUE(Mentions(loaded.notes, "warning: joints rotate by more than half a turn in 7 of 7"));
   EXPECT_LT(
       (Joints(loaded.clip, 0, kNumJoints) - Joints(clip, 0, kNumJoints)).cwiseAbs().maxCoeff(),
       1e-12);

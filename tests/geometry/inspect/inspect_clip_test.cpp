@@ -122,7 +122,7 @@ TEST_F(InspectClip, TellsWhichHandCarries) {
   clip.holding_hand.assign(static_cast<std::size_t>(clip.NumFrames()), kHoldsRight);
   const Inspection inspection = Look(clip);
   EXPECT_EQ(Text(inspection, "holding_hand"), "left");
-  EXPECT_THAT(Findings(inspection), HasSubstr("holding_hand never says left"));
+  EXPECT_THAT(Findings(inspection), HasSubstr("holding_hand is never left"));
 }
 
 // Turned about the pelvis so that y is up, as files of other programs are.

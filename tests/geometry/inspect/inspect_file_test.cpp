@@ -255,16 +255,16 @@ TEST(Inspect, MeshesAsTheCommandsReadThem) {
   const fs::path cases = HOLDFAST_SOURCE_DIR "/tests/fixtures/cases";
   const Inspection fin = Inspect(cases / "mesh_fin/cup_fin.obj");
   EXPECT_EQ(fin.Worst(), Verdict::kWarning) << All(fin);
-  EXPECT_THAT(All(fin), HasSubstr("Parted the surface along 1 edge of more than two faces"));
+  EXPECT_THAT(All(fin), HasSubstr("Split the surface along 1 edge of more than two faces"));
   std::vector<std::string> notes;
   EXPECT_EQ(ForFitting(LoadObject(fin.path.string()), 300, &notes).NumVertices(), 300);
-  EXPECT_THAT(notes, Contains(HasSubstr("Parted the surface along 1 edge")));
+  EXPECT_THAT(notes, Contains(HasSubstr("Split the surface along 1 edge")));
   // Small ones as well, which no fit simplifies.
   const TemporaryFolder small;
   WriteBytes(
       small / "fin.obj",
       "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0.1 0.1 0\nv 0.05 0.05 0.1\nf 1 2 3\nf 3 2 4\nf 2 3 5\n");
-  EXPECT_THAT(All(Inspect(small / "fin.obj")), HasSubstr("Parted the surface along 1 edge"));
+  EXPECT_THAT(All(Inspect(small / "fin.obj")), HasSubstr("Split the surface along 1 edge"));
   for (const char* name : {"continued.obj", "trailing.stl"}) {
     const Inspection text = Inspect(cases / "mesh_text" / name);
     EXPECT_LT(text.Worst(), Verdict::kFault) << All(text);
@@ -301,7 +301,7 @@ TEST(Inspect, MeshesAsTheCommandsReadThem) {
 TEST(Inspect, SizesThatTwoUnitsExplain) {
   const fs::path cube = HOLDFAST_SOURCE_DIR "/tests/fixtures/cases/mesh_unit_guess/cube_20.stl";
   const std::string both =
-      "millimeters, as .stl files are by custom: --object-scale 0.001 makes it 2 x 2 x 2 cm; or in "
+      "millimeters, as usual for .stl files: --object-scale 0.001 makes it 2 x 2 x 2 cm; or in "
       "centimeters: --object-scale 0.01 makes it 20 x 20 x 20 cm";
   const Inspection stl = Inspect(cube);
   EXPECT_THAT(All(stl), HasSubstr(both));
@@ -429,7 +429,7 @@ TEST(Inspect, TheAxisOfAMotionIsTheOneThatImportTakes) {
       Inspect(HOLDFAST_SOURCE_DIR "/tests/fixtures/cases/bvh_z_up/zup.bvh");
   EXPECT_EQ(inspection.Worst(), Verdict::kOk);
   EXPECT_THAT(All(inspection),
-              HasSubstr("z is up (in 100 % of frames): every command takes it so"));
+              HasSubstr("z is up (in 100 % of frames): all commands use this axis"));
 }
 
 TEST(ShellWord, QuotesWhatHasToBe) {

@@ -54,7 +54,7 @@ TEST_F(InspectMarkersTest, TellsNamesGapsAndJumps) {
 TEST_F(InspectMarkersTest, DoubtsUnitsThatMakeAGiant) {
   const Inspection meters = Look(ViconText("m", 0.0));
   EXPECT_EQ(meters.Worst(), Verdict::kFault);
-  EXPECT_THAT(MarkerFindings(meters), HasSubstr("not in m"));
+  EXPECT_THAT(MarkerFindings(meters), HasSubstr("the unit is not m"));
 }
 
 TEST_F(InspectMarkersTest, FaultsNameTheLine) {

@@ -235,9 +235,9 @@ TEST(Decimate, AFinComesOffAnOpenSurfaceAndLeavesItWhole) {
     for (const bool turned : {false, true}) {
       TriangleMesh mesh = OpenSphere();
       AddFins(mesh, fins, turned);
-      const TriangleMesh few = DecimatedOpen(
-          mesh, fins == 1 ? "Parted the surface along 1 edge of more than two faces"
-                          : "Parted the surface along 4 edges of more than two faces");
+      const TriangleMesh few =
+          DecimatedOpen(mesh, fins == 1 ? "Split the surface along 1 edge of more than two faces"
+                                        : "Split the surface along 4 edges of more than two faces");
       const MeshParts parts = FindParts(few);
       ASSERT_EQ(parts.parts.size(), 2u);
       // One loop of boundary each: an open sphere, a disk.
@@ -342,7 +342,7 @@ TEST(Decimate, CutsAnOpenSurfaceWithoutTwoSides) {
       strip.faces.col(f++) << at(i, j), at(i + 1, j + 1), at(i, j + 1);
     }
   }
-  DecimatedOpen(strip, "no two sides");
+  DecimatedOpen(strip, "only one side");
 }
 
 TEST(PartSheets, MakesAnyMessManifoldWithoutMovingIt) {
@@ -384,7 +384,7 @@ TEST(Decimate, SaysAtOnceThatThereAreTooManyLooseParts) {
     }
     return "";
   };
-  EXPECT_THAT(refused(crumbs), HasSubstr("it is of 125 loose parts that need 500"));
+  EXPECT_THAT(refused(crumbs), HasSubstr("its 125 loose parts need at least 500"));
   // Near each other they are wrapped together.
   TriangleMesh near = crumbs;
   for (int i = 0; i < 125; ++i) {
@@ -394,7 +394,7 @@ TEST(Decimate, SaysAtOnceThatThereAreTooManyLooseParts) {
   EXPECT_EQ(Decimate(near, {.vertices = 300, .samples = 0}).mesh.NumVertices(), 300);
   // With a hole nothing is wrapped.
   crumbs.faces = crumbs.faces.rightCols(crumbs.NumFaces() - 1).eval();
-  EXPECT_THAT(refused(crumbs), HasSubstr("need 499"));
+  EXPECT_THAT(refused(crumbs), HasSubstr("need at least 499"));
 }
 
 TEST(Decimate, MethodsHaveNames) {

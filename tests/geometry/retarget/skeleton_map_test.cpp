@@ -206,7 +206,7 @@ TEST(SkeletonMap, AMapFileOverrides) {
     crossed.replace(crossed.find("\"#\""), 3, "\"" + b + "\"");
   };
   swap("left_elbow", "right_elbow");
-  fault(crossed, "does not hang on");
+  fault(crossed, "is not below");
 }
 
 TEST(SkeletonMap, ListsItsTables) {

@@ -132,7 +132,7 @@ TEST_F(CustomTermTest, WhatItDoesWrongIsSaidAndTheFrameKeepsItsStart) {
       {[]() -> std::unique_ptr<ceres::CostFunction> {
          return std::make_unique<Doing>(4, [](double*) { return true; });
        },
-       "custom term 'own' wants 4 numbers of object_translation, which has 3"},
+       "custom term 'own' expects 4 numbers of object_translation, which has 3"},
       {[]() -> std::unique_ptr<ceres::CostFunction> { throw std::runtime_error("not today"); },
        "custom term 'own' threw: not today"},
   };

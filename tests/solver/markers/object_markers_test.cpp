@@ -161,10 +161,10 @@ TEST_F(ObjectMarkersTest, SayWhatIsWrong) {
   markers.names[2] = "cup_cc";
   EXPECT_THAT(ErrorOf(), HasSubstr("has no marker 'cup_cc' of the object. Did you mean 'cup_c'"));
   markers.names[2] = "CUP_A";
-  EXPECT_THAT(ErrorOf(), HasSubstr("named twice"));
+  EXPECT_THAT(ErrorOf(), HasSubstr("listed twice"));
   markers = good;
   markers.places.col(1).x() += 0.3;
-  EXPECT_THAT(ErrorOf(), HasSubstr("from the places told of them"));
+  EXPECT_THAT(ErrorOf(), HasSubstr("from their given positions"));
   markers = {{"cup_a"}, {}};
   EXPECT_THAT(ErrorOf(), HasSubstr("fewer than three of the object's markers are seen at a time"));
   markers = good;
@@ -201,9 +201,9 @@ TEST_F(ObjectMarkersTest, AreNamedOrReadFromATable) {
   EXPECT_EQ(error("Name, X,y,z\r\ncup_a,0.04,0,0.02\r\n\ncup_b,-0.04,1e-2,0.05\n"), "read 2");
   EXPECT_THAT(error("name,x,y\n"), HasSubstr("cup.csv:1: its first line does not name"));
   EXPECT_THAT(error("name,x,y,z\ncup_a,1,2\n"), HasSubstr("cup.csv:2: 3 fields"));
-  EXPECT_THAT(error("name,x,y,z\ncup_a,1,2,mm\n"), HasSubstr("'mm' is no place in meters"));
-  EXPECT_THAT(error("name,x,y,z\ncup_a,40,2,1\n"), HasSubstr("'40' is no place in meters"));
-  EXPECT_THAT(error("name,x,y,z\n"), HasSubstr("names no marker"));
+  EXPECT_THAT(error("name,x,y,z\ncup_a,1,2,mm\n"), HasSubstr("'mm' is not a coordinate in meters"));
+  EXPECT_THAT(error("name,x,y,z\ncup_a,40,2,1\n"), HasSubstr("'40' is not a coordinate in meters"));
+  EXPECT_THAT(error("name,x,y,z\n"), HasSubstr("lists no markers"));
   EXPECT_THAT(error("name,x,y,z\ncap_a,0,0,0\n"), HasSubstr("Did you mean 'cup_a'"));
   EXPECT_THROW(ObjectMarkersOf("mug_*", recording, "trial"), Error);
   EXPECT_THROW(ObjectMarkersOf("nowhere.csv", recording, "trial"), Error);

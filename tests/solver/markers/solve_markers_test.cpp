@@ -490,9 +490,9 @@ TEST(MarkerTable, ReadsNamesAndSaysWhatIsWrong) {
   EXPECT_EQ(table.Find("nobody"), nullptr);
   EXPECT_THAT(error("marker,bone\n"), HasSubstr("does not name the columns"));
   EXPECT_THAT(error("name,joint\na,right_elbo\n"), HasSubstr("Did you mean 'right_elbow'"));
-  EXPECT_THAT(error("name,vertex\na,3\n"), HasSubstr("no vertex of the body"));
-  EXPECT_THAT(error("name,joint\na,head\nA,head\n"), HasSubstr("there twice"));
-  EXPECT_THAT(error("name,joint\n"), HasSubstr("names no marker"));
+  EXPECT_THAT(error("name,vertex\na,3\n"), HasSubstr("not a vertex of the body"));
+  EXPECT_THAT(error("name,joint\na,head\nA,head\n"), HasSubstr("listed twice"));
+  EXPECT_THAT(error("name,joint\n"), HasSubstr("lists no markers"));
 }
 
 }  // namespace

@@ -96,7 +96,7 @@ TEST(WalkAndReach, RefusesWhatMakesNoSense) {
     return "";
   };
   EXPECT_THAT(refused({1, 0, -0.2}), HasSubstr("0.20 m below the ground"));
-  EXPECT_THAT(refused({0, 30, 1}), HasSubstr("the most that is tried"));
+  EXPECT_THAT(refused({0, 30, 1}), HasSubstr("the maximum is"));
   EXPECT_THAT(refused({1, 0, 1}), HasSubstr("0.10 m inside the obstacle crate"));
   EXPECT_EQ(refused({-1, 0, 1}), "");  // not where the mirror has it
 }

@@ -116,7 +116,7 @@ TEST(HoldingStart, OfAClipNeedsTheObjectInAHand) {
     }
     return "";
   };
-  EXPECT_THAT(refused(motion.clip, 9999), HasSubstr("and no 9999"));
+  EXPECT_THAT(refused(motion.clip, 9999), HasSubstr("but no frame 9999"));
   EXPECT_THAT(refused(motion.clip, 3), HasSubstr("has no object track"));
 }
 

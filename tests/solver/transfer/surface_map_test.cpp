@@ -88,8 +88,8 @@ TEST(SurfaceMap, RefusesFilesThatFitNoObject) {
     return [&] { SurfaceMap::FromFile(cube, cube, folder / "map.txt"); };
   };
   EXPECT_THAT(with("0\n1\n"), ThrowsMessage<Error>(HasSubstr("has 2 rows")));
-  EXPECT_THAT(with("0 0 x\n"), ThrowsMessage<Error>(HasSubstr("'x' is no number")));
-  EXPECT_THAT(with("0 0 nan 0 0 0\n"), ThrowsMessage<Error>(HasSubstr("is no number")));
+  EXPECT_THAT(with("0 0 x\n"), ThrowsMessage<Error>(HasSubstr("'x' is not a number")));
+  EXPECT_THAT(with("0 0 nan 0 0 0\n"), ThrowsMessage<Error>(HasSubstr("is not a number")));
   EXPECT_THAT(with("0 0 0\n"), ThrowsMessage<Error>(HasSubstr("line 1 has 3 numbers")));
   EXPECT_THAT(with(""), ThrowsMessage<Error>(HasSubstr("at least four pairs")));
   EXPECT_THAT(with("25 0 0 25 0 0\n0 25 0 0 25 0\n0 0 25 0 0 25\n9 9 9 9 9 9\n"),

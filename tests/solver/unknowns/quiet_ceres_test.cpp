@@ -28,7 +28,7 @@ TEST(QuietCeres, SaysNothingOfWhatCeresMeets) {
 
 TEST(QuietCeres, AFailedCheckIsASentenceAndAnExitCode) {
   EXPECT_EXIT(FailACheck(), ::testing::ExitedWithCode(1),
-              "^holdfast: the optimizer met numbers that it cannot work with");
+              "^holdfast: the optimizer encountered invalid numbers");
 }
 
 }  // namespace

@@ -26,7 +26,7 @@ constexpr std::size_t kMaxBufferBytes = std::size_t{4} << 30;
 constexpr std::size_t kMaxImageBytes = std::size_t{256} << 20;
 constexpr std::int64_t kMaxInteger = std::int64_t{1} << 53;
 constexpr std::string_view kExportAgain =
-    "Export the file again (the Khronos validator tells more)";
+    "Export the file again (the Khronos glTF validator gives details)";
 
 // One entry of a list in the file, with checked access to its fields.
 class Entry {
@@ -69,8 +69,8 @@ class Entry {
       }
     }
     if (value < 0 || value >= limit) {
-      Fail(key,
-           fmt::format("is {}, a whole number from 0 to {} is needed", Shown(number), limit - 1));
+      Fail(key, fmt::format("is {}, but a whole number from 0 to {} is needed", Shown(number),
+                            limit - 1));
     }
     return value;
   }
@@ -204,7 +204,7 @@ class GltfParser {
     if (found == nullptr) root.Fail("asset", "is missing: this is not glTF");
     const Entry asset = root.Inner(*found, "asset");
     if (const std::string version = asset.Text("version"); !version.starts_with("2.")) {
-      throw Error(asset_.where_, fmt::format("glTF of version '{}'", version.substr(0, 20)),
+      throw Error(asset_.where_, fmt::format("is glTF of version '{}'", version.substr(0, 20)),
                   "Export glTF 2.0");
     }
     const json* extras = asset.Find("extras");
@@ -283,7 +283,7 @@ class GltfParser {
       asset_.buffers_.push_back(std::move(buffer));
       const std::size_t have = asset_.BufferBytes(static_cast<int>(index)).size();
       if (have < expected) {
-        throw Error(where, fmt::format("tells of {} bytes and has {}", expected, have),
+        throw Error(where, fmt::format("declares {} bytes but has {}", expected, have),
                     "Fetch the file again, with the .bin that belongs to it");
       }
     });
@@ -308,7 +308,7 @@ class GltfParser {
       const std::int64_t value = from.Require(key, 6000);
       if (value != 5120 && value != 5121 && value != 5122 && value != 5123 && value != 5125 &&
           value != 5126) {
-        from.Fail(key, fmt::format("is {}, no type of glTF 2.0", value));
+        from.Fail(key, fmt::format("is {}, which is not a type of glTF 2.0", value));
       }
       return static_cast<int>(value);
     };
@@ -400,7 +400,7 @@ class GltfParser {
     const json& list = root.List("nodes");
     if (list.size() > kMaxNodes) {
       throw Error(asset_.where_,
-                  fmt::format("{} nodes, {} are read at most", list.size(), kMaxNodes),
+                  fmt::format("has {} nodes, but at most {} are supported", list.size(), kMaxNodes),
                   "Export the character alone");
     }
     asset_.nodes.resize(list.size());
@@ -419,7 +419,7 @@ class GltfParser {
       entry.Numbers("scale", node.scale);
       if (entry.Numbers("rotation", node.rotation.coeffs())) {
         if (!(node.rotation.norm() > 1e-6 && node.rotation.norm() < 1e6)) {
-          entry.Fail("rotation", "is a quaternion without direction");
+          entry.Fail("rotation", "is a quaternion of zero or infinite length");
         }
         node.rotation.normalize();
       }
@@ -430,7 +430,7 @@ class GltfParser {
         int& parent = asset_.nodes[static_cast<std::size_t>(c)].parent;
         if (parent >= 0) {
           entry.Fail("children",
-                     fmt::format("takes node {}, which node {} has already", c, parent));
+                     fmt::format("lists node {}, which is already a child of node {}", c, parent));
         }
         parent = static_cast<int>(i);
         node.children.push_back(static_cast<int>(c));
@@ -459,7 +459,7 @@ class GltfParser {
       order.insert(order.end(), children.begin(), children.end());
     }
     if (order.size() < asset_.nodes.size()) {
-      throw Error(asset_.where_ + "[nodes]", "nodes are each other's ancestors", kExportAgain);
+      throw Error(asset_.where_ + "[nodes]", "nodes form a cycle", kExportAgain);
     }
   }
 
@@ -559,7 +559,7 @@ std::string GltfAsset::ImageBytes(int image) const {
   const GltfBufferView& view = views[static_cast<std::size_t>(found.view)];
   const std::string_view bytes = BufferBytes(view.buffer);
   if (view.compressed || view.offset > bytes.size() || view.bytes > bytes.size() - view.offset) {
-    throw Error(where, "passes the end of its buffer", kExportAgain);
+    throw Error(where, "extends past the end of its buffer", kExportAgain);
   }
   return std::string(bytes.substr(view.offset, view.bytes));
 }

@@ -47,7 +47,7 @@ std::string DecodeBase64(std::string_view text, const std::string& where) {
   int held = 0;
   for (const char c : text) {
     const int digit = Base64Digit(c);
-    if (digit < 0) throw Error(where, "its data: text is not base64", kFetchAgain);
+    if (digit < 0) throw Error(where, "its data: URI is not base64", kFetchAgain);
     bits = bits << 6 | static_cast<std::uint32_t>(digit);
     held += 6;
     if (held >= 8) {
@@ -107,12 +107,12 @@ std::filesystem::path InsideFolder(const std::string& name, const std::filesyste
   const fs::path base = fs::canonical(folder.empty() ? fs::path(".") : folder, error);
   const fs::path target = error ? fs::path() : fs::canonical(base / relative, error);
   if (error || !fs::is_regular_file(target, error)) {
-    throw Error(where, fmt::format("its file '{}' is not there", name), kKeepTogether);
+    throw Error(where, fmt::format("its file '{}' was not found", name), kKeepTogether);
   }
   // A link may point anywhere.
   const auto [end, rest] = std::mismatch(base.begin(), base.end(), target.begin(), target.end());
   if (end != base.end()) {
-    throw Error(where, fmt::format("its file '{}' leads out of the glTF's folder", name),
+    throw Error(where, fmt::format("its file '{}' points outside the glTF's folder", name),
                 kKeepTogether);
   }
   return target;
@@ -133,14 +133,15 @@ bool LooksLikeGltf(std::string_view head) {
 
 GltfContainer SplitGltf(std::string_view bytes, const std::string& where) {
   if (!bytes.starts_with(kMagic)) return {bytes, {}};
-  if (bytes.size() < 20) throw Error(where, "a .glb cut short in its header", kFetchAgain);
+  if (bytes.size() < 20)
+    throw Error(where, "is a .glb that is cut short in its header", kFetchAgain);
   if (const std::uint32_t version = Word(bytes, 4); version != 2) {
-    throw Error(where, fmt::format("glTF binary of version {}", version), "Export glTF 2.0");
+    throw Error(where, fmt::format("is binary glTF of version {}", version), "Export glTF 2.0");
   }
   const std::uint32_t length = Word(bytes, 8);
   if (length > bytes.size() || length < 20) {
     throw Error(where,
-                fmt::format("a .glb that tells of {} bytes and has {}", length, bytes.size()),
+                fmt::format("is a .glb that declares {} bytes but has {}", length, bytes.size()),
                 kFetchAgain);
   }
   GltfContainer parts;
@@ -150,11 +151,12 @@ GltfContainer SplitGltf(std::string_view bytes, const std::string& where) {
     const bool first = at == 12;
     at += 8;
     if (size > length - at) {
-      throw Error(where, fmt::format("a chunk of {} bytes where {} are left", size, length - at),
+      throw Error(where,
+                  fmt::format("has a chunk of {} bytes where {} are left", size, length - at),
                   kFetchAgain);
     }
     if (first != (type == kJsonChunk)) {
-      throw Error(where, "a .glb must hold one JSON chunk, and that first", kFetchAgain);
+      throw Error(where, "a .glb must hold exactly one JSON chunk, which comes first", kFetchAgain);
     }
     if (first) parts.json = bytes.substr(at, size);
     if (type == kBinaryChunk && parts.binary.data() == nullptr) {
@@ -169,10 +171,9 @@ std::filesystem::path ResolveGltfUri(std::string_view uri, const std::filesystem
                                      const std::string& where) {
   if (uri.starts_with("data:")) return {};
   if (IsAddress(uri)) {
-    throw Error(
-        where,
-        fmt::format("lies elsewhere ('{}'); nothing is fetched over a network", uri.substr(0, 80)),
-        kKeepTogether);
+    throw Error(where,
+                fmt::format("is an address ('{}'); nothing is downloaded", uri.substr(0, 80)),
+                kKeepTogether);
   }
   return InsideFolder(DecodePercent(uri, where), folder, where);
 }
@@ -180,7 +181,7 @@ std::filesystem::path ResolveGltfUri(std::string_view uri, const std::filesystem
 std::string DecodeDataUri(std::string_view uri, const std::string& where) {
   const std::size_t comma = uri.find(',');
   if (comma == uri.npos || !uri.substr(0, comma).ends_with(";base64")) {
-    throw Error(where, "its data: text is not base64", kFetchAgain);
+    throw Error(where, "its data: URI is not base64", kFetchAgain);
   }
   return DecodeBase64(uri.substr(comma + 1), where);
 }
@@ -207,8 +208,8 @@ const char* Locate(const GltfAsset& asset, int view_index, std::size_t offset, s
                                     (count - 1) <= (view.bytes - offset - element) / stride));
   if (!fits) {
     throw Error(where,
-                fmt::format("tells of {} elements, which its buffer of {} bytes does not hold",
-                            count, bytes.size()),
+                fmt::format("declares {} elements, more than its buffer of {} bytes holds", count,
+                            bytes.size()),
                 kFetchAgain);
   }
   return bytes.data() + view.offset + offset;
@@ -254,7 +255,7 @@ GltfNumbers::GltfNumbers(const GltfAsset& asset, int index, int rows) {
   }
   // Zeros take no bytes in a file, but reading through them takes time.
   if (accessor.view < 0 && count_ > asset.NumBytes()) {
-    throw Error(where, fmt::format("tells of {} elements and holds none", count_), kFetchAgain);
+    throw Error(where, fmt::format("declares {} elements but holds none", count_), kFetchAgain);
   }
   if (accessor.sparse_count == 0) return;
   sparse_count_ = accessor.sparse_count;

@@ -45,7 +45,8 @@ TEST(DataValue, NamesWhereItComesFromAndWhatThereIs) {
               HasSubstr("x.pkl[body][hands]: is missing. It has: pose, name"));
   EXPECT_THAT(Message([&] { file["body"]["pose"]["x"]; }),
               HasSubstr("x.pkl[body][pose]: is list of 2, where named values with 'x' are needed"));
-  EXPECT_THAT(Message([&] { file["body"]["pose"][2]; }), HasSubstr("has 2 items, item 2 is asked"));
+  EXPECT_THAT(Message([&] { file["body"]["pose"][2]; }),
+              HasSubstr("has 2 items, but item 2 was requested"));
   EXPECT_THAT(Message([&] { file[std::size_t{0}]; }), HasSubstr("where a list is needed"));
   EXPECT_THAT(Message([&] { file["body"]["name"].Array(); }),
               HasSubstr("is not an array of numbers"));
@@ -82,7 +83,8 @@ TEST(DataValue, ListsOfEqualLengthAreArrays) {
   EXPECT_THAT(file["empty_rows"].Array().array.shape, ElementsAre(2u, 0u));
   EXPECT_THAT(Message([&] { file["uneven"].Array(); }),
               HasSubstr("[uneven]: holds lists of unequal"));
-  EXPECT_THAT(Message([&] { file["no_numbers"].Array(); }), HasSubstr("other things than numbers"));
+  EXPECT_THAT(Message([&] { file["no_numbers"].Array(); }),
+              HasSubstr("values that are not numbers"));
   EXPECT_TRUE(file["rows"].HoldsNumbers());
   EXPECT_FALSE(file["uneven"].HoldsNumbers());
   EXPECT_FALSE(file["no_numbers"].HoldsNumbers());
@@ -143,7 +145,7 @@ TEST(DataValue, ViewsObeyTheirStrides) {
   EXPECT_THAT(Message([&] {
                 view({1u << 31, 1u << 31}, {0, 0}).Array();
               }),
-              HasSubstr("more than there are bytes for"));
+              HasSubstr("more bytes than there are"));
 }
 
 TEST(DataValue, BrainFloatsBecomeFloats) {

@@ -305,7 +305,7 @@ TEST(MarkerTables, NameLineAndField) {
   EXPECT_THAT(error_of(kTrc, "60\t60", "0\t60"), HasSubstr("rate of 0 Hz"));
   EXPECT_THAT(error_of(kTrc, "\t4\t5\t6", "\t4\t5\t6\t7"), HasSubstr("9 fields, 8 are expected"));
   EXPECT_THAT(error_of(kTrc, "A\t\t\tB\t\t", "A\tB\t\t\t\t"),
-              HasSubstr("the name 'B' does not stand"));
+              HasSubstr("the name 'B' is not above"));
 }
 
 std::string Changed(std::string text, const std::string& from, const std::string& to) {
@@ -343,7 +343,7 @@ TEST(MarkerTables, ReadWhatContradictsItselfWithANote) {
   EXPECT_EQ(whole.NumFrames(), 20);
   EXPECT_NEAR(whole.At(0, 0).x(), 0.0484618, 1e-9);
   const MarkerRecording by_commas = ReadMarkers(kCases / "trc_refused/commas.trc");
-  EXPECT_THAT(by_commas.notes, ElementsAre(HasSubstr("parted by ','")));
+  EXPECT_THAT(by_commas.notes, ElementsAre(HasSubstr("separated by ','")));
   const MarkerRecording longer = ReadMarkers(kCases / "trc_refused/longer_rows.trc");
   EXPECT_THAT(longer.notes, ElementsAre(HasSubstr("of 20 rows have positions of markers without")));
   for (const MarkerRecording& other : {by_commas, longer}) {
@@ -368,7 +368,7 @@ TEST(C3d, ReadsWhatContradictsItselfWithANote) {
   EXPECT_THAT(whole.notes, ElementsAre(HasSubstr("link points beyond the section")));
   EXPECT_EQ(whole.NumMarkers(), 41);
   const MarkerRecording start = read("data_start_0.c3d");
-  EXPECT_THAT(start.notes, ElementsAre(HasSubstr("read from block 3, as the header has it")));
+  EXPECT_THAT(start.notes, ElementsAre(HasSubstr("read from block 3, as the header states")));
   EXPECT_EQ(start.positions, whole.positions);
   const MarkerRecording meters = read("meters.c3d");
   EXPECT_THAT(meters.notes, ElementsAre(HasSubstr("'mete' is cut off; read as meters")));

@@ -154,7 +154,7 @@ TEST(AsfAmc, SkeletonFaultsNameTheLine) {
   ExpectFault(Replaced(asf, "dof rx ry", "dof rx rx"), kAmc, "repeats");
   ExpectFault(Replaced(asf, "axis 0 0 90 XYZ", "axis 0 0 90 XXZ"), kAmc, "permutation");
   ExpectFault(Replaced(asf, "    thigh shin\n", ""), kAmc, "not in :hierarchy");
-  ExpectFault(Replaced(asf, "root thigh", "shin thigh"), kAmc, "loop");
+  ExpectFault(Replaced(asf, "root thigh", "shin thigh"), kAmc, "cycle");
   ExpectFault(Replaced(asf, "thigh shin", "thigh foot"), kAmc, "unknown bone");
   ExpectFault(Replaced(asf, "thigh shin", "thigh shin\nroot shin"), kAmc, "two parents");
 }

@@ -151,7 +151,7 @@ TEST(Bvh, FramesThatAreAnnouncedAndMissingAreNoted) {
       ParseBvh(WithReplaced(kTwoJoints, "Frames: 2", "Frames: 40"), "test.bvh");
   EXPECT_EQ(motion.NumFrames(), 2);
   EXPECT_THAT(motion.notes, ElementsAre(AllOf(HasSubstr("announces 40"), HasSubstr("2 are there"),
-                                              HasSubstr("not whole"))));
+                                              HasSubstr("incomplete"))));
 }
 
 TEST(Bvh, DecimalCommasAreReadAndNoted) {
@@ -272,7 +272,7 @@ TEST(Bvh, FaultsNameLineAndRemedy) {
   ExpectFault(
       WithReplaced(text, "CHANNELS 6 Xposition Yposition Zposition Zrotation Xrotation Yrotation",
                    "CHANNELS 0"),
-      "go on");
+      "more numbers");
 }
 
 TEST(Bvh, EveryPrefixIsRefusedWithoutACrash) {

@@ -161,8 +161,8 @@ TEST_F(DataFileTest, NamesWhatItDoesNotRead) {
   EXPECT_THAT(Refusal("\x89HDF\r\n\x1a\n"), HasSubstr("is HDF5"));
   EXPECT_THAT(Refusal("<!DOCTYPE html><html>"), HasSubstr("web page"));
   EXPECT_THAT(Refusal("version https://git-lfs.github.com/spec/v1"), HasSubstr("git-lfs"));
-  EXPECT_THAT(Refusal("some text that is nothing"), HasSubstr("no format that is read here"));
-  EXPECT_THAT(Refusal(std::string(100, '\0')), HasSubstr("no format that is read here"));
+  EXPECT_THAT(Refusal("some text that is nothing"), HasSubstr("not of a supported format"));
+  EXPECT_THAT(Refusal(std::string(100, '\0')), HasSubstr("not of a supported format"));
   EXPECT_THAT(Refusal(ZipBytes({{.name = "readme.txt", .content = "hello, world"},
                                 {.name = "../../etc/passwd", .content = "root"}})),
               HasSubstr("is a zip archive of neither numpy nor torch. Unpack it first. It has: "
