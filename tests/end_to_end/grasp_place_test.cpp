@@ -152,7 +152,7 @@ TEST(GraspPlace, SaysWhatThereIs) {
   const std::string grasp = "grasp sword.obj --object-scale 0.001 -q -o out.npz ";
   for (const Case& c : std::vector<Case>{
            {grasp + "--region hilts", 1,
-            "Did you mean 'hilt'? It has: hilt, grip, guard, blade, steel"},
+            "Did you mean 'hilt'? Choose one of: hilt, grip, guard, blade, steel"},
            {grasp + "--avoid far.txt", 1, "--avoid far.txt:1: '99' is not a vertex of the mesh"},
            {grasp + "--at 0,0,2", 1, "--at: (0, 0, 2) is 125.0 cm from the object's surface"},
            {grasp + "--region hilt --avoid grip", 1,

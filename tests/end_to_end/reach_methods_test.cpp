@@ -57,7 +57,7 @@ TEST_F(ReachMethods, LatentOptimizationPutsTheWristThere) {
       Reach("--goal 0.3,-1.3,1.1 --method latent-opt --samples 2 --all -o out");
   ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("1 of 1 goal reached"));
-  EXPECT_THAT(result.out, HasSubstr("best of 2 by latent-opt; 2 reach the goal"));
+  EXPECT_THAT(result.out, HasSubstr("best of 2 with latent-opt; 2 reach the goal"));
   EXPECT_EQ(Listing(Path("out")), "clip.npz metrics.json samples ");
   const nlohmann::json metrics = Metrics("out");
   EXPECT_EQ(metrics["options"]["method"], "latent-opt");
@@ -97,7 +97,7 @@ TEST_F(ReachMethods, WithoutRefitItIsTheNetworksMotion) {
 TEST_F(ReachMethods, TheBaselineOfThePaper) {
   const ProgramResult result = Reach("--goal 0.3,-1.0,1.1 --method vae-opt --samples 1 -o out");
   ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("by vae-opt"));
+  EXPECT_THAT(result.out, HasSubstr("with vae-opt"));
   const nlohmann::json metrics = Metrics("out");
   EXPECT_EQ(metrics["options"]["method"], "vae-opt");
   EXPECT_LT(metrics["goals"][0]["closest_m"].get<double>(), 0.05);

@@ -198,7 +198,7 @@ def test_sets_side_by_side(sets, tmp_path, capsys):
     run(sets / "captured", "--against", f"ours={sets / 'rushed'}", "--hands", "-o", tmp_path / "out")
     hands = results(tmp_path / "out")
     assert len(hands["measures"]) == len(out["measures"]) + 6 and "hand_speed" in hands["curves"]
-    assert "| mean over the hand's |" in capsys.readouterr().out
+    assert "| mean over the hand's measures |" in capsys.readouterr().out
     for key in ("mean_distance", "mean_distance_by_chance", "oddest"):
         assert hands["sets"][1][key] == out["sets"][1][key]
 
