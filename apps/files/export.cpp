@@ -80,12 +80,9 @@ struct ExportCommand {
   std::string output;
   std::string onto;
   bool no_object = false;
-  bool no_correctives = false;
-  double tolerance_mm = 0.02;
-  std::optional<double> density_kg_m3;
   int start = 0;
   std::optional<int> end;
-  int every = 1;
+  ExportOptions how;
 };
 
 // Whether the output is a table of the per-frame data in metrics.json.
@@ -200,8 +197,8 @@ void Tell(const ExportReport& report, const ExportCommand& options, nlohmann::js
           "  skin of 55 joints, {} per vertex; {} morph targets; surface within {:.3f} "
           "mm of the body model\n",
           glb.influences, glb.morph_targets, error_mm);
-      if (!options.no_correctives &&
-          error_mm > std::max(options.tolerance_mm, kLooseCorrectivesMm)) {
+      if (options.how.correctives &&
+          error_mm > std::max(1e3 * options.how.tolerance_m, kLooseCorrectivesMm)) {
         note(
             fmt::format("with {} morph targets the file's surface is {:.2f} mm off the body "
                         "model's (export fewer frames with --start and --end)",
@@ -273,13 +270,13 @@ int Run(const ExportCommand& options) {
   const ExportFormat format = ExportFormatOf(options.output);
   const bool is_contacts =
       format == ExportFormat::kContacts || (format == ExportFormat::kContactsTable && !is_metrics);
-  if (options.every > 1 && !IsSampledByFrame(format)) {
+  ExportOptions how = options.how;
+  if (how.every > 1 && !IsSampledByFrame(format)) {
     throw CLI::ValidationError("--every", "applies only to mesh sequences, .usda and .xml");
   }
   if (!options.onto.empty() && format != ExportFormat::kGlb) {
     throw CLI::ValidationError("--onto", "applies only to .glb");
   }
-  ExportOptions how;
   if (format != ExportFormat::kMeshes) {  // before minutes of loading
     for (const fs::path& file : ExportedFiles({}, how, options.output)) {
       if (!is_metrics || file == options.output) RequireNewFolder(file, common);
@@ -300,15 +297,12 @@ int Run(const ExportCommand& options) {
   std::optional<TexturedMesh> look;
   if (with_object && format == ExportFormat::kGlb) look = ObjectLook(input, *input.object, options);
   how.onto = options.onto;
-  how.correctives = !options.no_correctives;
-  how.tolerance_m = 1e-3 * options.tolerance_mm;
-  if (options.density_kg_m3) how.density_kg_m3 = *options.density_kg_m3;
   std::optional<MjcfPhysics> physics;
   if (format == ExportFormat::kMjcf && with_object) {
     TrialProtocol protocol;
     protocol.threads = NumThreads(common);
     try {
-      physics = PhysicsOfClip(input, options.density_kg_m3, protocol);
+      physics = PhysicsOfClip(input, how.density_kg_m3, protocol);
     } catch (const Error& error) {  // if decomposition of the mesh fails
       Note(common, fmt::format("warning: the object is exported as its convex hull, and hands only "
                                "push: {} {} (a held object may fall)",
@@ -316,7 +310,6 @@ int Run(const ExportCommand& options) {
     }
   }
   how.physics = physics ? &*physics : nullptr;
-  how.every = options.every;
   how.first_frame = options.start;
   how.object_look = look ? &*look : nullptr;
   how.table = input.table && !options.no_object ? &*input.table : nullptr;
@@ -330,13 +323,13 @@ int Run(const ExportCommand& options) {
   nlohmann::json summary = JsonHead("holdfast/export/1", common);
   summary["output"] = options.output;
   summary["format"] = ExtensionOf(options.output).substr(1);
-  const std::size_t frames = EveryFrame(input.clip.NumFrames(), options.every).size();
+  const std::size_t frames = EveryFrame(input.clip.NumFrames(), how.every).size();
   summary["frames"] = frames;
-  summary["frame_rate"] = input.clip.frame_rate / options.every;
+  summary["frame_rate"] = input.clip.frame_rate / how.every;
   summary["object"] = with_object || (format == ExportFormat::kClip && input.clip.object);
   std::string text =
       fmt::format("{}: {} frames at {:g} Hz{}\n", options.output, frames,
-                  input.clip.frame_rate / options.every, with_object ? ", body and object" : "");
+                  input.clip.frame_rate / how.every, with_object ? ", body and object" : "");
   if (is_metrics) {
     WriteMetrics(input, options, frames_of_clip);
   } else {
@@ -374,15 +367,7 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
   AddOption(*command, "--start", options->start, "First frame, from 0", CLI::NonNegativeNumber);
   command->add_option("--end", options->end, "Frame to stop before; default: the clip's end")
       ->check(CLI::PositiveNumber);
-  AddOption(*command, "--every", options->every, "Mesh sequences, .usda and .xml: every n-th frame",
-            CLI::PositiveNumber);
-  command->add_flag("--no-correctives", options->no_correctives,
-                    ".glb: write no morph targets; the file is smaller, but the skin is off by "
-                    "centimeters at bent joints");
-  AddOption(*command, "--tolerance", options->tolerance_mm,
-            ".glb: maximum distance from the body model's surface, mm", CLI::Range(1e-3, 100.0));
-  AddOption(*command, "--density", options->density_kg_m3,
-            ".xml: density of the object, kg/m3 (water: 1000)", CLI::Range(1.0, 30'000.0));
+  AddOptions(*command, OptionsOf(options->how));
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast export held -o held.glb\n"

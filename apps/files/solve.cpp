@@ -21,30 +21,21 @@ namespace {
 struct SolveCommand {
   CommonOptions common;
   std::string recording, still, table, body, output;
-  std::string up = "auto", posture = "seated";
   std::string object, object_markers;
+  SolveMarkersOptions solve;
   double object_scale = 1.0;
 };
 
-std::optional<MarkerUp> UpOf(const std::string& name) {
-  for (int k = 0; k < 6; ++k) {
-    if (MarkerUpName(static_cast<MarkerUp>(k)) == name) return static_cast<MarkerUp>(k);
-  }
-  return std::nullopt;
-}
-
-nlohmann::json MetricsOf(const SolveCommand& options, const SolvedRecording& solved,
-                         double solve_ms) {
+nlohmann::json MetricsOf(SolveCommand& options, const SolvedRecording& solved, double solve_ms) {
   nlohmann::json metrics = JsonHead("holdfast/solve/1", options.common);
   metrics["options"] = {{"recording", options.recording},
                         {"static", options.still},
                         {"markers", options.table},
                         {"body", options.body},
-                        {"up", options.up},
-                        {"posture", options.posture},
                         {"object", options.object},
                         {"object_scale", options.object_scale},
                         {"object_markers", options.object_markers}};
+  metrics["options"].update(OptionsJson(OptionsOf(options.solve)));
   metrics["frames"] = solved.clip.NumFrames();
   metrics["frame_rate_hz"] = solved.clip.frame_rate;
   metrics.update(MarkerReportJson(solved.report));
@@ -151,7 +142,7 @@ void WarnOfDoubts(const SolveCommand& options, const MarkerReport& report) {
   }
 }
 
-int Solve(const SolveCommand& options) {
+int Solve(SolveCommand options) {
   ResultFolder folder(options.output, options.common.force);
   const auto read = [&](const std::string& path) {
     MarkerRecording recording = ReadMarkers(path);
@@ -162,9 +153,7 @@ int Solve(const SolveCommand& options) {
   std::optional<MarkerRecording> still;
   if (!options.still.empty()) still = read(options.still);
   const std::shared_ptr<const BodyModel> body = LoadBody(options.body);
-  SolveMarkersOptions solve;
-  solve.up = UpOf(options.up);
-  solve.posture = options.posture == "seated" ? RestPosture::kSeated : RestPosture::kStanding;
+  SolveMarkersOptions& solve = options.solve;
   if (!options.table.empty()) {
     solve.table = solve.table.With(MarkerTable::Read(options.table, JointOfVertices(body)));
   }
@@ -235,11 +224,7 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
             "Multiplies the object's coordinates (0.001 for millimeters)", CLI::PositiveNumber);
   command->add_option("--body", options->body,
                       "Body model in place of the embedded one: SMPL-X or SMPL-H, .npz or .pkl");
-  AddOption(*command, "--up", options->up,
-            "Up axis of the recording; auto: detected from trunk and shoulders",
-            CLI::IsMember({"auto", "x", "y", "z", "-x", "-y", "-z"}));
-  AddOption(*command, "--posture", options->posture, "Leg posture if the legs have no markers",
-            CLI::IsMember({"seated", "standing"}));
+  AddOptions(*command, OptionsOf(options->solve));
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast solve drink.csv --static static.csv -o drinks\n"

@@ -95,33 +95,23 @@ void AddRobotOptions(CLI::App& command, RobotTransferInput& input) {
   for (const char* other : {"--object", "--scale", "--body", "--betas"}) {
     robot->excludes(command.get_option(other));
   }
-  AddOption(command, "--hand", input.hand, "Hand to transfer",
-            CLI::IsMember({"auto", "right", "left"}))
-      ->needs(robot)
-      ->group(group);
   command
       .add_option(
           "--correspondence", input.correspondence,
           "Table (CSV: part,link) of the robot's links, in place of the detected assignment")
       ->needs(robot)
       ->group(group);
-  command
-      .add_flag("--robot-on-path", input.on_path,
-                "Keep the robot's wrist within about 1 cm of the human's")
-      ->needs(robot)
-      ->group(group);
+  const OptionTable table = OptionsOf(input.options);
+  AddOptions(command, table);
+  for (const Option& option : table.All()) command.get_option(option.flag)->needs(robot);
 }
 
 int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input,
                      const RobotTransferInput& input, const std::string& output,
                      const CommonOptions& common) {
   ResultFolder folder(output, common.force);
-  RobotTransferOptions options;
-  options.on_path = input.on_path;
+  RobotTransferOptions options = input.options;
   options.threads = NumThreads(common);
-  if (input.hand != "auto") {
-    options.demonstration.side = input.hand == "left" ? Side::kLeft : Side::kRight;
-  }
   if (!input.correspondence.empty()) {
     options.correspondence = ReadCorrespondence(input.correspondence);
     options.correspondence_source = input.correspondence;
@@ -144,7 +134,7 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
                         {"object", scene.object_source},
                         {"robot", input.robot},
                         {"correspondence", input.correspondence},
-                        {"on_path", input.on_path}};
+                        {"on_path", options.on_path}};
   metrics["robot"] = RobotJson(setup);
   metrics["protocol"] = RobotProtocolJson(options);
   metrics["transfer"] = RobotMeasuresJson(measures);

@@ -15,8 +15,7 @@ namespace holdfast::apps {
 struct RobotTransferInput {
   std::string robot;           ///< URDF or MJCF; empty: not a robot transfer
   std::string correspondence;  ///< CSV; empty: determined automatically
-  std::string hand = "auto";
-  bool on_path = false;
+  RobotTransferOptions options;
   int picture_columns = 4, picture_rows = 4;
   int film_columns = 6, film_rows = 4;
 };

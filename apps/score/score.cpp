@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <map>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -103,17 +102,9 @@ int Run(ScoreCommand options) {
         fmt::format("has {} clips, but {} clips are scored", references.size(), clips.size()),
         "Give one reference for all clips, or one per clip in the same order");
   }
-  HandObjectProtocol& protocol = options.score.hand_object;
-  protocol.contact.threads = NumThreads(common);
-  protocol.measure_exact = options.score.exact != ExactMode::kOff;
-  protocol.measure_voxels = protocol.contact.voxel_mm > 0.0;
-  if (!protocol.measure_voxels && !protocol.measure_exact) {
-    throw Error("--voxel 0", "excludes --exact off: no volume would be measured",
-                "Give a voxel size, or leave --exact at auto");
-  }
-
-  ScoreOptions score = options.score;
+  ScoreOptions& score = options.score;
   score.threads = NumThreads(common);
+  SettleScoreOptions(score);
   std::vector<ClipScore> scores;
   std::vector<std::optional<ClipTrial>> trials;
   int frames = 0;
@@ -152,11 +143,11 @@ int Run(ScoreCommand options) {
       std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
 
   nlohmann::json json = JsonHead("holdfast/score/1", common);
-  AddScores(scores, options.score, options.per_frame, json);
+  AddScores(scores, score, options.per_frame, json);
   const std::string tried = options.physics ? AddTrials(trials, scores, json) : "";
   if (!options.output.empty()) WriteAtomically(options.output, JsonText(json, 1) + "\n");
-  if (!options.csv.empty()) WriteAtomically(options.csv, ScoreCsv(scores, options.score));
-  PrintResult(common, json, ScoreTable(scores, options.score) + tried);
+  if (!options.csv.empty()) WriteAtomically(options.csv, ScoreCsv(scores, score));
+  PrintResult(common, json, ScoreTable(scores, score) + tried);
   Note(common, fmt::format("scored {} frames in {:.1f} s ({:.0f} per second)", frames, seconds,
                            frames / std::max(seconds, 1e-9)));
   return kDone;
@@ -181,33 +172,7 @@ void AddScoreCommand(CLI::App& app, int& exit_code) {
       "--physics", options->physics,
       "Also simulate the hold (needs MuJoCo): gravity in six directions, and the clip's motion");
   command->add_flag("--per-frame", options->per_frame, "Add every frame's values to the JSON");
-  AddOption(*command, "--contact-threshold",
-            options->score.hand_object.contact.contact_threshold_mm,
-            "A hand vertex this close to the object is in contact, mm", CLI::PositiveNumber);
-  AddOption(*command, "--depth-threshold", options->score.deep_mm,
-            "Frames with penetration deeper than this are counted, mm", CLI::NonNegativeNumber);
-  AddOption(*command, "--voxel", options->score.hand_object.contact.voxel_mm,
-            "Edge of the voxels for intersection volume, mm; 0: none", CLI::NonNegativeNumber);
-  const std::map<std::string, ExactMode> exact = {
-      {"off", ExactMode::kOff}, {"auto", ExactMode::kAuto}, {"on", ExactMode::kOn}};
-  command
-      ->add_option("--exact", options->score.exact,
-                   "Exact intersection volume by cutting the meshes: off, auto (voxels where it is "
-                   "undefined), on (undefined frames are skipped)")
-      ->transform(CLI::CheckedTransformer(exact).description("off|auto|on"))
-      ->default_str("auto");
-  const std::map<std::string, SymmetryMode> symmetric = {
-      {"off", SymmetryMode::kOff}, {"auto", SymmetryMode::kAuto}, {"on", SymmetryMode::kOn}};
-  command
-      ->add_option("--symmetric", options->score.symmetry,
-                   "Symmetry of the object: auto (detected), off (rotations are compared directly) "
-                   "or on. ADD and ADD-S are always reported")
-      ->transform(CLI::CheckedTransformer(symmetric).description("off|auto|on"))
-      ->default_str("auto");
-  command->add_flag("--overlap", options->score.overlap,
-                    "Compare the frames that a clip and its reference have in common");
-  command->add_flag("--resample", options->score.resample,
-                    "Resample the reference to the clip's frame rate");
+  AddOptions(*command, OptionsOf(options->score));
   AddClipInputOptions(*command, options->input);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast score held\n"

@@ -285,7 +285,7 @@ class Exporter {
     mjcf.generator = options_.generator;
     mjcf.model_name = options_.name;
     mjcf.every = options_.every;
-    mjcf.density_kg_m3 = options_.density_kg_m3;
+    mjcf.density_kg_m3 = options_.density_kg_m3.value_or(mjcf.density_kg_m3);
     mjcf.table = options_.table;
     mjcf.physics = options_.physics;
     report_.mjcf = WriteMjcf(scene_.clip, scene_.Surface(), object_, mjcf, output_);
@@ -409,6 +409,20 @@ std::vector<fs::path> ExportedFiles(const ClipScene& scene, const ExportOptions&
     name.before += "object_";
   }
   return files;
+}
+
+OptionTable OptionsOf(ExportOptions& options) {
+  OptionTable table;
+  table.Flag("correctives", options.correctives,
+             ".glb: write pose correctives as morph targets; without them the file is smaller, "
+             "but the skin is off by centimeters at bent joints");
+  table.Number("tolerance", "mm", ScaledNumber{&options.tolerance_m, 1e-3}, {1e-3, 100.0},
+               ".glb: maximum distance from the body model's surface, mm");
+  table.Number("density", "", options.density_kg_m3, {1.0, 30'000.0}, "the mass of trials",
+               ".xml: density of the object, kg/m3 (water: 1000)");
+  table.Number("every", "", options.every, {.low = 1.0},
+               "Mesh sequences, .usda and .xml: every n-th frame");
+  return table;
 }
 
 ExportReport ExportClip(const ClipScene& scene, const ExportOptions& options,

@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "geometry/io/gltf/gltf_writer.h"
 #include "geometry/io/gltf/mjcf_writer.h"
 #include "geometry/mesh/mesh.h"
+#include "geometry/options.h"
 #include "geometry/parallel.h"
 
 namespace holdfast {
@@ -47,12 +49,14 @@ std::string ExtensionOf(const std::filesystem::path& path);
 ExportFormat ExportFormatOf(const std::filesystem::path& output);
 /// Whether frames can be skipped (ExportOptions::every).
 bool IsSampledByFrame(ExportFormat format);
+
 struct ExportOptions {
   /// kGlb: put the motion on the skeleton of this character (.glb, .gltf), which keeps its skin.
   std::filesystem::path onto;
-  bool correctives = true;        ///< kGlb: pose correctives as morph targets
-  double tolerance_m = 2e-5;      ///< maximum distance of the skin from the body model's
-  double density_kg_m3 = 1000.0;  ///< kMjcf: of the object, without `physics`
+  bool correctives = true;    ///< kGlb: pose correctives as morph targets
+  double tolerance_m = 2e-5;  ///< maximum distance of the skin from the body model's
+  /// kMjcf: of the object; empty: the mass of trials (PhysicsOfClip), 1000 without `physics`.
+  std::optional<double> density_kg_m3;
   /// kMjcf: simulated parts (PhysicsOfClip of solver/trial); null: hands are only mocap bodies.
   const MjcfPhysics* physics = nullptr;
   int every = 1;        ///< kMeshes, kUsda, kMjcf: every n-th frame
@@ -64,6 +68,9 @@ struct ExportOptions {
   std::string generator = "Holdfast";
   int threads = 1;
 };
+
+/// Options of `export`.
+OptionTable OptionsOf(ExportOptions& options);
 
 /// Summary of an export; members that do not apply to the format keep their defaults.
 struct ExportReport {

@@ -222,7 +222,10 @@ class FitResult:
     def save(self, folder: _Path, *, force: bool = False) -> None: ...
 
 def options(
-    job: Literal["fit", "grasp", "reach", "refine", "synthesize", "transfer"],
+    job: Literal[
+        "export", "fit", "grasp", "reach", "refine", "score", "solve_markers",
+        "synthesize", "transfer", "transfer_to_robot"
+    ],
 ) -> dict[str, dict[str, Any]]: ...
 def fit(
     clip: _Clip,
@@ -347,7 +350,7 @@ def transfer_to_robot(
     *,
     hand: str = "auto",
     correspondence: Optional[Sequence[tuple[str, str]]] = None,
-    on_path: bool = False,
+    robot_on_path: bool = False,
     object: Optional[_Object] = None,
     object_scale: float = 1.0,
     body: Optional[BodyModel] = None,
@@ -643,8 +646,8 @@ def score(
     reference: Optional[_Shown] = None,
     *,
     exact: Literal["off", "auto", "on"] = "auto",
-    deep_mm: float = 2.0,
     contact_threshold_mm: float = 5.0,
+    depth_threshold_mm: float = 2.0,
     voxel_mm: float = 2.0,
     symmetric: Literal["off", "auto", "on"] = "auto",
     overlap: bool = False,

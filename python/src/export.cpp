@@ -21,18 +21,12 @@ using namespace py::literals;
 
 py::dict Export(const py::object& clip, const std::filesystem::path& path, const py::object& object,
                 double object_scale, const py::object& body,
-                const std::optional<std::filesystem::path>& onto, bool correctives,
-                double tolerance_mm, std::optional<double> density, int every, bool force,
-                int threads, const py::object& progress) {
+                const std::optional<std::filesystem::path>& onto, bool force, int threads,
+                const py::object& progress, const py::kwargs& given) {
   ExportOptions options;
   RequirePositive(object_scale, "object_scale");
-  RequireBetween(tolerance_mm, "tolerance_mm", 1e-3, 100.0);
-  if (density) RequireBetween(*density, "density", 1.0, 30'000.0);
-  if (every < 1) throw py::value_error(fmt::format("every: expected 1 or more, got {}", every));
+  SetOptions(given, OptionsOf(options));
   options.onto = onto.value_or("");
-  options.correctives = correctives;
-  options.tolerance_m = 1e-3 * tolerance_mm;
-  options.every = every;
   options.generator = "Holdfast " HOLDFAST_VERSION;
   options.threads = ThreadsOf(threads);
   ModelOf(body);
@@ -58,11 +52,10 @@ py::dict Export(const py::object& clip, const std::filesystem::path& path, const
     TrialProtocol protocol;
     protocol.threads = options.threads;
     try {
-      physics = PhysicsOfClip(scene, density, protocol);
+      physics = PhysicsOfClip(scene, options.density_kg_m3, protocol);
     } catch (const Error& error) {  // if decomposition of the mesh fails
       LogNotes({fmt::format("the object is exported as its convex hull, and hands only push: it {}",
                             error.Problem())});
-      if (density) options.density_kg_m3 = *density;
     }
   }
   options.physics = physics ? &*physics : nullptr;
@@ -91,12 +84,8 @@ py::dict Export(const py::object& clip, const std::filesystem::path& path, const
 }  // namespace
 
 void BindExport(py::module_& module) {
-  const ExportOptions usual;
-  module.def(
-      "export", &Export, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
-      "object_scale"_a = 1.0, "body"_a = py::none(), "onto"_a = py::none(), "correctives"_a = true,
-      "tolerance_mm"_a = 1e3 * usual.tolerance_m, "density"_a = py::none(), "every"_a = 1,
-      "force"_a = false, "threads"_a = 0, "progress"_a = py::none(),
+  ExportOptions usual;
+  static const std::string doc =
       "Writes a clip for other programs, in the format of the file's name.\n"
       "\n"
       ".glb: skinned body with pose correctives as morph targets, and the object, animated "
@@ -108,15 +97,19 @@ void BindExport(py::module_& module) {
       "\n"
       "clip: a Clip, a result of fit(), refine(), grasp() or synthesize(), a file, a result folder "
       "or an embedded name. object, object_scale, body as in score(). onto: of a .glb, a character "
-      "(.glb, .gltf) whose skeleton is moved and whose skin is kept. correctives: False: no morph "
-      "targets. tolerance_mm: of the .glb's skin from the body model's, 0.001 to 100. density: of "
-      "the object, kg/m3, of the .xml; None: the mass of trials (score()). every: .xml, .usda and "
-      "meshes: every n-th frame. force: overwrite existing files. Returns a dict: 'files' written, "
+      "(.glb, .gltf) whose skeleton is moved and whose skin is kept. force: overwrite existing "
+      "files. Returns a dict: 'files' written, "
       "'object': whether the object is exported, and values of the format ('surface_error_mm', "
       "'object_mass_kg', ...). Raises Error for an unknown format, for existing files and for "
       "contents that cannot be written; Stopped.\n"
       "\n"
-      "    holdfast.export(held, 'held.glb')");
+      "    holdfast.export(held, 'held.glb')\n"
+      "\n"
+      "Options:\n" +
+      OptionsText(OptionsOf(usual));
+  module.def("export", &Export, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
+             "object_scale"_a = 1.0, "body"_a = py::none(), "onto"_a = py::none(),
+             "force"_a = false, "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
 }
 
 }  // namespace holdfast::python

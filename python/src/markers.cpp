@@ -158,22 +158,11 @@ py::list FingertipMarkers(const MarkerReport& report) {
 }
 
 py::tuple Solve(const py::object& recording, const py::object& still,
-                const std::optional<std::filesystem::path>& table, const std::string& up,
-                const std::string& posture, const py::object& object,
+                const std::optional<std::filesystem::path>& table, const py::object& object,
                 const py::object& object_markers, double object_scale, const py::object& body,
-                const py::object& progress) {
+                const py::object& progress, const py::kwargs& given) {
   SolveMarkersOptions options;
-  if (up != "auto") {
-    options.up = Choice<MarkerUp>(up, "up",
-                                  {{"x", MarkerUp::kX},
-                                   {"y", MarkerUp::kY},
-                                   {"z", MarkerUp::kZ},
-                                   {"-x", MarkerUp::kMinusX},
-                                   {"-y", MarkerUp::kMinusY},
-                                   {"-z", MarkerUp::kMinusZ}});
-  }
-  options.posture = Choice<RestPosture>(
-      posture, "posture", {{"seated", RestPosture::kSeated}, {"standing", RestPosture::kStanding}});
+  SetOptions(given, OptionsOf(options));
   const ModelPtr model = ModelOf(body);
   const MarkerRecording trial = RecordingOf(recording, "recording");
   std::optional<MarkerRecording> resting;
@@ -223,20 +212,16 @@ void BindMarkers(py::module_& module) {
              "for data that the format cannot store, and if the file exists, unless force=True.\n"
              "\n"
              "    holdfast.write_markers('drink.c3d', holdfast.read_markers('drink.tsv'))");
-  module.def(
-      "solve_markers", &Solve, "recording"_a, py::kw_only(), "static"_a = py::none(),
-      "table"_a = py::none(), "up"_a = "auto", "posture"_a = "seated", "object"_a = py::none(),
-      "object_markers"_a = py::none(), "object_scale"_a = 1.0, "body"_a = py::none(),
-      "progress"_a = py::none(),
+  SolveMarkersOptions usual;
+  static const std::string doc =
       "Fits a moving body to labeled optical markers: first body shape and marker placement (as "
       "MoSh, Loper et al. 2014), then the poses of all frames, with wrong labels corrected.\n"
       "\n"
       "recording: a file, or a dict as of read_markers() ('names', 'positions' (T, M, 3) meters, "
       "'rate_hz'). static: a recording, in either form, of the same person and markers at rest. "
-      "table: a .csv of additional marker names (name,joint,vertex,cluster). up: 'auto', 'x', 'y', "
-      "'z', '-x', '-y' or '-z', the recording's. posture: leg posture if the legs have no markers, "
-      "'seated' or 'standing'. object_markers: a .csv (name,x,y,z) or a dict of positions of an "
-      "object's markers in its mesh frame, meters, or their names ('cup_a,cup_b,cup_c', or "
+      "table: a .csv of additional marker names (name,joint,vertex,cluster). object_markers: a "
+      ".csv (name,x,y,z) or a dict of positions of an object's markers in its mesh frame, meters, "
+      "or their names ('cup_a,cup_b,cup_c', or "
       "'cup_*'): also solves the object's pose. object: its mesh, a file, an embedded object or "
       "(vertices, faces); object_scale multiplies it. body: a BodyModel; None: the embedded one. "
       "progress: callable (stage, done, total); False stops. Returns (Clip, dict): T frames at the "
@@ -247,7 +232,13 @@ void BindMarkers(py::module_& module) {
       "has the names of markers on fingertips. Raises Error for unknown names and for recordings "
       "that do not determine a pose, FitFailure, Stopped.\n"
       "\n"
-      "    clip, report = holdfast.solve_markers('drink.c3d', static='rest.c3d')");
+      "    clip, report = holdfast.solve_markers('drink.c3d', static='rest.c3d')\n"
+      "\n"
+      "Options:\n" +
+      OptionsText(OptionsOf(usual));
+  module.def("solve_markers", &Solve, "recording"_a, py::kw_only(), "static"_a = py::none(),
+             "table"_a = py::none(), "object"_a = py::none(), "object_markers"_a = py::none(),
+             "object_scale"_a = 1.0, "body"_a = py::none(), "progress"_a = py::none(), doc.c_str());
 }
 
 }  // namespace holdfast::python

@@ -10,13 +10,17 @@
 #include <fmt/ranges.h>
 #include <pybind11/stl.h>
 
+#include "geometry/export/export_clip.h"
 #include "geometry/suggestion.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
 #include "solver/carry/fit_job.h"
 #include "solver/carry/refine.h"
 #include "solver/carry/standing_grasp.h"
+#include "solver/markers/solve_markers.h"
 #include "solver/reach/reach_options.h"
+#include "solver/robot/transfer_to_robot.h"
+#include "solver/score/clip_score.h"
 #include "solver/synthesis/synthesize.h"
 #include "solver/transfer/transfer.h"
 
@@ -136,16 +140,21 @@ void BindOptions(py::module_& module) {
         SynthesisJob synthesize;
         RefineOptions refine;
         TransferOptions transfer;
+        ScoreOptions score;
+        SolveMarkersOptions solve;
+        RobotTransferOptions robot;
+        ExportOptions exported;
         const std::map<std::string, OptionTable> tables = {
-            {"fit", OptionsOf(fit)},       {"grasp", OptionsOf(grasp)},
-            {"reach", OptionsOf(reach)},   {"synthesize", OptionsOf(synthesize)},
-            {"refine", OptionsOf(refine)}, {"transfer", OptionsOf(transfer)}};
+            {"fit", OptionsOf(fit)},         {"grasp", OptionsOf(grasp)},
+            {"reach", OptionsOf(reach)},     {"synthesize", OptionsOf(synthesize)},
+            {"refine", OptionsOf(refine)},   {"transfer", OptionsOf(transfer)},
+            {"score", OptionsOf(score)},     {"solve_markers", OptionsOf(solve)},
+            {"export", OptionsOf(exported)}, {"transfer_to_robot", OptionsOf(robot)}};
         const auto found = tables.find(job);
         if (found == tables.end()) {
-          throw py::value_error(
-              "job: expected one of 'fit', 'grasp', 'reach', 'refine', "
-              "'synthesize', 'transfer', got '" +
-              job + "'");
+          std::string known;
+          for (const auto& [name, table] : tables) known += fmt::format("'{}', ", name);
+          throw py::value_error(fmt::format("job: expected one of {}got '{}'", known, job));
         }
         const py::dict defaults = ToPython(OptionsJson(found->second));
         py::dict options;
@@ -163,8 +172,9 @@ void BindOptions(py::module_& module) {
       },
       "job"_a,
       "The options that a function takes by name: {name: {'default', 'flag' of the command line, "
-      "'help', and 'choices' (list of str) or 'range' (min, max)}}. job: 'fit' (of offhand(), "
-      "too), 'grasp' (of grasps(), too), 'reach', 'refine', 'synthesize', 'transfer'.\n"
+      "'help', and 'choices' (list of str) or 'range' (min, max)}}. job: 'export', 'fit' (of "
+      "offhand(), too), 'grasp' (of grasps(), too), 'reach', 'refine', 'score', "
+      "'solve_markers', 'synthesize', 'transfer', 'transfer_to_robot'.\n"
       "\n"
       "    holdfast.options('fit')['contact_threshold_mm']['default']");
 }

@@ -40,13 +40,11 @@ struct TransferredRobot {
 using TransferredPtr = std::shared_ptr<TransferredRobot>;
 
 TransferredPtr Transfer(const py::object& clip, const std::filesystem::path& robot,
-                        const std::string& hand, const py::object& correspondence, bool on_path,
-                        const py::object& object, double object_scale, const py::object& body,
-                        int threads, const py::object& progress) {
+                        const py::object& correspondence, const py::object& object,
+                        double object_scale, const py::object& body, int threads,
+                        const py::object& progress, const py::kwargs& given) {
   RobotTransferOptions options;
-  const auto side = Choice<int>(hand, "hand", {{"auto", 0}, {"right", 1}, {"left", 2}});
-  if (side != 0) options.demonstration.side = side == 1 ? Side::kRight : Side::kLeft;
-  options.on_path = on_path;
+  SetOptions(given, OptionsOf(options));
   options.threads = ThreadsOf(threads);
   if (!correspondence.is_none()) {
     options.correspondence_source = "correspondence";
@@ -225,13 +223,17 @@ void BindRobot(py::module_& module) {
           "path"_a, py::kw_only(), "force"_a = false,
           "Writes a scene for MuJoCo (.xml) with its meshes in a folder beside it. Raises Error if "
           "the file or folder exists, unless force=True.");
-  module.def("transfer_to_robot", &Transfer, "clip"_a, "robot"_a, py::kw_only(), "hand"_a = "auto",
-             "correspondence"_a = py::none(), "on_path"_a = false, "object"_a = py::none(),
-             "object_scale"_a = 1.0, "body"_a = py::none(), "threads"_a = 0,
-             "progress"_a = py::none(),
-             "Transfers the hand of a clip (path, Clip, result of fit) that holds the object to a "
-             "robot's hand (path to URDF or MJCF): keeps contacts, avoids penetration. "
-             "`correspondence`: list of (part, link) as RobotHand.parts. Returns a RobotTransfer.");
+  RobotTransferOptions usual;
+  static const std::string doc =
+      "Transfers the hand of a clip (path, Clip, result of fit) that holds the object to a robot's "
+      "hand (path to URDF or MJCF): keeps contacts, avoids penetration. `correspondence`: list of "
+      "(part, link) as RobotHand.parts. Returns a RobotTransfer.\n"
+      "\n"
+      "Options:\n" +
+      OptionsText(OptionsOf(usual));
+  module.def("transfer_to_robot", &Transfer, "clip"_a, "robot"_a, py::kw_only(),
+             "correspondence"_a = py::none(), "object"_a = py::none(), "object_scale"_a = 1.0,
+             "body"_a = py::none(), "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
 }
 
 }  // namespace holdfast::python

@@ -67,43 +67,27 @@ ReportInput SceneOf(const py::object& clip, const py::object& object, double obj
 
 namespace {
 
-struct ScoreArguments {
-  py::object object, reference, body;
-  double object_scale;
+py::object Score(const py::object& clip, const py::object& object, const py::object& reference_clip,
+                 bool per_frame, double object_scale, const py::object& body, int threads,
+                 const py::object& progress, const py::kwargs& given) {
   ScoreOptions options;
-  bool per_frame;
-  py::object progress;
-};
-
-py::object Score(const py::object& clip, ScoreArguments& in) {
-  HandObjectProtocol& protocol = in.options.hand_object;
-  if (!(protocol.contact.contact_threshold_mm > 0.0)) {
-    throw py::value_error("contact_threshold_mm: expected more than 0 mm");
-  }
-  if (!(in.options.deep_mm >= 0.0)) throw py::value_error("deep_mm: expected 0 mm or more");
-  if (!(protocol.contact.voxel_mm >= 0.0)) throw py::value_error("voxel_mm: expected 0 or more");
-  protocol.measure_exact = in.options.exact != ExactMode::kOff;
-  protocol.measure_voxels = protocol.contact.voxel_mm > 0.0;
-  if (!protocol.measure_voxels && !protocol.measure_exact) {
-    throw py::value_error(
-        "voxel_mm=0 excludes exact='off', since no volume would be measured: give a voxel size, or "
-        "exact='auto'");
-  }
-  protocol.contact.threads = in.options.threads;
-  const ClipScene scene = SceneOf(clip, in.object, in.object_scale, in.body);
+  options.threads = ThreadsOf(threads);
+  SetOptions(given, OptionsOf(options));
+  SettleScoreOptions(options);
+  const ClipScene scene = SceneOf(clip, object, object_scale, body);
   std::optional<ClipScene> reference;
-  if (!in.reference.is_none()) {
-    reference = SceneOf(in.reference, in.object, in.object_scale, in.body, "reference");
+  if (!reference_clip.is_none()) {
+    reference = SceneOf(reference_clip, object, object_scale, body, "reference");
   }
   nlohmann::json json;
-  RunWithProgress(in.progress, [&](const StagedProgress& progress) {
+  RunWithProgress(progress, [&](const StagedProgress& go_on) {
     bool going = true;
-    const ClipScore score = ScoreClip(scene, reference ? &*reference : nullptr, in.options,
+    const ClipScore score = ScoreClip(scene, reference ? &*reference : nullptr, options,
                                       [&](const char* stage, int done, int total) {
-                                        going = going && progress(stage, done, total);
+                                        going = going && go_on(stage, done, total);
                                         return going;
                                       });
-    if (going) AddScores(std::span(&score, 1), in.options, in.per_frame, json);
+    if (going) AddScores(std::span(&score, 1), options, per_frame, json);
   });
   nlohmann::json result = std::move(json["clips"][0]);
   result["definitions"] = std::move(json["protocol"]["metrics"]);
@@ -179,50 +163,21 @@ constexpr const char* kScoreDoc =
     "\n"
     "clip and reference: a Clip, a path, an embedded name or a result such as fit()'s. object: a "
     "mesh in meters (path, embedded name, or (vertices, faces)) in place of the clip's; "
-    "object_scale multiplies it. exact: intersection volume by cutting the meshes ('off', 'auto': "
-    "by voxels where it is undefined, 'on'). symmetric: whether the object is, when poses are "
-    "compared ('off', 'auto', 'on'). overlap, resample: for a reference of another length or frame "
-    "rate. per_frame adds 'per_frame' to each hand and to 'own_body'. body: a BodyModel in place "
-    "of the embedded one.\n"
+    "object_scale multiplies it. per_frame adds 'per_frame' to each hand and to 'own_body'. body: "
+    "a BodyModel in place of the embedded one.\n"
     "\n"
-    ">>> holdfast.score(held, \"mug\")[\"values\"][\"penetration_max_mm\"]";
-
-void BindScoreOf(py::module_& module) {
-  const ScoreOptions usual;
-  module.def(
-      "score",
-      [](const py::object& clip, const py::object& object, const py::object& reference,
-         const std::string& exact, double deep_mm, double contact_threshold_mm, double voxel_mm,
-         const std::string& symmetric, bool overlap, bool resample, bool per_frame,
-         double object_scale, const py::object& body, int threads, const py::object& progress) {
-        ScoreArguments in{object, reference, body, object_scale, {}, per_frame, progress};
-        in.options.exact = Choice<ExactMode>(
-            exact, "exact",
-            {{"off", ExactMode::kOff}, {"auto", ExactMode::kAuto}, {"on", ExactMode::kOn}});
-        in.options.symmetry = Choice<SymmetryMode>(symmetric, "symmetric",
-                                                   {{"off", SymmetryMode::kOff},
-                                                    {"auto", SymmetryMode::kAuto},
-                                                    {"on", SymmetryMode::kOn}});
-        in.options.deep_mm = deep_mm;
-        in.options.hand_object.contact.contact_threshold_mm = contact_threshold_mm;
-        in.options.hand_object.contact.voxel_mm = voxel_mm;
-        in.options.overlap = overlap;
-        in.options.resample = resample;
-        in.options.threads = ThreadsOf(threads);
-        return Score(clip, in);
-      },
-      "clip"_a, "object"_a = py::none(), "reference"_a = py::none(), py::kw_only(),
-      "exact"_a = "auto", "deep_mm"_a = usual.deep_mm,
-      "contact_threshold_mm"_a = usual.hand_object.contact.contact_threshold_mm,
-      "voxel_mm"_a = usual.hand_object.contact.voxel_mm, "symmetric"_a = "auto",
-      "overlap"_a = false, "resample"_a = false, "per_frame"_a = false, "object_scale"_a = 1.0,
-      "body"_a = py::none(), "threads"_a = 0, "progress"_a = py::none(), kScoreDoc);
-}
+    ">>> holdfast.score(held, \"mug\")[\"values\"][\"penetration_max_mm\"]\n"
+    "\n"
+    "Options:\n";
 
 }  // namespace
 
 void BindScore(py::module_& module) {
-  BindScoreOf(module);
+  ScoreOptions usual;
+  static const std::string doc = kScoreDoc + OptionsText(OptionsOf(usual));
+  module.def("score", &Score, "clip"_a, "object"_a = py::none(), "reference"_a = py::none(),
+             py::kw_only(), "per_frame"_a = false, "object_scale"_a = 1.0, "body"_a = py::none(),
+             "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
   module.def(
       "hold_trial",
       [](const py::object& clip, const py::object& object, double object_scale,

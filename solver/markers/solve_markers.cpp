@@ -315,6 +315,20 @@ void AddObject(const MarkerRecording& recording, const ObjectMarkers& markers,
 
 }  // namespace
 
+OptionTable OptionsOf(SolveMarkersOptions& options) {
+  OptionTable table;
+  std::vector<std::pair<std::string, std::optional<MarkerUp>>> axes = {{"auto", std::nullopt}};
+  for (int k = 0; k < 6; ++k) {
+    axes.emplace_back(MarkerUpName(static_cast<MarkerUp>(k)), static_cast<MarkerUp>(k));
+  }
+  table.Choice("up", options.up, axes,
+               "Up axis of the recording; auto: detected from trunk and shoulders");
+  table.Choice("posture", options.posture,
+               {{"seated", RestPosture::kSeated}, {"standing", RestPosture::kStanding}},
+               "Leg posture if the legs have no markers");
+  return table;
+}
+
 SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecording* static_trial,
                              std::shared_ptr<const BodyModel> model,
                              const SolveMarkersOptions& options, const std::string& where,

@@ -10,6 +10,7 @@
 
 #include "geometry/clip/clip.h"
 #include "geometry/io/markers/marker_recording.h"
+#include "geometry/options.h"
 #include "geometry/parallel.h"
 #include "solver/markers/marker_calibration.h"
 #include "solver/markers/marker_names.h"
@@ -32,6 +33,9 @@ struct SolveMarkersOptions {
   int calibration_frames = 24;                 ///< spread over the trial
   MarkerScales scales;
 };
+
+/// Options of `solve`.
+OptionTable OptionsOf(SolveMarkersOptions& options);
 
 /// Result of one marker.
 struct SolvedMarker {

@@ -217,6 +217,18 @@ int AnchorFrame(const HumanDemonstration& demonstration) {
 
 }  // namespace
 
+OptionTable OptionsOf(RobotTransferOptions& options) {
+  using OptionalSide = std::optional<Side>;
+  OptionTable table;
+  table.Group("Target robot hand");
+  table.Choice("hand", options.demonstration.side,
+               {{"auto", OptionalSide()}, {"right", Side::kRight}, {"left", Side::kLeft}},
+               "Hand to transfer; auto: the one that holds longer");
+  table.Flag("robot_on_path", options.on_path,
+             "Keep the robot's wrist within about 1 cm of the human's");
+  return table;
+}
+
 RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
                                         const RobotTransferOptions& options) {
   if (!scene.clip.object) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "geometry/clip/clip_body.h"
+#include "geometry/options.h"
 #include "geometry/parallel.h"
 #include "solver/robot/hand_correspondence.h"
 #include "solver/robot/human_demonstration.h"
@@ -38,6 +39,9 @@ struct RobotTransferOptions {
   int max_iterations = 15;            ///< per frame
   int threads = 1;  ///< for setup and the first frame's starts; does not affect the result
 };
+
+/// Options of `transfer --robot`.
+OptionTable OptionsOf(RobotTransferOptions& options);
 
 /// A robot contact in one frame, in the object's frame: the robot's pad point nearest to a point
 /// that the human touched.

@@ -221,6 +221,40 @@ ReferenceScore CompareWith(const ClipScene& input, const ClipScene& reference,
 
 }  // namespace
 
+OptionTable OptionsOf(ScoreOptions& options) {
+  ContactProtocol& contact = options.hand_object.contact;
+  OptionTable table;
+  table.Number("contact_threshold", "mm", contact.contact_threshold_mm, kPositive,
+               "A hand vertex this close to the object is in contact, mm");
+  table.Number("depth_threshold", "mm", options.deep_mm, kNonNegative,
+               "Frames with penetration deeper than this are counted, mm");
+  table.Number("voxel", "mm", contact.voxel_mm, kNonNegative,
+               "Edge of the voxels for intersection volume, mm; 0: none");
+  table.Choice("exact", options.exact,
+               {{"off", ExactMode::kOff}, {"auto", ExactMode::kAuto}, {"on", ExactMode::kOn}},
+               "Exact intersection volume by cutting the meshes: off, auto (voxels where it is "
+               "undefined), on (undefined frames are skipped)");
+  table.Choice(
+      "symmetric", options.symmetry,
+      {{"off", SymmetryMode::kOff}, {"auto", SymmetryMode::kAuto}, {"on", SymmetryMode::kOn}},
+      "Symmetry of the object: auto (detected), off (rotations are compared directly) or on. ADD "
+      "and ADD-S are always reported");
+  table.Flag("overlap", options.overlap,
+             "Compare the frames that a clip and its reference have in common");
+  table.Flag("resample", options.resample, "Resample the reference to the clip's frame rate");
+  return table;
+}
+
+void SettleScoreOptions(ScoreOptions& options) {
+  HandObjectProtocol& protocol = options.hand_object;
+  protocol.contact.threads = options.threads;
+  protocol.measure_exact = options.exact != ExactMode::kOff;
+  protocol.measure_voxels = protocol.contact.voxel_mm > 0.0;
+  if (protocol.measure_voxels || protocol.measure_exact) return;
+  throw Error("--voxel 0", "excludes --exact off: no volume would be measured",
+              "Give a voxel size, or leave --exact at auto");
+}
+
 ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const ScoreOptions& options,
                     const StagedProgress& progress) {
   ClipScore score;

@@ -7,6 +7,7 @@
 
 #include "generator/walk_statistics/motion_metrics.h"
 #include "geometry/clip/clip_body.h"
+#include "geometry/options.h"
 #include "geometry/parallel.h"
 #include "geometry/score/contact_score.h"
 #include "geometry/score/object_pose_error.h"
@@ -33,6 +34,13 @@ struct ScoreOptions {
   bool resample = false;  ///< for different frame rates: resample the reference
   int threads = 1;        ///< the result does not depend on it
 };
+
+/// Options of `score`.
+OptionTable OptionsOf(ScoreOptions& options);
+
+/// Sets the fields that follow from others: hand_object.measure_* and its threads. Throws Error if
+/// no volume would be measured.
+void SettleScoreOptions(ScoreOptions& options);
 
 /// A clip compared to its reference.
 struct ReferenceScore {

@@ -99,7 +99,8 @@ def keywords(name):
     raise AssertionError(name)
 
 
-@pytest.mark.parametrize("job", ["fit", "grasp", "reach", "refine", "synthesize", "transfer"])
+@pytest.mark.parametrize("job", ["export", "fit", "grasp", "reach", "refine", "score",
+                                 "solve_markers", "synthesize", "transfer", "transfer_to_robot"])
 def test_stubs_have_the_options_of_the_table(job):
     table = holdfast.options(job)
     stub = keywords(job)

@@ -55,10 +55,10 @@ def test_score_does_not_depend_on_threads(demo):
 def test_wrong_arguments_are_said(demo):
     with pytest.raises(ValueError, match="exact: expected one of 'off', 'auto', 'on', got 'yes'"):
         holdfast.score(demo, exact="yes")
-    with pytest.raises(ValueError, match="voxel_mm=0"):
+    with pytest.raises(ValueError, match="voxel 0"):
         holdfast.score(demo, exact="off", voxel_mm=0.0)
-    with pytest.raises(ValueError, match="deep_mm"):
-        holdfast.score(demo, deep_mm=-1.0)
+    with pytest.raises(ValueError, match="depth_threshold_mm"):
+        holdfast.score(demo, depth_threshold_mm=-1.0)
     with pytest.raises(TypeError, match="clip: expected a Clip"):
         holdfast.score(3)
     with pytest.raises(holdfast.Error):
