@@ -17,8 +17,9 @@ from holdfast import _core
 torch = pytest.importorskip("torch")
 
 from holdfast.train import __main__ as program  # noqa: E402
-from holdfast.train import imos, motion, networks, recognizer, run, wandr  # noqa: E402
+from holdfast.train import imos, motion, networks, published, recognizer, run, wandr  # noqa: E402
 from holdfast.train.imos_networks import Networks  # noqa: E402
+from support import refused
 
 FIXTURE = Path(__file__).parents[1] / "fixtures" / "train" / "cpp.npz"
 
@@ -302,13 +303,66 @@ def test_wandr_goes_on_exactly(corpus, tmp_path):
         assert torch.equal(values, second.weights()[name]), name
 
 
-def test_published_wandr_trains_too(corpus):
-    options = wandr.published()
-    options.iterations, options.frames = 6, 64
-    trainer = trainer_of(corpus, options)
-    assert sum(p.numel() for p in trainer.parameters) == 4153833
-    kind, losses, _ = advance(trainer, 1)
-    assert kind == "train" and np.isfinite(losses["total"])
+def walking(frames, meters, due=()):
+    """A clip that glides along y, with labeled goals at these frames."""
+    states = np.tile(wandr_states(holdfast.Clip.load("demo_drink")[:1]), (frames, 1))
+    states[:, 1] = np.linspace(0.0, meters, frames)
+    return states, np.zeros((len(due), 3)), np.array(due, int), bool(len(due))
+
+
+def published_of(corpus, clips, **changes):
+    options, norms = published.Options(**changes), wandr.Norms(corpus["statistics"], "cpu")
+    sequences = published.Sequences(clips, bones_of(), norms, options, "cpu")
+    return published.Trainer(sequences, sequences, norms, bones_of(), options, "cpu")
+
+
+def test_hindsight_goals_lie_a_walk_ahead(corpus):
+    sequences = published_of(corpus, [walking(240, 4.0), walking(100, 1.0), walking(120, 1.0, [40, 90])]).sequences
+    for seed in range(5):
+        goal, eta, facing = sequences.goals(np.arange(3), run.random_of(seed, 0)[0])
+        there = np.arange(240) + eta[0]
+        ahead = sequences.pelvis[0, there, 1] - sequences.pelvis[0, :, 1]
+        assert (ahead[eta[0] > 0] >= published.CUTOFF).all() and (eta[0][150:] == 0).all() and (eta[0][:140] > 0).all()
+        np.testing.assert_array_equal(goal[0], sequences.wrists[0, there])
+        np.testing.assert_array_equal(facing[0], sequences.facing[0, there])
+        assert (eta[1] == 0).all()  # never 1.5 m away
+        np.testing.assert_array_equal(eta[2, [0, 39, 40, 89, 90, 119]], [40, 1, 50, 1, 0, 0])
+
+
+def test_published_sequences_are_filtered_cut_and_split():
+    jump = walking(60, 1.0)
+    jump[0][30:, 2] += 0.3
+    clips = [walking(60, 1.0)] * 10 + [jump] * 5 + [walking(200, 1.0, [50, 60, 150])] * 5
+    parts = published.select(clips, bones_of(), published.Options())
+    assert [len(part) for part in parts] == [16, 2, 2]  # of 10 + 2 x 5: frame 60 is too close to 50
+    reaches = sum(published.select(clips, bones_of(), published.Options(motion="reaching")), [])
+    assert all(made for *_, made in reaches) and {int(due[0]) for _, _, due, _ in reaches} == {50, 90}
+    with pytest.raises(holdfast.Error, match="10 are needed"):
+        published.select(clips[:5], bones_of(), published.Options())
+
+
+def test_published_wandr_trains_and_goes_on_exactly(corpus, tmp_path):
+    clips = [walking(60, 2.0), walking(80, 1.0, [40])]
+    through, first, second = (published_of(corpus, clips, epochs=12) for _ in range(3))
+    assert sum(p.numel() for p in through.parameters) == 4153833
+    kind, losses, _ = advance(through, 1)
+    assert kind == "train" and np.isfinite(losses["total"]) and through.validate()["pose"] > 0.0
+    for trainer in (first, second):
+        trainer.iteration = 10 * trainer.batches  # the first epochs with rollouts
+    advance(first, 1)
+    run.save_checkpoint(tmp_path / "checkpoint.safetensors", first, "options")
+    run.load_checkpoint(tmp_path / "checkpoint.safetensors", second, "options")
+    advance(first, 1), advance(second, 1)
+    for name, values in first.weights().items():
+        assert torch.equal(values, second.weights()[name]), name
+
+
+def test_masked_intentions_are_never_seen(corpus):
+    trainer = published_of(corpus, [walking(240, 4.0)], intention="wrist")
+    pose, deltas, goal, eta, facing, _ = trainer.sequences.batch(np.array([0]), run.random_of(1, 0)[0])
+    now = wandr.Pose(pose.transl[0], pose.rotations[0])
+    told = trainer.condition(now, deltas[0], goal[0], eta[0][:, None], facing[0])[:, -9:]
+    assert (told[:, 3:] == 0.0).all() and (told[:100, :3] != 0.0).any() and (told[eta[0] == 0] == 0.0).all()
 
 
 def test_weights_go_into_the_library_and_come_back(corpus, tmp_path):
@@ -527,19 +581,16 @@ def test_checkpoints_of_others_are_refused_and_none_is_executed(corpus, tmp_path
     trainer = trainer_of(corpus, small())
     path = tmp_path / "checkpoint.safetensors"
     run.save_checkpoint(path, trainer, "options")
-    with pytest.raises(holdfast.Error, match="different options"):
-        run.load_checkpoint(path, trainer, "others")
+    refused(holdfast.Error, "different options", run.load_checkpoint, path, trainer, "others")
     trainer.write(tmp_path / "weights", {})
     with pytest.raises(holdfast.Error, match="not a checkpoint"):
         run.load_checkpoint(tmp_path / "weights.safetensors", trainer, "options")
     whole = path.read_bytes()
     for damaged in (b"", whole[:1000], whole[:-10], pickle.dumps(Attack()), (2**60).to_bytes(8, "little") + whole[8:]):
         path.write_bytes(damaged)
-        with pytest.raises(holdfast.Error, match="checkpoint.safetensors"):
-            run.load_checkpoint(path, trainer, "options")
+        refused(holdfast.Error, "checkpoint.safetensors", run.load_checkpoint, path, trainer, "options")
     assert not (tmp_path / "executed").exists()
-    with pytest.raises(holdfast.Error, match="missing"):
-        networks.read_safetensors(tmp_path / "missing")
+    refused(holdfast.Error, "missing", networks.read_safetensors, tmp_path / "missing")
 
 
 def test_bad_input_is_named(corpus_folder, action_folder, tmp_path, capsys):
@@ -559,6 +610,7 @@ def test_bad_input_is_named(corpus_folder, action_folder, tmp_path, capsys):
     fails(2, "--unroll", "wandr", corpus_folder, "--unroll", 5)
     fails(2, "--iterations", "wandr", corpus_folder, "--iterations", 0)
     fails(2, "--paper excludes --width", "wandr", corpus_folder, "--paper", "--width", 64)
+    fails(2, "--epochs needs --paper", "wandr", corpus_folder, "--epochs", 4)
     fails(1, "demo_drink.npz", "wandr", corpus_folder, "--from", corpus_folder / "demo_drink.npz")
     fails(1, "--device nothing", "wandr", corpus_folder, "--device", "nothing")
     fails(1, "no object", "imos", corpus_folder)

@@ -20,15 +20,15 @@ INTENTION = {"paper": 9, "flagged": 10, "bounded": 13}
 REACH_LIMIT = 2.0  # meters, and m/s: kMaxIntention
 POSITION_UNIT, FOOT_UNIT, STANDING_STEP = 0.02, 0.004, 0.005  # meters (a frame)
 LEGS = (0, 1, 2, 4, 5, 7, 8, 10, 11)
-LONGEST_FREE, AFTER_DEADLINE = 240, 8  # frames
+LONGEST_FREE, LONGEST_LATE, AFTER_DEADLINE = 240, 308, 8  # frames
 REFERENCE_LASTS, CRITIC_EVERY, LARGEST_BAR = 500, 12, 60.0
 
 
 @dataclasses.dataclass
 class Options:
-    """How a network is trained. The defaults are this project's; published() the paper's."""
+    """How a network is trained. The paper's recipe is in published.py."""
 
-    residual: bool = True  # or the published chain
+    residual: bool = True  # or the chain of an imported network
     width: int = 256
     blocks: int = 4  # of the decoder; the encoder has half as many
     latent: int = 64
@@ -65,6 +65,7 @@ class Options:
     speed: float = 0.05  # faster than 1.6 m/s, units of 0.5 m/s
     ankle_m: float = 0.0  # heights of foot joints of somebody who stands
     ball_m: float = 0.0
+    late: float = 0.0  # share of full rollouts with more time than walking needs, up to 10 s
     deadline: tuple = (42.0, 0.95, 40.0, 240.0)  # frames to reach, walking m/s, least, most frames
 
     iterations: int = 6000
@@ -76,12 +77,6 @@ class Options:
     largest_gradient: float = 1.0
     average_rate: float = 0.004  # of the running average, which is what is kept
     seed: int = 1
-
-
-def published():
-    return Options(residual=False, layout="paper", kl=0.01, free_bits=0.05, robust=False, position=1.0,
-                   foot_velocity=0.0, foot_contact=0.0, spread=1.0, dropout=0.03, unroll=8,
-                   learning_rate=1e-4, decay_from=1.0, weight_decay=0.0, prior_share=0.0, free_from=1.0)
 
 
 def rho(squared):
@@ -170,8 +165,9 @@ def _saturating(e):
     return -REACH_LIMIT * torch.expm1(-n) / n * e
 
 
-def intention_of(layout, heading, pelvis, wrist, goal, eta, active):
-    """I of intention.h: goal (N, 3), eta frames left (N, 1), active (N, 1) 1 with a goal."""
+def intention_of(layout, heading, pelvis, wrist, goal, eta, active, facing=None):
+    """I of intention.h: goal (N, 3), eta frames left (N, 1), active (N, 1) 1 with a goal; facing (N, 2):
+    the heading to take, in place of the direction to the goal."""
     reach, way = goal - wrist, goal - pelvis
     velocity = motion.to_heading(heading, reach / (eta / 30.0 + 1e-5))
     walk = motion.to_heading(heading, _saturating(way))[:, :2]
@@ -179,6 +175,9 @@ def intention_of(layout, heading, pelvis, wrist, goal, eta, active):
     wanted = torch.cat((way[:, :2] / torch.sqrt(squared.clamp_min(1e-12)), torch.zeros_like(eta)), 1)
     turn = motion.to_heading(heading, wanted)[:, :2] + torch.tensor([0.0, 1.0]).to(way)
     turn = torch.where(squared < 1e-12, torch.zeros_like(turn), turn)
+    if facing is not None:
+        turn = motion.to_heading(heading, torch.cat((facing, torch.zeros_like(eta)), 1))[:, :2]
+        turn = turn + torch.tensor([0.0, 1.0]).to(way)
     zero, one = torch.zeros_like(eta), torch.ones_like(eta)
     if layout == "bounded":
         n = torch.sqrt((velocity * velocity).sum(1, keepdim=True).clamp_min(1e-12))
@@ -327,8 +326,11 @@ class Corpus:
         clips, frames = np.concatenate(clips)[: o.free_bodies], np.concatenate(frames)[: o.free_bodies]
         u = draws.random((4, o.free_bodies))
         distance = np.clip(about + 0.5 * (u[0] - 0.5), 0.25, 5.2)
-        due = np.rint((1.0 + o.deadline_error * (u[2] - 0.5)) * self.deadline(distance))
-        due = np.minimum(due, LONGEST_FREE - AFTER_DEADLINE).astype(int)
+        due = (1.0 + o.deadline_error * (u[2] - 0.5)) * self.deadline(distance)
+        due, latest = np.minimum(due, LONGEST_FREE - AFTER_DEADLINE), LONGEST_LATE - AFTER_DEADLINE
+        if o.late and draws.random() < o.late:
+            due += draws.random(o.free_bodies) * (latest - due)
+        due = np.rint(due).astype(int)
         pelvis = (self.poses(self.start[clips] + frames).transl + self.bones[:, 0]).cpu().numpy()
         angle = 2.0 * np.pi * u[1]
         goal = np.stack((pelvis[:, 0] + distance * np.cos(angle), pelvis[:, 1] + distance * np.sin(angle),
@@ -352,7 +354,7 @@ class Loop:
         self.norms, self.bones, self.options = norms, bones, options
         self.wrist = motion.RIGHT_WRIST if options.wrist == "right" else motion.LEFT_WRIST
 
-    def condition(self, pose, delta, goal, eta, active):
+    def condition(self, pose, delta, goal, eta, active, facing=None):
         """The condition of the network (N, 268 + intention), normalized."""
         root = pose.rotations[:, 0]
         heading = c, s = motion.heading_of(root)
@@ -363,7 +365,7 @@ class Loop:
         features = (features - self.norms.pose_mean) * self.norms.pose_scale
         pelvis = pose.transl + self.bones[:, 0]
         wrist = motion.wrist_position(pose.rotations, pose.transl, self.bones, self.wrist)
-        told = intention_of(self.options.layout, heading, pelvis, wrist, goal, eta, active)
+        told = intention_of(self.options.layout, heading, pelvis, wrist, goal, eta, active, facing)
         return torch.cat((features, delta, told), 1)
 
     def target(self, pose, truth):
@@ -448,7 +450,8 @@ class Trainer:
 
         decoder = networks.under(start, "decoder") if start else begin(
             condition + o.latent, o.latent, o.blocks, STATE, 2 * o.seed)
-        encoder = networks.under(start, "encoder") if start else begin(
+        encoder = networks.under(start, "encoder") if start else {}
+        encoder = encoder or begin(
             condition + STATE, 0, max(1, o.blocks // 2), 2 * o.latent, 2 * o.seed + 1)
         self.decoder, self.encoder = (networks.network_of(x).to(device) for x in (decoder, encoder))
         self.mean_decoder, self.mean_encoder = map(frozen, (self.decoder, self.encoder))
@@ -663,13 +666,14 @@ PANELS = [
 ]
 
 RECIPE = ("iterations", "frames", "unroll", "learning_rate", "kl", "free_from", "free_share", "anchor", "critic",
-          "prior_share", "skating", "width", "blocks")
+          "prior_share", "skating", "late", "width", "blocks")
+PUBLISHED = ("epochs", "intention", "motion")
 
 
 def parse(arguments):
     made = run.parser("wandr", "Trains WANDR's network: human motion to goals.", [
         "wandr reaches -o out/wandr --held-out reaches/captured/held_out",
-        "wandr reaches -o out/paper --paper --iterations 20000",
+        "wandr reaches -o out/paper --paper",
         "wandr reaches -o out/again --from out/wandr/best.safetensors --iterations 250 --free-from 1"],
         "folder for best.safetensors, checkpoint, log and curves; an interrupted training resumes there")
     number = run.number
@@ -677,7 +681,12 @@ def parse(arguments):
     made.add_argument("--held-out", help="folder of held-out clips, for the curves")
     made.add_argument("--from", dest="start", help="weights to start from, with their statistics")
     made.add_argument("--paper", action="store_true",
-                      help="published network, features, losses and schedule, unless overridden by other options")
+                      help="the paper's recipe: network, features, hindsight goals, losses, schedule and filter")
+    made.add_argument("--epochs", type=number(int, 1, 1_000_000), help="--paper: epochs (default 801)")
+    made.add_argument("--intention", choices=["full", "no-heading", "no-pelvis", "wrist"],
+                      help="--paper: the parts of the intention that the network is trained with (default full)")
+    made.add_argument("--motion", choices=["locomotion", "reaching", "both"],
+                      help="--paper: captured locomotion, reaches with a goal, or both (default both)")
     made.add_argument("--width", type=number(int, 16, 4096), help="width of the residual network (default 256)")
     made.add_argument("--blocks", type=number(int, 1, 64),
                       help="number of blocks of the decoder; the encoder has half as many (default 4)")
@@ -685,13 +694,13 @@ def parse(arguments):
     made.add_argument("--frames", type=number(int, 64, 1 << 20),
                       help="frames per iteration, including unrolled frames (default 4096)")
     made.add_argument("--unroll", type=int, choices=[1, 2, 4, 8, 16, 32, 64],
-                      help="longest rollout in training, frames (default 16; --paper: 8)")
-    made.add_argument("--learning-rate", type=number(float, 1e-7, 1.0), help="AdamW learning rate (default 6e-4; --paper: 1e-4)")
+                      help="longest rollout in training, frames (default 16)")
+    made.add_argument("--learning-rate", type=number(float, 1e-7, 1.0), help="AdamW learning rate (default 6e-4)")
     made.add_argument("--kl", type=number(float, 0.0, 100.0),
-                      help="weight of the KL divergence of the latents from N(0, 1) (default 0.5; --paper: 0.01)")
+                      help="weight of the KL divergence of the latents from N(0, 1) (default 0.5)")
     made.add_argument("--free-from", type=number(float, 0.0, 1.0),
                       help="fraction of the iterations after which full rollouts to goals are also trained "
-                      "(default 0.5; --paper: 1)")
+                      "(default 0.5)")
     made.add_argument("--free-share", type=number(float, 0.0, 1.0),
                       help="fraction of full rollouts in the iterations after that (default 0.5)")
     made.add_argument("--anchor", type=number(float, 0.0, 1e6),
@@ -701,12 +710,17 @@ def parse(arguments):
                       help="fraction of windows driven by latents from N(0, 1) instead of the encoder (default 0)")
     made.add_argument("--skating", type=number(float, 0.0, 1e3),
                       help="weight of foot skating in full rollouts (default 0.05)")
+    made.add_argument("--late", type=number(float, 0.0, 1.0),
+                      help="fraction of full rollouts with more time than walking needs, up to 10 s (default 0)")
     made.add_argument("--made-hours", type=number(float, 0.0, 1e6), default=1e6,
                       help="maximum hours of generated motion to use")
     made.add_argument("--wrist", choices=["right", "left"], default="right", help="wrist used for reaching")
     run.add_long(made, 250, "iterations")
     options = made.parse_args(arguments)
-    run.refuse_with_paper(made, options, ("width", "blocks"))
+    run.refuse_with_paper(made, options, (*RECIPE, "start"))
+    for field in PUBLISHED:
+        if not options.paper and getattr(options, field) is not None:
+            made.error(f"--{field} needs --paper")
     return options
 
 
@@ -719,12 +733,36 @@ def main(arguments):
     bones[1:] -= rest_joints[list(motion.PARENTS[1:])]
     bones = torch.from_numpy(bones.astype(np.float32)).unsqueeze(0).to(device)
     data = holdfast._core._read_corpus(options.corpora, body=body, made_hours=options.made_hours,
-                                       wrist=options.wrist, progress=run.reader(options))
+                                       mirror=not options.paper, wrist=options.wrist,
+                                       progress=run.reader(options))
+    hours = [data[f"{kind}_frames"] / 108000.0 for kind in ("captured", "made")]
+    notes = {"corpus": f"{hours[0]:.2f} h captured{'' if options.paper else ' (mirror images counted)'}, "
+             f"{hours[1]:.2f} h made"}
+
+    def go_on(trainer, recipe, what):
+        run.note(options, f"{what}; {hours[0]:.2f} h captured, {hours[1]:.2f} h generated; "
+                 f"{sum(x.numel() for x in trainer.parameters) / 1e6:.2f} M parameters; on {device}")
+        fingerprint = (f"{dataclasses.asdict(recipe)} corpus {data['captured_frames']}+{data['made_frames']} frames in "
+                       f"{len(data['clips'])} clips")
+        return run.train(
+            trainer, options, "wandr", fingerprint, notes, PANELS,
+            lambda line: f"{100 * line['success']:.1f} % of goals reached, {100 * line['distance_m']:.1f} cm, "
+                         f"skating {100 * line['skating']:.0f} %")
+
+    if options.paper:
+        from holdfast.train import published  # which builds on this module
+
+        recipe = run.recipe(None, published.Options(wrist=options.wrist), options, PUBLISHED)
+        norms = Norms(data["statistics"], device)
+        train, validation, _ = published.select(data["clips"], bones, recipe)
+        trainer = published.Trainer(*(published.Sequences(clips, bones, norms, recipe, device)
+                                      for clips in (train, validation)), norms, bones, recipe, device, body)
+        return go_on(trainer, recipe, f"{len(train)} sequences, {trainer.batches} batches an epoch")
     held_out = holdfast._core._read_clips(options.held_out, options.wrist) if options.held_out else None
     if held_out == []:
         raise holdfast.Error(f"{options.held_out}: contains no clip for validation. Leave out --held-out, or hold "
                              "people out with 'make-reach-data --held-out'")
-    recipe = run.recipe(Options(), published(), options, RECIPE)
+    recipe = run.recipe(Options(), None, options, RECIPE)
     recipe.wrist = options.wrist
     recipe.ankle_m, recipe.ball_m = (float(rest_joints[joint, 1] - sole_y) for joint in (7, 10))
     start, statistics = None, data["statistics"]
@@ -733,7 +771,7 @@ def main(arguments):
         warning = holdfast._core._old_pelvis_warning(options.start, texts)
         if warning:
             run.note(options, f"warning: {warning}")
-        if not networks.under(start, "encoder"):
+        if not networks.under(start, "encoder") and (recipe.free_from > 0.0 or recipe.free_share < 1.0):
             raise holdfast.Error(f"{options.start}: has no encoder. Give weights written by 'holdfast.train wandr'")
         statistics = {name: x for name, x in start.items() if name.startswith("statistics.")}
         decoder = networks.network_of(networks.under(start, "decoder"), options.start)
@@ -744,13 +782,4 @@ def main(arguments):
     corpus = Corpus(data["clips"], bones, norms, recipe, device)
     held_out = held_out and Corpus(held_out, bones, norms, recipe, device)
     trainer = Trainer(corpus, held_out, norms, bones, recipe, device, start, body)
-    hours = [data[f"{kind}_frames"] / 108000.0 for kind in ("captured", "made")]
-    run.note(options, f"{len(data['clips'])} clips, {hours[0]:.2f} h captured (with mirror images), {hours[1]:.2f} h "
-             f"generated; {sum(x.numel() for x in trainer.parameters) / 1e6:.2f} M parameters; on {device}")
-    fingerprint = (f"{dataclasses.asdict(recipe)} corpus {data['captured_frames']}+{data['made_frames']} frames in "
-                   f"{len(data['clips'])} clips")
-    return run.train(
-        trainer, options, "wandr", fingerprint,
-        {"corpus": f"{hours[0]:.2f} h captured (mirror images counted), {hours[1]:.2f} h made"}, PANELS,
-        lambda line: f"{100 * line['success']:.1f} % of goals reached, {100 * line['distance_m']:.1f} cm, "
-                     f"skating {100 * line['skating']:.0f} %")
+    return go_on(trainer, recipe, f"{len(data['clips'])} clips with mirror images")
