@@ -96,7 +96,7 @@ LoadedClip LoadClip(const std::string& path_or_name, std::shared_ptr<const BodyM
 void WarnIfAway(const std::string& source, const Clip& clip, const ClipBody& body,
                 const TriangleMesh& object, const CommonOptions& common) {
   if (const auto warning = WarnOfHeldDistance(clip, body, object)) {
-    Note(common, fmt::format("warning: {}: {}: {}", source, warning->seen, warning->advice));
+    Note(common, fmt::format("warning: {}: {}: {}", source, *warning, kHeldRemedy));
   }
 }
 

@@ -111,37 +111,6 @@ void OptionTable::Flag(const std::string& name, bool& variable, std::string help
   option.value = &variable;
 }
 
-void OptionTable::Number(const std::string& name, const std::string& unit, int& variable,
-                         OptionRange range, std::string help) {
-  Add(name, unit, range, std::move(help)).value = &variable;
-}
-
-void OptionTable::Number(const std::string& name, const std::string& unit, double& variable,
-                         OptionRange range, std::string help) {
-  Add(name, unit, range, std::move(help)).value = &variable;
-}
-
-void OptionTable::Number(const std::string& name, const std::string& unit, ScaledNumber variable,
-                         OptionRange range, std::string help) {
-  Add(name, unit, range, std::move(help)).value = variable;
-}
-
-void OptionTable::Number(const std::string& name, const std::string& unit,
-                         std::optional<int>& variable, OptionRange range, std::string default_text,
-                         std::string help) {
-  Option& option = Add(name, unit, range, std::move(help));
-  option.value = &variable;
-  option.default_text = std::move(default_text);
-}
-
-void OptionTable::Number(const std::string& name, const std::string& unit,
-                         std::optional<double>& variable, OptionRange range,
-                         std::string default_text, std::string help) {
-  Option& option = Add(name, unit, range, std::move(help));
-  option.value = &variable;
-  option.default_text = std::move(default_text);
-}
-
 void OptionTable::Frames(const std::string& name, std::string flag, std::vector<int>& variable,
                          std::string help) {
   Option& option = Add(name, "", kNonNegative, std::move(help));

@@ -102,17 +102,23 @@ class OptionTable {
 
   /// Adds a boolean. If the default is true, the command line has --no-NAME.
   void Flag(const std::string& name, bool& variable, std::string help);
-  /// Adds a number. `unit` is empty for unitless numbers.
-  void Number(const std::string& name, const std::string& unit, int& variable, OptionRange range,
-              std::string help);
-  void Number(const std::string& name, const std::string& unit, double& variable, OptionRange range,
-              std::string help);
+  /// Adds a number (int or double). `unit` is empty for unitless numbers.
+  template <typename T>
+  void Number(const std::string& name, const std::string& unit, T& variable, OptionRange range,
+              std::string help) {
+    Add(name, unit, range, std::move(help)).value = &variable;
+  }
   void Number(const std::string& name, const std::string& unit, ScaledNumber variable,
-              OptionRange range, std::string help);
-  void Number(const std::string& name, const std::string& unit, std::optional<int>& variable,
-              OptionRange range, std::string default_text, std::string help);
-  void Number(const std::string& name, const std::string& unit, std::optional<double>& variable,
-              OptionRange range, std::string default_text, std::string help);
+              OptionRange range, std::string help) {
+    Add(name, unit, range, std::move(help)).value = variable;
+  }
+  template <typename T>
+  void Number(const std::string& name, const std::string& unit, std::optional<T>& variable,
+              OptionRange range, std::string default_text, std::string help) {
+    Option& option = Add(name, unit, range, std::move(help));
+    option.value = &variable;
+    option.default_text = std::move(default_text);
+  }
   /// Adds a list of integers >= 0. `flag` is the name on the command line.
   void Frames(const std::string& name, std::string flag, std::vector<int>& variable,
               std::string help);

@@ -2,6 +2,7 @@
 #include "geometry/parallel.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -72,17 +73,8 @@ Isa BestIsa() {
 }
 
 std::string_view IsaName(Isa isa) {
-  switch (isa) {
-    case Isa::kScalar:
-      return "scalar";
-    case Isa::kSse2:
-      return "sse2";
-    case Isa::kAvx2:
-      return "avx2";
-    case Isa::kAvx512:
-      return "avx512";
-  }
-  return "unknown";
+  constexpr std::array<std::string_view, 4> kNames = {"scalar", "sse2", "avx2", "avx512"};
+  return kNames[static_cast<std::size_t>(isa)];
 }
 
 }  // namespace holdfast

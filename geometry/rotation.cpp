@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/rotation.h"
 
-#include <algorithm>
+#include <array>
 #include <numbers>
 
 #include <Eigen/SVD>
@@ -11,11 +11,7 @@ namespace {
 
 // sin(a)/a, (1 - cos a)/a^2 and (a - sin a)/a^3 as functions of a^2. Taylor below 1e-2 rad^2, where
 // the closed forms of the last two begin to cancel (the first omitted term is under 1e-17).
-struct RodriguesCoefficients {
-  double sinc, cosc, sinc3;
-};
-
-RodriguesCoefficients Coefficients(double a2) {
+std::array<double, 3> Coefficients(double a2) {
   if (a2 < 1e-2) {
     return {
         1.0 - a2 / 6.0 *
@@ -33,9 +29,9 @@ RodriguesCoefficients Coefficients(double a2) {
 }  // namespace
 
 Eigen::Matrix3d ExpSO3(const Eigen::Vector3d& w) {
-  const auto c = Coefficients(w.squaredNorm());
+  const auto [sinc, cosc, sinc3] = Coefficients(w.squaredNorm());
   const Eigen::Matrix3d W = Skew(w);
-  return Eigen::Matrix3d::Identity() + c.sinc * W + c.cosc * W * W;
+  return Eigen::Matrix3d::Identity() + sinc * W + cosc * W * W;
 }
 
 Eigen::Vector3d LogSO3(const Eigen::Matrix3d& R) {
@@ -48,9 +44,9 @@ Eigen::Vector3d LogSO3(const Eigen::Matrix3d& R) {
 }
 
 Eigen::Matrix3d LeftJacobianSO3(const Eigen::Vector3d& w) {
-  const auto c = Coefficients(w.squaredNorm());
+  const auto [sinc, cosc, sinc3] = Coefficients(w.squaredNorm());
   const Eigen::Matrix3d W = Skew(w);
-  return Eigen::Matrix3d::Identity() + c.cosc * W + c.sinc3 * W * W;
+  return Eigen::Matrix3d::Identity() + cosc * W + sinc3 * W * W;
 }
 
 Eigen::Matrix3d InverseLeftJacobianSO3(const Eigen::Vector3d& w) {

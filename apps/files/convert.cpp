@@ -25,14 +25,14 @@ struct ConvertCommand {
   std::string onto;
   std::string from_hands = "auto";
   std::string to_hands = "complete";
-  int betas = 10;
+  int betas = kConvertedBetas;
 };
 
 // Imports files of other programs without changing their world frame.
 LoadedClip ReadSource(const ConvertCommand& options, const std::shared_ptr<const BodyModel>& from) {
   ImportFileOptions import;
-  import.parameters.up = WorldUp::kPlusZ;
-  import.parameters.find_ground = false;
+  import.parameters.up = UpAxis::kZ;
+  import.parameters.keep_ground = true;
   if (options.from_hands != "auto") {
     import.parameters.flat_hand_mean = options.from_hands == "complete";
   }
@@ -94,11 +94,9 @@ int Run(const ConvertCommand& options) {
   const LoadedClip source = ReadSource(options, LoadBody(options.from));
   const Clip& clip = source.clip;
   const ClipBody& from = source.body;
-  ConvertOptions convert;
-  convert.num_betas = options.betas;
   Conversion converted;
   if (options.onto.empty()) {
-    converted = {ConvertClip(clip, from.model, from.betas, to, convert), {}};
+    converted = {ConvertClip(clip, from.model, from.betas, to, options.betas), {}};
   } else {
     LoadedClip onto = LoadClip(options.onto, to, common);
     converted = ConvertOntoBody(clip, from, std::move(onto.clip), onto.body);

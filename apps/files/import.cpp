@@ -26,25 +26,11 @@ struct ImportCommand {
   std::string motion;
   std::string output;
   std::string body;
-  // Information that a file may lack.
-  std::optional<double> fps;
-  double source_fps = 0;
-  double meters_per_unit = 0;
-  std::string up;
-  bool keep_ground = false;
-  // For motions that are retargeted to the body.
-  std::string map;
-  std::string skeleton;
+  ImportFileOptions import;
   std::vector<double> betas;
-  std::string animation, character, prop;
-  // For parameter files.
-  std::string hands = "body";
-  std::string flat_hand_mean = "auto";
   std::vector<std::string> hand_models;
-  std::string data_root;
   std::string object_mesh;
   bool copy_mesh = false;
-  int person = 0;
 };
 
 // Object mesh of an imported clip.
@@ -288,46 +274,22 @@ ObjectMesh SettleMesh(const ImportCommand& options, ImportedFile& imported) {
 // Adds notes on how the clip changes on the default body of other commands, or on the given body.
 void NoteBody(const std::shared_ptr<const BodyModel>& body, const ObjectMesh& mesh,
               ImportedFile& imported) {
-  const BodyNotes notes = NotesOnBody(imported.clip, body, mesh.surface ? &*mesh.surface : nullptr);
-  if (!notes.change.empty()) {
+  const auto [change, held] =
+      NotesOnBody(imported.clip, body, mesh.surface ? &*mesh.surface : nullptr);
+  if (!change.empty()) {
     imported.notes.push_back(fmt::format(
         "the clip keeps the file's own trans; other commands convert it to their body model: {}",
-        notes.change));
+        change));
   }
-  if (notes.held) imported.notes.push_back(notes.held->seen + ": " + notes.held->advice);
+  if (held) imported.notes.push_back(fmt::format("{}: {}", *held, kHeldRemedy));
 }
 
 ImportFileOptions ToLibrary(const ImportCommand& options) {
-  ImportFileOptions import;
-  ParameterOptions& parameters = import.parameters;
-  parameters.body = LoadBody(options.body);
-  for (const std::string& path : options.hand_models) parameters.hand_models.emplace_back(path);
-  if (options.flat_hand_mean != "auto") parameters.flat_hand_mean = options.flat_hand_mean == "yes";
-  if (!options.up.empty()) {
-    parameters.up = ParseWorldUp(options.up);
-    import.motion.up = static_cast<UpAxis>(*parameters.up);  // the same axes in the same order
-  }
-  parameters.source_frame_rate = options.source_fps;
-  if (options.meters_per_unit > 0) parameters.meters_per_unit = options.meters_per_unit;
-  parameters.data_root = options.data_root;
-  parameters.hands = options.hands == "rhand"   ? ImportedHands::kRightAlone
-                     : options.hands == "lhand" ? ImportedHands::kLeftAlone
-                     : options.hands == "none"  ? ImportedHands::kNone
-                                                : ImportedHands::kOfBody;
-  parameters.find_ground = !options.keep_ground;
-  parameters.person = options.person;
-  ImportOptions& motion = import.motion;
-  motion.source_frame_rate = options.source_fps;
-  motion.meters_per_unit = options.meters_per_unit;
-  motion.map = options.map;
-  motion.skeleton = options.skeleton;
-  motion.find_ground = !options.keep_ground;
-  motion.animation = options.animation;
-  motion.character = options.character;
-  motion.prop = options.prop;
-  motion.betas = Eigen::Map<const Eigen::VectorXd>(options.betas.data(),
-                                                   static_cast<Eigen::Index>(options.betas.size()));
-  import.frame_rate = options.fps;
+  ImportFileOptions import = options.import;
+  import.parameters.body = LoadBody(options.body);
+  import.parameters.hand_models.assign(options.hand_models.begin(), options.hand_models.end());
+  import.motion.betas = Eigen::Map<const Eigen::VectorXd>(
+      options.betas.data(), static_cast<Eigen::Index>(options.betas.size()));
   return import;
 }
 
@@ -375,83 +337,23 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
                    fmt::format("File or folder: {}", fmt::join(ImportableFormats(), "; ")))
       ->required();
   command->add_option("-o,--output", options->output, "Clip to write (.npz)")->required();
-  command
-      ->add_option("--fps", options->fps,
-                   "Frame rate of the clip; 0 keeps the file's [BVH, AMC, glTF: 30; parameters: 0]")
-      ->check(CLI::Range(0.0, 1000.0));
-  command
-      ->add_option("--source-fps", options->source_fps,
-                   "Frame rate of a file that does not state it [AMC: 120; IMoS: 10; others: 30]")
-      ->check(CLI::Range(1.0, 1000.0));
-  command
-      ->add_option("--meters-per-unit", options->meters_per_unit,
-                   "Length unit of the file [BVH: 0.01; ASF: its own; parameters: 1]")
-      ->check(CLI::Range(1e-6, 1e3));
-  command
-      ->add_option("--up", options->up,
-                   "Up axis of the file: x y z -x -y -z (write negative ones as --up=-y) [the "
-                   "format's convention, else detected from the posture]")
-      ->check(CLI::IsMember({"x", "y", "z", "-x", "-y", "-z"}));
-  command->add_flag("--keep-ground", options->keep_ground,
-                    "Keep the heights; do not shift the feet to z = 0");
+  AddOptions(*command, OptionsOf(options->import));
   command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
-
-  const std::string skeletons = "Motions with their own skeleton";
-  command
-      ->add_option(
-          "--map", options->map,
-          fmt::format(
-              "JSON map of joint names {{\"source joint\": \"smplx joint\"}}; not needed for: {}",
-              fmt::join(KnownSkeletons(), "; ")))
-      ->group(skeletons);
-  command
-      ->add_option("--asf", options->skeleton, "Skeleton of an .amc file [searched in its folder]")
-      ->group(skeletons);
   command->add_option("--betas", options->betas, "Shape coefficients of the body, comma-separated")
       ->delimiter(',')
-      ->group(skeletons);
-  command
-      ->add_option("--animation", options->animation,
-                   "Animation of a glTF with several [the longest one of the character]")
-      ->group(skeletons);
-  command->add_option("--character", options->character, "Character of a glTF with several")
-      ->group(skeletons);
-  command
-      ->add_option("--prop", options->prop,
-                   "Node of a glTF to use as the object [the only moving one]")
-      ->group(skeletons);
-
+      ->group("Motions with their own skeleton");
   const std::string parameters = "Parameters of a body model";
-  AddOption(*command, "--hands", options->hands,
-            "body: hands of the body; rhand, lhand: this hand alone (MANO), if the file has it; "
-            "none: relaxed hands instead of the file's",
-            CLI::IsMember({"body", "rhand", "lhand", "none"}))
-      ->group(parameters);
-  command
-      ->add_option("--flat-hand-mean", options->flat_hand_mean,
-                   "Whether finger angles are complete (yes) or relative to the mean hand (no) "
-                   "[auto: the format's convention, else detected from the fingers]")
-      ->check(CLI::IsMember({"auto", "yes", "no"}))
-      ->group(parameters);
   command
       ->add_option("--hand-model", options->hand_models,
                    "SMPL-X file, or MANO_LEFT and MANO_RIGHT, for hands stored as principal "
                    "components (repeat the option for two files)")
       ->allow_extra_args(false)
       ->group(parameters);
-  command
-      ->add_option("--data-root", options->data_root,
-                   "Folder of the data set (with GRAB's 'tools', ARCTIC's 'meta') for meshes that "
-                   "the file references [searched in the parent folders]")
-      ->group(parameters);
   command->add_option("--object-mesh", options->object_mesh, "The object's mesh, in meters")
       ->group(parameters);
   command
       ->add_flag("--copy-mesh", options->copy_mesh,
                  "Copy the object's mesh beside the clip instead of storing its path")
-      ->group(parameters);
-  AddOption(*command, "--person", options->person,
-            "Index of the person in a file or folder with several, from 0", CLI::NonNegativeNumber)
       ->group(parameters);
   AddCommonOptions(
       *command, options->common, true,

@@ -89,8 +89,7 @@ void ConvertToTarget(TransferInput& scene) {
   if (body.model->LoneHand() != scene.to.model->LoneHand()) return;
   Clip standing = scene.clip;  // its rotations; joints that only the clip's model has at rest
   standing.trans = before.trans;
-  scene.onto.emplace();
-  scene.onto->clip = OntoOtherBody(standing, body, scene.to, &scene.onto->report);
+  scene.onto = OntoOtherBody(standing, body, scene.to);
 }
 
 void SetBetas(const TransferCommand& options, TransferInput& scene) {
@@ -212,8 +211,8 @@ std::string Text(const TransferCommand& options, const TransferInput& scene,
       "{}/clip.npz: {} held by {}\n"
       "  map                 {}, stretch up to {:.2f}, {:.1f} mm between the surfaces\n",
       options.output, scene.to_object->object.name,
-      HoldersText(CountHeld(report.carried.clip.holding_hand)), MethodName(map.method),
-      map.stretch_most, map.residual_mm);
+      HoldersText(CountHeld(report.carried.clip.holding_hand)), map.method, map.stretch_most,
+      map.residual_mm);
   for (const TransferredHold& hold : report.holds) {
     const CarriedGrasp& grasp = hold.grasp;
     text += fmt::format(
@@ -291,8 +290,8 @@ std::string VariantsText(const TransferCommand& options, const VariantReport& re
   std::string text = fmt::format(
       "{}/manifest.jsonl: {} variants kept of {} tried{}\n", options.output, report.kept,
       report.tried, report.had > 0 ? fmt::format(" ({} from an earlier run)", report.had) : "");
-  for (const auto& [reason, count] : report.refused.items()) {
-    text += fmt::format("  dropped: {:<10}{:>6}\n", reason, count.get<int>());
+  for (const auto& [reason, count] : report.refused) {
+    text += fmt::format("  dropped: {:<10}{:>6}\n", reason, count);
   }
   if (report.tried > report.had) {
     text += fmt::format("  {:.0f} ms per attempt (wall clock)\n",

@@ -60,10 +60,7 @@ std::string CorrespondenceText(const RobotTransferSetup& setup) {
 // Warns of contacts lost by the robot, and of contacts for which it has no part.
 void WarnOfLost(const RobotTransferSetup& setup, const RobotMeasures& measures,
                 const CommonOptions& common) {
-  std::vector<std::string> parts;
-  for (const LostPart& part : LostParts(measures)) {
-    parts.push_back(fmt::format("{} ({} of {} frames)", part.part, part.lost, part.frames));
-  }
+  const std::vector<std::string> parts = LostParts(measures);
   if (!parts.empty()) {
     Note(common,
          fmt::format(
@@ -136,7 +133,7 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
                         {"correspondence", input.correspondence},
                         {"on_path", options.on_path}};
   metrics["robot"] = RobotJson(setup);
-  metrics["protocol"] = RobotProtocolJson(options);
+  metrics["protocol"] = RobotProtocolJson();
   metrics["transfer"] = RobotMeasuresJson(measures);
   metrics["transfer"]["contacts_left_out"] = setup.contacts_left_out;
   const auto frames = static_cast<double>(result.poses.size());
@@ -146,18 +143,18 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
   WriteRobotMotion(setup, result.poses, measures, folder / "robot.npz");
   WriteRobotTable(setup, result.poses, folder / "robot.csv");
   WriteAtomically(folder / "correspondence.csv", CorrespondenceText(setup));
-  RobotPictureOptions sheet, film;
-  sheet.columns = input.picture_columns;
-  sheet.rows = input.picture_rows;
-  film.columns = input.film_columns;
-  film.rows = input.film_rows;
   // Two at a time with half of the threads each, since much of the scene is single-threaded.
   const int half = std::max(1, options.threads / 2);
-  sheet.threads = film.threads = half;
   ParallelFor(3, std::min(options.threads, 2), [&](int k) {
     if (k == 0) WriteRobotScene(setup, result.poses, folder / "scene.xml", half);
-    if (k == 1) WritePng(RobotFilm(setup, result.poses, film), folder / "film.png");
-    if (k == 2) WritePng(RobotSheet(setup, result.poses, sheet), folder / "sheet.png");
+    if (k == 1) {
+      WritePng(RobotFilm(setup, result.poses, input.film_columns, input.film_rows, half),
+               folder / "film.png");
+    }
+    if (k == 2) {
+      WritePng(RobotSheet(setup, result.poses, input.picture_columns, input.picture_rows, half),
+               folder / "sheet.png");
+    }
   });
   WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png"));
   folder.WriteMetrics(metrics);

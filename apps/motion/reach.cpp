@@ -212,8 +212,7 @@ nlohmann::json PerFrameJson(const wandr::ReachSample& sample,
 }
 
 std::string Text(const ReachCommand& command, const ReachOptions& options,
-                 const ReachReport& report, std::span<const Eigen::Vector3d> goals,
-                 const std::vector<std::optional<std::string>>& why) {
+                 const ReachReport& report, std::span<const Eigen::Vector3d> goals) {
   const wandr::ReachSample& best = report.motions.front().sample;
   const ReachQuality& quality = report.motions.front().quality;
   const auto frames = static_cast<double>(best.track.states.cols());
@@ -229,7 +228,8 @@ std::string Text(const ReachCommand& command, const ReachOptions& options,
                          (goal.reached - goal.taken_on) / wandr::kFramesPerSecond,
                          100.0 * goal.closest_m);
     } else if (goal.taken_on >= 0) {
-      fate = fmt::format("missed by {:.0f} cm: {}", 100.0 * goal.closest_m, why[g].value_or(""));
+      fate = fmt::format("missed by {:.0f} cm: {}", 100.0 * goal.closest_m,
+                         report.why_missed[g].value_or(""));
     }
     text += fmt::format("  {:<26}{}\n", "goal " + GoalText(goals[g]), fate);
   }
@@ -300,7 +300,6 @@ Outcome RunTake(const ReachCommand& command, const Start& start, const ReachNetw
 nlohmann::json MetricsOf(const ReachCommand& command, const Start& start,
                          const ReachNetwork& network, const ReachOptions& options,
                          const ReachReport& report, std::span<const Eigen::Vector3d> goals,
-                         const std::vector<std::optional<std::string>>& why,
                          const std::vector<std::string>& notes, const CommonOptions& common) {
   const ReachMotion& best = report.motions.front();
   nlohmann::json metrics = JsonHead("holdfast/reach/1", common);
@@ -308,7 +307,7 @@ nlohmann::json MetricsOf(const ReachCommand& command, const Start& start,
   metrics["network"] = NetworkJson(network);
   metrics["chosen_by"] = kRule;
   metrics["chosen"] = best.index;
-  metrics["goals"] = GoalsJson(best.sample, goals, why);
+  metrics["goals"] = GoalsJson(best.sample, goals, report.why_missed);
   metrics["summary"] = MotionJson(best);
   metrics["summary"]["samples_that_reach_all"] = report.reach_all;
   if (best.refit) {
@@ -397,15 +396,14 @@ Outcome RunReach(const ReachCommand& command, const CommonOptions& common) {
                                             return !Interrupted();
                                           });
   progress.End();
-  if (report.status == ReachStatus::kStopped) return stopped;
+  if (report.stopped) return stopped;
   RequireMade(report, network.source);
-  const std::vector<std::optional<std::string>> why = WhyMissed(report, start.person, options);
   nlohmann::json metrics =
-      MetricsOf(command, start, network, options, report, goals, why, notes, common);
+      MetricsOf(command, start, network, options, report, goals, notes, common);
   WriteResult(command, start.person, options, report, goals, metrics, folder, common);
   Outcome outcome;
   outcome.exit_code = Interrupted() ? kInterrupted : kDone;
-  outcome.text = Text(command, options, report, goals, why);
+  outcome.text = Text(command, options, report, goals);
   outcome.summary = std::move(metrics);
   outcome.summary["output"] = command.output;
   return outcome;

@@ -14,7 +14,6 @@ struct ScriptedAction {
   std::string_view name;
   std::vector<std::string_view> objects;
   double share = 1.0;  ///< relative frequency among the clips of a set
-  std::string_view meaning;
 };
 
 std::span<const ScriptedAction> ScriptedActions();

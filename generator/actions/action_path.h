@@ -53,7 +53,6 @@ class ActionPath {
   ActionPath(std::vector<PathKey> keys, std::vector<Stroke> strokes);
 
   PathPoint At(double time_s) const;
-  const std::vector<PathKey>& Keys() const { return keys_; }
 
  private:
   Eigen::Isometry3d StrokeAt(double time_s) const;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -104,8 +103,6 @@ std::vector<Eigen::Isometry3d> UprightPoses(const Eigen::Vector3d& point,
                                             const Eigen::Vector3d& place, int count,
                                             const std::vector<double>& tilts_rad = {});
 
-inline constexpr double kDegreeOfScript = std::numbers::pi / 180.0;
-
 /// Builds a script key by key, at a random pace of the person.
 class ScriptWriter {
  public:
@@ -113,7 +110,7 @@ class ScriptWriter {
 
   const ActionScene& Scene() const { return scene_; }
   RandomDraws& Draws() { return draws_; }
-  double Degrees(double low, double high) { return kDegreeOfScript * draws_.Uniform(low, high); }
+  double Degrees(double low, double high) { return kDegree * draws_.Uniform(low, high); }
   double Uniform(double low, double high) { return draws_.Uniform(low, high); }
   bool Chance(double share) { return draws_.Uniform(0.0, 1.0) < share; }
   /// Draws a duration at the pace of this person, seconds.

@@ -108,59 +108,37 @@ double Raised(double phase) {
   return 0.07 * std::sin(std::numbers::pi * after) * (1.0 - after);
 }
 
-// Edits the motion frame by frame: moves the wrist, and the object with it.
-class StrokeMotion {
- public:
-  StrokeMotion(const Eigen::Matrix3Xd& rest_joints, Clip& clip)
-      : rest_joints_(rest_joints), clip_(clip) {}
+// After a change of a frame's arm, which was as in `before`: the object follows the wrist, which
+// was at `from`.
+void Follow(int frame, const JointPose& before, const Isometry3d& from, const Isometry3d& to,
+            Clip& clip) {
+  JointPose& pose = clip.pose[static_cast<std::size_t>(frame)];
+  for (const int joint : {kRightShoulder, kRightElbow, kRightWrist}) {
+    pose.col(joint) = UnwrapAxisAngle(pose.col(joint), before.col(joint));
+  }
+  clip.object->SetPose(frame, to * from.inverse() * clip.object->Pose(frame));
+}
 
-  void Move(int frame, const Isometry3d& from, const Isometry3d& to) {
-    const auto at = static_cast<std::size_t>(frame);
-    const JointPose before = clip_.pose[at];
-    MoveWrist(rest_joints_, Side::kRight, to.linear(), to.translation(), clip_.trans.col(frame),
-              clip_.pose[at]);
-    Follow(frame, before, from, to);
-  }
-  void SetArm(int frame, const JointPose& pose) {
-    const auto at = static_cast<std::size_t>(frame);
-    const JointPose before = clip_.pose[at];
-    const Isometry3d from = ArmOf(rest_joints_, clip_, frame).wrist;
-    clip_.pose[at] = pose;
-    Follow(frame, before, from, ArmOf(rest_joints_, clip_, frame).wrist);
-  }
-  // Splits a twist about the forearm equally between elbow and wrist, as real skin does.
-  void Twist(int frame, double angle) {
-    const auto at = static_cast<std::size_t>(frame);
-    const JointPose before = clip_.pose[at];
-    const Isometry3d from = ArmOf(rest_joints_, clip_, frame).wrist;
-    const Vector3d along =
-        (rest_joints_.col(kRightWrist) - rest_joints_.col(kRightElbow)).normalized();
-    const Matrix3d half = AngleAxisd(0.5 * angle, along).toRotationMatrix();
-    JointPose& pose = clip_.pose[at];
-    pose.col(kRightElbow) = LogSO3(ExpSO3(pose.col(kRightElbow)) * half);
-    pose.col(kRightWrist) = LogSO3(half * ExpSO3(pose.col(kRightWrist)));
-    Follow(frame, before, from, ArmOf(rest_joints_, clip_, frame).wrist);
-  }
+void MoveHand(const Eigen::Matrix3Xd& rest_joints, int frame, const Isometry3d& from,
+              const Isometry3d& to, Clip& clip) {
+  JointPose& pose = clip.pose[static_cast<std::size_t>(frame)];
+  const JointPose before = pose;
+  MoveWrist(rest_joints, Side::kRight, to.linear(), to.translation(), clip.trans.col(frame), pose);
+  Follow(frame, before, from, to, clip);
+}
 
- private:
-  void Follow(int frame, const JointPose& before, const Isometry3d& from, const Isometry3d& to) {
-    JointPose& pose = clip_.pose[static_cast<std::size_t>(frame)];
-    for (const int joint : {kRightShoulder, kRightElbow, kRightWrist}) {
-      pose.col(joint) = UnwrapAxisAngle(pose.col(joint), before.col(joint));
-    }
-    clip_.object->SetPose(frame, to * from.inverse() * clip_.object->Pose(frame));
-  }
-
-  const Eigen::Matrix3Xd& rest_joints_;
-  Clip& clip_;
-};
+void SetArm(const Eigen::Matrix3Xd& rest_joints, int frame, const JointPose& pose, Clip& clip) {
+  const JointPose before = clip.pose[static_cast<std::size_t>(frame)];
+  const Isometry3d from = ArmOf(rest_joints, clip, frame).wrist;
+  clip.pose[static_cast<std::size_t>(frame)] = pose;
+  Follow(frame, before, from, ArmOf(rest_joints, clip, frame).wrist, clip);
+}
 
 // Removes periodic arm motion in the window: each frame is replaced by the mean of the period
 // around it.
 void CalmArm(const Eigen::Matrix3Xd& rest_joints, const Window& window, Clip& clip) {
   const std::vector<JointPose> before = clip.pose;
   const int half = static_cast<int>(std::lround(0.5 * window.period_s * window.rate));
-  StrokeMotion motion(rest_joints, clip);
   for (int t = 0; t < clip.NumFrames(); ++t) {
     const double presence = Presence(window, t);
     if (presence <= 0.0) continue;
@@ -175,7 +153,7 @@ void CalmArm(const Eigen::Matrix3Xd& rest_joints, const Window& window, Clip& cl
       mean /= last - first + 1;
       pose.col(joint) = LogSO3(now * ExpSO3(presence * mean));
     }
-    motion.SetArm(t, pose);
+    SetArm(rest_joints, t, pose, clip);
   }
 }
 
@@ -221,7 +199,6 @@ void AddBlows(const Eigen::Matrix3Xd& rest_joints, const ObjectMarks& marks, con
   const double struck_wrist = wrist(degrees(-5.0, 10.0), struck[0] + struck[1]);
   const double raised_wrist = wrist(degrees(80.0, 100.0), raised[0] + raised[1]);
   const double straighten = std::clamp(-aim.roll, -25.0 * kDegree, 25.0 * kDegree);
-  StrokeMotion motion(rest_joints, clip);
   for (int t = 0; t < clip.NumFrames(); ++t) {
     const double presence = Presence(window, t);
     if (presence <= 0.0) continue;
@@ -241,86 +218,77 @@ void AddBlows(const Eigen::Matrix3Xd& rest_joints, const ObjectMarks& marks, con
     const Vector3d handle = clip.object->Pose(t).linear() * marks.forward;
     to.linear() = from_elbow * turn(struck_wrist, raised_wrist, late) *
                   AngleAxisd(presence * straighten, handle).toRotationMatrix() * at.wrist.linear();
-    motion.Move(t, at.wrist, to);
+    MoveHand(rest_joints, t, at.wrist, to, clip);
   }
-}
-
-// Back-and-forth motion: sine along one direction, cosine along another, meters, world.
-struct Swing {
-  Vector3d along = Vector3d::Zero(), aside = Vector3d::Zero();
-};
-
-Swing SwingOf(std::string_view action, const ObjectMarks& marks, const Matrix3d& object,
-              RandomDraws& draws) {
-  Swing swing;
-  if (action == "shake") {
-    swing.along = draws.Uniform(0.025, 0.05) * Vector3d::UnitZ();
-  } else if (action == "chop") {
-    swing.along = draws.Uniform(0.018, 0.035) * Vector3d::UnitZ();
-  } else if (action == "brush") {
-    swing.along = draws.Uniform(0.009, 0.017) * (object * marks.forward);
-  } else {  // cook
-    Vector3d ahead = object * marks.forward;
-    ahead.z() = 0.0;
-    ahead.normalize();
-    swing.along = draws.Uniform(0.025, 0.05) * ahead;
-    swing.aside = draws.Uniform(0.0, 0.035) * Vector3d::UnitZ().cross(ahead);
-  }
-  return swing;
 }
 
 void AddSwings(const Eigen::Matrix3Xd& rest_joints, std::string_view action,
                const ObjectMarks& marks, const Window& window, RandomDraws& draws, Clip& clip) {
   const int middle = (window.begin + window.end) / 2;
-  const Swing swing = SwingOf(action, marks, clip.object->Pose(middle).linear(), draws);
-  StrokeMotion motion(rest_joints, clip);
+  // Back-and-forth motion: sine along one direction, cosine along another, meters, world.
+  Vector3d along = Vector3d::Zero(), aside = Vector3d::Zero();
+  const Matrix3d object = clip.object->Pose(middle).linear();
+  if (action == "shake") {
+    along = draws.Uniform(0.025, 0.05) * Vector3d::UnitZ();
+  } else if (action == "chop") {
+    along = draws.Uniform(0.018, 0.035) * Vector3d::UnitZ();
+  } else if (action == "brush") {
+    along = draws.Uniform(0.009, 0.017) * (object * marks.forward);
+  } else {  // cook
+    Vector3d ahead = object * marks.forward;
+    ahead.z() = 0.0;
+    ahead.normalize();
+    along = draws.Uniform(0.025, 0.05) * ahead;
+    aside = draws.Uniform(0.0, 0.035) * Vector3d::UnitZ().cross(ahead);
+  }
   for (int t = 0; t < clip.NumFrames(); ++t) {
     const double presence = Presence(window, t);
     if (presence <= 0.0) continue;
     const double phase = kTwoPi * window.Time(t) / window.period_s;
     const ArmAt at = ArmOf(rest_joints, clip, t);
     Isometry3d to = at.wrist;
-    to.translation() +=
-        presence * (std::sin(phase) * swing.along + (std::cos(phase) - 1.0) * swing.aside);
-    motion.Move(t, at.wrist, to);
+    to.translation() += presence * (std::sin(phase) * along + (std::cos(phase) - 1.0) * aside);
+    MoveHand(rest_joints, t, at.wrist, to, clip);
   }
 }
 
 void AddTurns(const Eigen::Matrix3Xd& rest_joints, const Window& window, RandomDraws& draws,
               Clip& clip) {
   const double width = kDegree * draws.Uniform(22.0, 38.0);
-  StrokeMotion motion(rest_joints, clip);
+  const Vector3d along = (rest_joints.col(kRightWrist) - rest_joints.col(kRightElbow)).normalized();
   for (int t = 0; t < clip.NumFrames(); ++t) {
     const double presence = Presence(window, t);
     if (presence <= 0.0) continue;
-    motion.Twist(t, presence * width * std::sin(kTwoPi * window.Time(t) / window.period_s));
+    // The twist about the forearm is split equally between elbow and wrist, as real skin does.
+    const double angle = presence * width * std::sin(kTwoPi * window.Time(t) / window.period_s);
+    const Matrix3d half = AngleAxisd(0.5 * angle, along).toRotationMatrix();
+    JointPose pose = clip.pose[static_cast<std::size_t>(t)];
+    pose.col(kRightElbow) = LogSO3(ExpSO3(pose.col(kRightElbow)) * half);
+    pose.col(kRightWrist) = LogSO3(half * ExpSO3(pose.col(kRightWrist)));
+    SetArm(rest_joints, t, pose, clip);
   }
 }
 
-// Seconds. As in the scripts, except for turns, which are slower so that key frames can follow.
+// Seconds; 0 for an action without strokes. As in the scripts, except for turns, which are slower
+// so that key frames can follow.
 double PeriodOf(std::string_view action, RandomDraws& draws) {
   if (action == "use") return draws.Uniform(0.8, 1.0);
   if (action == "shake") return draws.Uniform(0.27, 0.42);
   if (action == "chop") return draws.Uniform(0.38, 0.6);
   if (action == "cook") return draws.Uniform(0.75, 1.15);
   if (action == "brush") return draws.Uniform(0.26, 0.42);
-  return draws.Uniform(1.4, 2.2);
+  if (action == "inspect") return draws.Uniform(1.4, 2.2);
+  return 0.0;
 }
 
 }  // namespace
 
-bool HasStrokes(std::string_view action) {
-  for (const std::string_view one : {"use", "shake", "chop", "cook", "brush", "inspect"}) {
-    if (action == one) return true;
-  }
-  return false;
-}
-
 void AddStrokes(const Eigen::Matrix3Xd& rest_joints, std::string_view action,
                 const ObjectMarks& marks, std::uint64_t seed, int count, Clip& clip) {
-  if (!HasStrokes(action) || !clip.object || count < 2) return;
   RandomDraws draws(seed);
-  const std::optional<Window> window = WindowOf(rest_joints, clip, count, PeriodOf(action, draws));
+  const double period_s = PeriodOf(action, draws);
+  if (period_s == 0.0 || !clip.object || count < 2) return;
+  const std::optional<Window> window = WindowOf(rest_joints, clip, count, period_s);
   if (!window) return;
   if (action == "use") {
     AddBlows(rest_joints, marks, *window, draws, clip);

@@ -11,11 +11,8 @@
 
 namespace holdfast {
 
-/// Returns whether an action has a periodic hand motion: hammering (use), shake, chop, cook, brush,
-/// and turning an object before the eyes (inspect).
-bool HasStrokes(std::string_view action);
-
-/// Adds the periodic motion to a clip that reaches the place of the action but has no strokes. Key
+/// Adds the periodic hand motion of an action to a clip that reaches its place but has no strokes:
+/// hammering (use), shake, chop, cook, brush, and turning an object before the eyes (inspect). Key
 /// frames are farther apart than strokes, and networks predict the mean of their phases. Periods
 /// and amplitudes are drawn as in the scripts (WriteScript), except for hammers.
 ///

@@ -142,29 +142,28 @@ constexpr double kRimBand_m = 0.003;
 struct Known {
   std::string_view name;
   Vector3d tip, forward, facing;
-  bool round;
 };
 
 const std::array<Known, 18>& AllKnown() {
   static const std::array<Known, 18> known = {{
-      {"apple", {0, 0, 0}, {0, 0, 1}, {1, 0, 0}, true},
-      {"banana", {1, 0, 0.4}, {1, 0, 0}, {0, 0, 1}, false},
-      {"bottle", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, true},
-      {"bowl", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, true},
-      {"camera", {0, -1, 0}, {0, -1, 0}, {0, 0, 1}, false},
-      {"cube", {0, 0, 0}, {1, 0, 0}, {0, 0, 1}, false},
-      {"cylinder", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, true},
-      {"flashlight", {1, 0, 0}, {1, 0, 0}, {0, 0, 1}, false},
-      {"fryingpan", {-0.5, 0, 0}, {-1, 0, 0}, {0, 0, 1}, false},
-      {"hammer", {0.9, 1, 0}, {1, 0, 0}, {0, 1, 0}, false},
-      {"knife", {0.6, -1, 0}, {1, 0, 0}, {0, -1, 0}, false},
-      {"lightbulb", {0, 0, -1}, {0, 0, -1}, {1, 0, 0}, true},
-      {"mug", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, true},
-      {"phone", {0, 0.85, -1}, {0, 1, 0}, {0, 0, -1}, false},
-      {"sphere", {0, 0, 0}, {0, 0, 1}, {1, 0, 0}, true},
-      {"teapot", {1, 0, 0.4}, {1, 0, 0}, {0, 0, 1}, false},
-      {"toothbrush", {0.9, 0, 1}, {1, 0, 0}, {0, 0, 1}, false},
-      {"wineglass", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}, true},
+      {"apple", {0, 0, 0}, {0, 0, 1}, {1, 0, 0}},
+      {"banana", {1, 0, 0.4}, {1, 0, 0}, {0, 0, 1}},
+      {"bottle", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}},
+      {"bowl", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}},
+      {"camera", {0, -1, 0}, {0, -1, 0}, {0, 0, 1}},
+      {"cube", {0, 0, 0}, {1, 0, 0}, {0, 0, 1}},
+      {"cylinder", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}},
+      {"flashlight", {1, 0, 0}, {1, 0, 0}, {0, 0, 1}},
+      {"fryingpan", {-0.5, 0, 0}, {-1, 0, 0}, {0, 0, 1}},
+      {"hammer", {0.9, 1, 0}, {1, 0, 0}, {0, 1, 0}},
+      {"knife", {0.6, -1, 0}, {1, 0, 0}, {0, -1, 0}},
+      {"lightbulb", {0, 0, -1}, {0, 0, -1}, {1, 0, 0}},
+      {"mug", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}},
+      {"phone", {0, 0.85, -1}, {0, 1, 0}, {0, 0, -1}},
+      {"sphere", {0, 0, 0}, {0, 0, 1}, {1, 0, 0}},
+      {"teapot", {1, 0, 0.4}, {1, 0, 0}, {0, 0, 1}},
+      {"toothbrush", {0.9, 0, 1}, {1, 0, 0}, {0, 0, 1}},
+      {"wineglass", {0, 0, 1}, {0, 0, 1}, {1, 0, 0}},
   }};
   return known;
 }
@@ -196,7 +195,6 @@ ObjectMarks MarksOf(std::string_view name, const TriangleMesh& mesh) {
     marks.tip = marks.middle + 0.5 * marks.size.cwiseProduct(known.tip);
     marks.forward = known.forward;
     marks.facing = known.facing;
-    marks.round = known.round;
     marks.two_sided = name == "hammer";
   }
   return marks;

@@ -38,7 +38,6 @@ struct ObjectMarks {
   Eigen::Vector3d tip = Eigen::Vector3d::Zero();
   Eigen::Vector3d forward = Eigen::Vector3d::UnitX();  ///< unit: direction in which the tip points
   Eigen::Vector3d facing = Eigen::Vector3d::UnitZ();   ///< unit: of edge, bristles, lens, screen
-  bool round = false;                                  ///< rotationally symmetric about z
   /// Lies on either of two sides. Half a turn about the x axis leaves the held part unchanged, such
   /// as a hammer's handle; the hammer's face is then on the other side of the hand (TurnedOver).
   bool two_sided = false;

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "generator/actions/action_script.h"
+#include "geometry/rotation.h"
 
 // Intents with a periodic motion or a pointed tool. Places and directions are in the world frame.
 
@@ -21,11 +22,10 @@ std::vector<Isometry3d> Pointed(const ObjectMarks& tool, const Vector3d& place,
   for (const double yaw : {-24.0, -12.0, 0.0, 12.0, 24.0}) {
     for (const double pitch : {-14.0, 0.0, 14.0}) {
       for (const double roll : {-20.0, 0.0, 20.0}) {
-        const Matrix3d turn =
-            AngleAxisd(yaw * kDegreeOfScript, Vector3d::UnitZ()) *
-            AngleAxisd(pitch * kDegreeOfScript, forward.cross(facing).normalized()) *
-            AngleAxisd(roll * kDegreeOfScript, forward.normalized()).matrix() *
-            AlignAxes(tool.forward, tool.facing, forward, facing);
+        const Matrix3d turn = AngleAxisd(yaw * kDegree, Vector3d::UnitZ()) *
+                              AngleAxisd(pitch * kDegree, forward.cross(facing).normalized()) *
+                              AngleAxisd(roll * kDegree, forward.normalized()).matrix() *
+                              AlignAxes(tool.forward, tool.facing, forward, facing);
         poses.push_back(PoseAt(turn, tool.middle, place));
       }
     }
@@ -153,7 +153,7 @@ std::vector<Isometry3d> Tipped(const ObjectMarks& object, const Vector3d& place,
   std::vector<Isometry3d> poses;
   const bool spout = std::abs(object.forward.z()) < 0.5;
   for (int k = -3; k <= 7; ++k) {  // from the left to the front
-    const double angle = 15.0 * kDegreeOfScript * k;
+    const double angle = 15.0 * kDegree * k;
     const Vector3d to(std::cos(angle), -std::sin(angle), 0.0);
     const Matrix3d tip = AngleAxisd(tilt, Vector3d::UnitZ().cross(to)).matrix();
     if (spout) {
@@ -161,7 +161,7 @@ std::vector<Isometry3d> Tipped(const ObjectMarks& object, const Vector3d& place,
       poses.push_back(PoseAt(tip * upright, object.tip, place));
     } else if (k % 2 == 0) {
       for (int turn = 0; turn < 18; ++turn) {
-        const AngleAxisd yaw(20.0 * kDegreeOfScript * turn, Vector3d::UnitZ());
+        const AngleAxisd yaw(20.0 * kDegree * turn, Vector3d::UnitZ());
         poses.push_back(PoseAt(tip * yaw, object.rim, place));
       }
     }

@@ -13,7 +13,6 @@
 
 #include "generator/body/limb_ik.h"
 #include "generator/matching/capture_set.h"
-#include "generator/walk_statistics/motion_metrics.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
@@ -171,18 +170,35 @@ struct FoundStart {
   bool in_held_out_folder = false;
 };
 
+// All clips (.npz) in and below a folder. A clip.npz next to samples is the best of them and is
+// skipped.
+std::vector<fs::path> ClipsBelow(const std::string& folder) {
+  std::vector<std::string> files;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    const fs::path& file = entry.path();
+    if (file.extension() != ".npz" || !entry.is_regular_file()) continue;
+    if (file.filename() == "clip.npz" && fs::is_directory(file.parent_path() / "samples")) continue;
+    files.push_back(file.string());
+  }
+  if (files.empty()) {
+    throw Error(folder, "has no clip (.npz) in it", "Give the folder that the clips are in");
+  }
+  std::ranges::sort(files);
+  return {files.begin(), files.end()};
+}
+
 std::vector<FoundStart> FindAll(const std::string& folder, const BodyModel& body, int threads) {
   const fs::path root = fs::path(folder).lexically_normal();
   if (!fs::is_directory(root)) {
     throw Error(folder, "is not a folder", "Give a folder of imported clips (.npz), 30 fps");
   }
-  const std::vector<MotionFile> files = MotionFilesOf(folder);
+  const std::vector<fs::path> files = ClipsBelow(folder);
   const std::map<std::string, std::string> subjects =
       SubjectsOf(root.has_filename() ? root : root.parent_path());
   const Eigen::Matrix3Xd rest = MeasureBody(body, {}).rest_joints;
   std::vector<std::vector<FoundStart>> found(files.size());
   ParallelFor(static_cast<int>(files.size()), threads, [&](int i) {
-    const fs::path path = files[static_cast<std::size_t>(i)].path;
+    const fs::path& path = files[static_cast<std::size_t>(i)];
     Clip clip = ReadClip(path);
     if (clip.frame_rate != 30.0) clip = Resample(clip, 30.0);
     const auto subject = subjects.find(path.stem().string());

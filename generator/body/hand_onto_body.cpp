@@ -42,7 +42,6 @@ HandOntoBodyReport PutHandOntoBody(const Clip& hand, const BodyModel& hand_model
                                            state.joints.col(static_cast<Eigen::Index>(wrist)),
                                            body.trans.col(t), pose);
     SetFingers(pose, side, FingersOf(source, side));
-    report.mean_missing_mm += missing / hand.NumFrames();
     report.max_missing_mm = std::max(report.max_missing_mm, missing);
     if (missing > 1.0) ++report.frames_out_of_reach;
   }

@@ -15,8 +15,7 @@ namespace holdfast {
 
 /// How closely the arms of a body follow a hand.
 struct HandOntoBodyReport {
-  double mean_missing_mm = 0.0;  ///< distance of the wrists, over all frames
-  double max_missing_mm = 0.0;
+  double max_missing_mm = 0.0;  ///< distance of the wrists
   int frames_out_of_reach = 0;  ///< farther than a millimeter
 };
 

@@ -12,6 +12,12 @@
 
 namespace holdfast {
 
+void PoseBuilder::SetFingers(Side side, const FingerPose& fingers) {
+  for (int k = 0; k < kJointsPerHand; ++k) {
+    SetLocal(HandBegin(side) + k, ExpSO3(fingers.segment<3>(3 * k)));
+  }
+}
+
 Eigen::Matrix3d PoseBuilder::World(int joint) const {
   Eigen::Matrix3d rotation = local_[joint];
   for (int j = kJointParents[joint]; j >= 0; j = kJointParents[j]) rotation = local_[j] * rotation;

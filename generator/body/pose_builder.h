@@ -29,6 +29,8 @@ class PoseBuilder {
         joint == 0 ? rotation : Eigen::Matrix3d(World(kJointParents[joint]).transpose() * rotation);
   }
 
+  void SetFingers(Side side, const FingerPose& fingers);
+
   Eigen::Matrix3d World(int joint) const;
   Eigen::Vector3d Position(int joint) const;
 

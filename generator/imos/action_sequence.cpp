@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -22,30 +23,19 @@ using wandr::Rows12;
 
 constexpr double kMetersPerRadian = 0.1;  // weight of rotation against translation of a held object
 
-wandr::BoneOffsets<double> BonesOf(const ActionSequence& sequence) {
-  return wandr::BoneOffsetsOf(sequence.rest_joints);
-}
-
-std::vector<BodyKinematics<double>> KinematicsOf(const ActionSequence& sequence) {
-  std::vector<BodyKinematics<double>> all(sequence.NumKeyFrames());
-  const wandr::BoneOffsets<double> bones = BonesOf(sequence);
-  for (int k = 0; k < sequence.NumKeyFrames(); ++k) {
-    ForwardKinematics(bones, sequence.BodyPose(k), all[k]);
-  }
-  return all;
-}
-
 ObjectPose ObjectAt(const ActionSequence& sequence, int key_frame) {
   return {sequence.ObjectRotation(key_frame), sequence.object_transl.col(key_frame)};
 }
 
 // Computes joints and carriers from the poses.
 void Complete(ActionSequence& sequence) {
-  const std::vector<BodyKinematics<double>> kinematics = KinematicsOf(sequence);
   const int frames = sequence.NumKeyFrames();
+  const wandr::BoneOffsets<double> bones = wandr::BoneOffsetsOf(sequence.rest_joints);
+  std::vector<BodyKinematics<double>> kinematics(frames);
   sequence.joints.resize(wandr::kJointNumbers, frames);
   sequence.carriers.assign(frames, Carrier::kNothing);
   for (int k = 0; k < frames; ++k) {
+    ForwardKinematics(bones, sequence.BodyPose(k), kinematics[k]);
     Eigen::Map<wandr::BodyJoints<double>>(sequence.joints.col(k).data()) = kinematics[k].joints;
     if (k == 0) continue;
     const ObjectPose truth = ObjectAt(sequence, k);
@@ -70,15 +60,13 @@ void Complete(ActionSequence& sequence) {
 }  // namespace
 
 CanonicalFrame CanonicalFrameOf(const Eigen::Matrix3d& root, const Eigen::Vector3d& transl,
-                                const Eigen::Vector3d& rest_pelvis, bool turn_heading) {
+                                const Eigen::Vector3d& rest_pelvis) {
   CanonicalFrame frame;
   frame.rest_pelvis = rest_pelvis;
   frame.pelvis = transl + rest_pelvis;
-  if (turn_heading) {
-    const wandr::Heading<double> heading = wandr::HeadingOf<double>(root);
-    frame.turn << heading.cosine, heading.sine, 0.0, -heading.sine, heading.cosine, 0.0, 0.0, 0.0,
-        1.0;
-  }
+  const wandr::Heading<double> heading = wandr::HeadingOf<double>(root);
+  frame.turn << heading.cosine, heading.sine, 0.0, -heading.sine, heading.cosine, 0.0, 0.0, 0.0,
+      1.0;
   return frame;
 }
 
@@ -97,14 +85,6 @@ wandr::Pose<double> ActionSequence::BodyPose(int key_frame) const {
   return body;
 }
 
-RotationColumns ActionSequence::ObjectRotationForRows() const {
-  RotationColumns rows(6, NumKeyFrames());
-  for (int k = 0; k < NumKeyFrames(); ++k) {
-    rows.col(k) = Rows12<double>(ObjectRotation(k).transpose());
-  }
-  return rows;
-}
-
 ObjectPose Carried(const ObjectPose& object, Carrier carrier, const BodyKinematics<double>& from,
                    const BodyKinematics<double>& to) {
   if (carrier == Carrier::kNothing) return object;
@@ -116,7 +96,7 @@ ObjectPose Carried(const ObjectPose& object, Carrier carrier, const BodyKinemati
 
 ActionSequence SequenceFromClip(const Clip& clip,
                                 const Eigen::Ref<const Eigen::Matrix3Xd>& rest_joints,
-                                const SequenceOptions& options) {
+                                KeyFrameRule rule) {
   if (!clip.object) {
     throw Error("clip", "it has no object", "Give clips of a person using an object");
   }
@@ -126,7 +106,7 @@ ActionSequence SequenceFromClip(const Clip& clip,
   ActionSequence out;
   out.action = ActionId(clip.action, "action");
   out.object = ObjectId(clip.object->name, "object");
-  const Clip keys = KeyFramesOf(clip, options.rule);
+  const Clip keys = KeyFramesOf(clip, rule);
   const int frames = keys.NumFrames();
   out.subject = clip.subject;
   out.gender = clip.gender;
@@ -134,8 +114,8 @@ ActionSequence SequenceFromClip(const Clip& clip,
   const Eigen::Index betas = std::min<Eigen::Index>(clip.betas.size(), kNumBetas);
   out.betas.head(betas) = clip.betas.head(betas);
   out.rest_joints = rest_joints;
-  out.canonical = CanonicalFrameOf(ExpSO3(keys.pose[0].col(0)), keys.trans.col(0),
-                                   rest_joints.col(0), options.turn_heading);
+  out.canonical =
+      CanonicalFrameOf(ExpSO3(keys.pose[0].col(0)), keys.trans.col(0), rest_joints.col(0));
   out.pose.resize(kPoseNumbers, frames);
   out.transl.resize(3, frames);
   out.object_transl.resize(3, frames);
@@ -158,16 +138,16 @@ ActionSequence SequenceFromClip(const Clip& clip,
 }
 
 ActionSequence SequenceFromClip(const Clip& clip, const std::shared_ptr<const BodyModel>& body,
-                                const SequenceOptions& options) {
-  const bool own_surface = clip.v_template.cols() == body->NumVertices();
-  // Betas of another model's shape space are not valid here.
-  const bool own_betas = clip.body_model.empty() || clip.body_model == body->Name();
-  if (own_surface) return SequenceFromClip(clip, body->RestJoints(clip.v_template), options);
+                                KeyFrameRule rule) {
+  if (clip.v_template.cols() == body->NumVertices()) {
+    return SequenceFromClip(clip, body->RestJoints(clip.v_template), rule);
+  }
   Clip shaped = clip;
-  if (!own_betas) shaped.betas.resize(0);
+  // Betas of another model's shape space are not valid here.
+  if (!clip.body_model.empty() && clip.body_model != body->Name()) shaped.betas.resize(0);
   const Eigen::Index used = std::min<Eigen::Index>(shaped.betas.size(), body->NumShape());
   return SequenceFromClip(shaped, body->RestJoints(body->ShapedVertices(shaped.betas.head(used))),
-                          options);
+                          rule);
 }
 
 ActionSequence Mirrored(const ActionSequence& sequence) {
@@ -234,8 +214,8 @@ Clip Picked(const Clip& clip, int first, int step) {
   return out;
 }
 
-}  // namespace
-
+// The first and last frame with object contact, from the clip's contact labels or else from
+// `holding_hand`. Nullopt if there is no contact, or neither source.
 std::optional<std::pair<int, int>> ContactInterval(const Clip& clip) {
   const bool labeled = clip.contact && clip.contact->object.size() > 0;
   if (!labeled && clip.holding_hand.empty()) return std::nullopt;
@@ -249,6 +229,8 @@ std::optional<std::pair<int, int>> ContactInterval(const Clip& clip) {
   }
   return interval;
 }
+
+}  // namespace
 
 std::optional<std::string> LackOfKeyFrames(const Clip& clip, KeyFrameRule rule) {
   if (clip.NumFrames() < kNumKeyFrames) {

@@ -5,7 +5,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -25,10 +24,6 @@ enum class KeyFrameRule {
   /// contact with the object, and s = floor((b - a) / 20). Covers about 70 % of the contact.
   kPaper,
 };
-
-/// Returns the first and last frame with object contact, from the clip's contact labels or else
-/// from `holding_hand`. Returns nullopt if there is no contact, or neither source.
-std::optional<std::pair<int, int>> ContactInterval(const Clip& clip);
 
 /// Returns why the clip has no key frames by this rule: it has fewer than 15 frames; by the paper's
 /// rule, there is no contact, or b - a < 20. Returns nullopt if it has key frames.
@@ -72,10 +67,9 @@ struct CanonicalFrame {
   Eigen::Matrix3d RotationToWorld(const Eigen::Matrix3d& R) const { return turn.transpose() * R; }
 };
 
-/// Returns the canonical frame for a root rotation and translation. Without `turn_heading`, only
-/// the translation is removed, as published.
+/// Returns the canonical frame for a root rotation and translation.
 CanonicalFrame CanonicalFrameOf(const Eigen::Matrix3d& root, const Eigen::Vector3d& transl,
-                                const Eigen::Vector3d& rest_pelvis, bool turn_heading = true);
+                                const Eigen::Vector3d& rest_pelvis);
 
 /// Body part that moves the object between two key frames.
 enum class Carrier : std::uint8_t { kNothing, kRightWrist, kLeftWrist };
@@ -110,13 +104,6 @@ struct ActionSequence {
   Eigen::Matrix3d ObjectRotation(int key_frame) const;
   /// Joints 0..21 and the translation of a key frame.
   wandr::Pose<double> BodyPose(int key_frame) const;
-  /// object_rotation for row vectors, rows12(R^T), as in GRAB and in the published weights.
-  RotationColumns ObjectRotationForRows() const;
-};
-
-struct SequenceOptions {
-  KeyFrameRule rule = KeyFrameRule::kWhole;
-  bool turn_heading = true;
 };
 
 /// Extracts the key frames of a clip whose action and object are in the vocabulary. `rest_joints`
@@ -124,11 +111,11 @@ struct SequenceOptions {
 /// name, with an unknown action or object, or without key frames (KeyFramesOf).
 ActionSequence SequenceFromClip(const Clip& clip,
                                 const Eigen::Ref<const Eigen::Matrix3Xd>& rest_joints,
-                                const SequenceOptions& options = {});
+                                KeyFrameRule rule = KeyFrameRule::kWhole);
 /// Same, with the shape of the subject on `body`: the clip's own surface, or its betas if they are
 /// for this model.
 ActionSequence SequenceFromClip(const Clip& clip, const std::shared_ptr<const BodyModel>& body,
-                                const SequenceOptions& options = {});
+                                KeyFrameRule rule = KeyFrameRule::kWhole);
 
 /// Mirrors the sequence at x = 0 and swaps the sides of joints, hands and the subject's bones. The
 /// object is also mirrored at x = 0 in its own frame, R' = M R M with M = diag(-1, 1, 1), so its

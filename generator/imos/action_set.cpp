@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "generator/wandr/corpus.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 
@@ -15,52 +16,29 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::vector<fs::path> ClipsIn(const fs::path& folder) {
-  if (!fs::is_directory(folder)) {
-    throw Error(folder.string(), "is not a folder of clips",
-                "Give a folder that 'holdfast make-actions' wrote, or one of imported clips");
-  }
-  std::vector<fs::path> files;
-  for (auto it = fs::recursive_directory_iterator(folder); it != fs::end(it); ++it) {
-    const fs::path& path = it->path();
-    if (it->is_directory() && path.filename() == "dropped") {
-      it.disable_recursion_pending();
-    } else if (it->is_regular_file() && path.extension() == ".npz") {
-      files.push_back(path);
-    }
-  }
-  std::sort(files.begin(), files.end());
-  return files;
-}
-
-struct Read {
-  std::optional<ActionSequence> sequence;
-  std::string note;
-};
-
-Read ReadOne(const fs::path& path, const std::shared_ptr<const BodyModel>& body,
-             const ActionSetOptions& options) {
+// Returns nullopt, and why in `note`, for a clip that is not used.
+std::optional<ActionSequence> ReadOne(const fs::path& path,
+                                      const std::shared_ptr<const BodyModel>& body,
+                                      const ActionSetOptions& options, std::string& note) {
   Clip clip = ReadClip(path);
   if (std::ranges::count(options.without, clip.action) > 0) {
-    return {{}, fmt::format("{}: action {} is excluded", path.string(), clip.action)};
+    note = fmt::format("{}: action {} is excluded", path.string(), clip.action);
+    return std::nullopt;
   }
-  if (const auto lack = LackOfKeyFrames(clip, options.sequences.rule)) {
-    return {{}, fmt::format("{}: {}", path.string(), *lack)};
+  if (const auto lack = LackOfKeyFrames(clip, options.rule)) {
+    note = fmt::format("{}: {}", path.string(), *lack);
+    return std::nullopt;
   }
   if (clip.subject.empty()) clip.subject = path.parent_path().filename().string();
   try {
-    ActionSequence sequence = SequenceFromClip(clip, body, options.sequences);
+    ActionSequence sequence = SequenceFromClip(clip, body, options.rule);
     sequence.name = path.stem().string();
     sequence.source = path.string();
-    return {std::move(sequence), ""};
+    return sequence;
   } catch (const Error& error) {
     throw Error(fmt::format("{} ({})", path.string(), error.Where()), error.Problem(),
                 error.Remedy());
   }
-}
-
-bool Has(const std::vector<std::string>& subjects, const std::string& subject) {
-  return std::ranges::count(subjects, subject) > 0;
 }
 
 }  // namespace
@@ -71,29 +49,35 @@ ActionSet ReadActionSet(const std::vector<fs::path>& folders,
                         const std::function<void(int, int)>& progress) {
   std::vector<fs::path> files;
   for (const fs::path& folder : folders) {
-    const std::vector<fs::path> found = ClipsIn(folder);
+    const std::vector<fs::path> found = wandr::ClipsBelow(
+        folder, {"dropped"},
+        "Give a folder that 'holdfast make-actions' wrote, or one of imported clips");
     files.insert(files.end(), found.begin(), found.end());
   }
   const int count = static_cast<int>(files.size());
-  std::vector<Read> read(files.size());
+  std::vector<std::optional<ActionSequence>> read(files.size());
+  std::vector<std::string> notes(files.size());
   int done = 0;
   std::mutex progress_mutex;
   ParallelFor(count, options.threads, [&](int k) {
-    read[k] = ReadOne(files[k], body, options);
+    read[k] = ReadOne(files[k], body, options, notes[k]);
     const std::lock_guard lock(progress_mutex);
     if (progress) progress(++done, count);
   });
   ActionSet set;
-  for (Read& one : read) {
-    if (!one.sequence) {
-      set.notes.push_back(std::move(one.note));
+  for (int k = 0; k < count; ++k) {
+    if (!read[k]) {
+      set.notes.push_back(std::move(notes[k]));
       continue;
     }
-    const std::string& subject = one.sequence->subject;
-    std::vector<ActionSequence>& list = Has(options.split.test, subject)         ? set.test
-                                        : Has(options.split.validation, subject) ? set.validation
-                                                                                 : set.train;
-    list.push_back(std::move(*one.sequence));
+    const std::string& subject = read[k]->subject;
+    const auto among = [&](const std::vector<std::string>& subjects) {
+      return std::ranges::count(subjects, subject) > 0;
+    };
+    std::vector<ActionSequence>& list = among(options.test)         ? set.test
+                                        : among(options.validation) ? set.validation
+                                                                    : set.train;
+    list.push_back(std::move(*read[k]));
   }
   if (set.train.empty() && set.validation.empty() && set.test.empty()) {
     throw Error(folders.empty() ? "action set" : folders.front().string(),

@@ -12,16 +12,11 @@
 
 namespace holdfast::imos {
 
-/// Validation and test subjects; all others are for training. The default is the published split of
-/// GRAB: s2-s9 for training, s1 for validation, s10 for test.
-struct SubjectSplit {
-  std::vector<std::string> validation{"s1"};
-  std::vector<std::string> test{"s10"};
-};
-
 struct ActionSetOptions {
-  SequenceOptions sequences;
-  SubjectSplit split;
+  KeyFrameRule rule = KeyFrameRule::kWhole;
+  /// Subjects for validation and test; all others are for training. The default is the published
+  /// split of GRAB: s2-s9 for training.
+  std::vector<std::string> validation{"s1"}, test{"s10"};
   std::vector<std::string> without;  ///< names of excluded actions; as published, "lift"
   int threads = 1;
 };

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: MIT
 #include "generator/imos/config.h"
 
-#include <array>
+#include <algorithm>
 #include <charconv>
+#include <initializer_list>
 #include <string_view>
 #include <utility>
 
@@ -16,108 +17,64 @@ namespace {
 constexpr int kMaxWidth = 65536;
 constexpr int kMaxAttentionLayers = 64;
 
-template <typename Value>
-struct Word {
-  Value value;
-  std::string_view text;
-};
-template <typename Value>
-constexpr std::array<Word<Value>, 0> kWords{};
-template <>
-constexpr std::array kWords<bool>{Word<bool>{true, "yes"}, Word<bool>{false, "no"}};
-template <>
-constexpr std::array kWords<Modules>{Word<Modules>{Modules::kTwo, "two"},
-                                     Word<Modules>{Modules::kOne, "one"}};
-template <>
-constexpr std::array kWords<ActionEmbedding>{
-    Word<ActionEmbedding>{ActionEmbedding::kGiven, "given"},
-    Word<ActionEmbedding>{ActionEmbedding::kLearned, "learned"},
-    Word<ActionEmbedding>{ActionEmbedding::kRandom, "random"}};
-template <>
-constexpr std::array kWords<ArmsObject>{Word<ArmsObject>{ArmsObject::kTranslation, "translation"},
-                                        Word<ArmsObject>{ArmsObject::kPose, "pose"}};
-template <>
-constexpr std::array kWords<ObjectInput>{Word<ObjectInput>{ObjectInput::kAbsent, "absent"},
-                                         Word<ObjectInput>{ObjectInput::kPrevious, "previous"},
-                                         Word<ObjectInput>{ObjectInput::kTrue, "true"}};
-template <>
-constexpr std::array kWords<ArmOrder>{
-    Word<ArmOrder>{ArmOrder::kAscending, "16,17,18,19,20,21"},
-    Word<ArmOrder>{ArmOrder::kRightThenLeft, "17,19,21,16,18,20"}};
-template <>
-constexpr std::array kWords<RootTranslation>{
-    Word<RootTranslation>{RootTranslation::kGiven, "given"},
-    Word<RootTranslation>{RootTranslation::kPredicted, "predicted"}};
-template <>
-constexpr std::array kWords<BodyMakes>{Word<BodyMakes>{BodyMakes::kPose, "pose"},
-                                       Word<BodyMakes>{BodyMakes::kStep, "step"}};
-template <>
-constexpr std::array kWords<AttentionInput>{
-    Word<AttentionInput>{AttentionInput::kReplace, "instead"},
-    Word<AttentionInput>{AttentionInput::kConcat, "beside"}};
-template <>
-constexpr std::array kWords<ObjectRotation>{
-    Word<ObjectRotation>{ObjectRotation::kColumns, "columns"},
-    Word<ObjectRotation>{ObjectRotation::kRows, "rows"}};
+// Texts of the values of an option in files, in their order; none for numbers.
+using Words = std::initializer_list<std::string_view>;
 
-std::string TextOf(int value) { return std::to_string(value); }
 template <typename Value>
-std::string TextOf(Value value) {
-  for (const Word<Value>& word : kWords<Value>) {
-    if (word.value == value) return std::string(word.text);
-  }
-  return {};
+std::string TextOf(Value value, Words words) {
+  const int number = static_cast<int>(value);
+  return words.size() == 0 ? std::to_string(number) : std::string(words.begin()[number]);
 }
 
-bool FromText(std::string_view text, int& value) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return error == std::errc() && end == text.data() + text.size();
-}
 template <typename Value>
-bool FromText(std::string_view text, Value& value) {
-  for (const Word<Value>& word : kWords<Value>) {
-    if (word.text == text) {
-      value = word.value;
-      return true;
-    }
+bool FromText(std::string_view text, Words words, Value& value) {
+  int number = 0;
+  if (words.size() == 0) {
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
+    if (error != std::errc() || end != text.data() + text.size()) return false;
+  } else {
+    const auto found = std::find(words.begin(), words.end(), text);
+    if (found == words.end()) return false;
+    number = static_cast<int>(found - words.begin());
   }
-  return false;
+  value = static_cast<Value>(number);
+  return true;
 }
 
 // Visits every option with its name in files, so that reading, writing and checking agree.
 template <typename ConfigType, typename Visit>
 void ForEachSize(ConfigType& config, const Visit& visit) {
-  visit("action_size", config.action_size);
-  visit("block_width", config.block_width);
-  visit("arms_condition", config.arms_condition);
-  visit("arms_first", config.arms_first);
-  visit("arms_second", config.arms_second);
-  visit("arms_decoder", config.arms_decoder);
-  visit("arms_latent", config.arms_latent);
-  visit("body_condition", config.body_condition);
-  visit("body_first", config.body_first);
-  visit("body_second", config.body_second);
-  visit("body_decoder", config.body_decoder);
-  visit("body_latent", config.body_latent);
-  visit("attention_layers", config.attention_layers);
-  visit("attention_heads", config.attention_heads);
-  visit("attention_width", config.attention_width);
+  visit("action_size", config.action_size, {});
+  visit("block_width", config.block_width, {});
+  visit("arms_condition", config.arms_condition, {});
+  visit("arms_first", config.arms_first, {});
+  visit("arms_second", config.arms_second, {});
+  visit("arms_decoder", config.arms_decoder, {});
+  visit("arms_latent", config.arms_latent, {});
+  visit("body_condition", config.body_condition, {});
+  visit("body_first", config.body_first, {});
+  visit("body_second", config.body_second, {});
+  visit("body_decoder", config.body_decoder, {});
+  visit("body_latent", config.body_latent, {});
+  visit("attention_layers", config.attention_layers, {});
+  visit("attention_heads", config.attention_heads, {});
+  visit("attention_width", config.attention_width, {});
 }
 template <typename ConfigType, typename Visit>
 void ForEachOption(ConfigType& config, const Visit& visit) {
-  visit("modules", config.modules);
-  visit("self_attention", config.self_attention);
-  visit("attended_past", config.attended_past);
-  visit("sees_progress", config.sees_progress);
-  visit("action_embedding", config.action_embedding);
-  visit("arms_see_class", config.arms_see_class);
-  visit("arms_object", config.arms_object);
-  visit("body_sees_arms_now", config.body_sees_arms_now);
-  visit("object_now", config.object_now);
-  visit("arm_order", config.arm_order);
-  visit("root", config.root);
-  visit("body_makes", config.body_makes);
-  visit("object_rotation", config.object_rotation);
+  visit("modules", config.has_arms, {"one", "two"});
+  visit("self_attention", config.self_attention, {"no", "yes"});
+  visit("attended_past", config.keeps_past_poses, {"instead", "beside"});
+  visit("sees_progress", config.sees_progress, {"no", "yes"});
+  visit("action_embedding", config.action_embedding, {"given", "learned", "random"});
+  visit("arms_see_class", config.arms_see_class, {"no", "yes"});
+  visit("arms_object", config.arms_see_object_pose, {"translation", "pose"});
+  visit("body_sees_arms_now", config.body_sees_arms_now, {"no", "yes"});
+  visit("object_now", config.object_now, {"absent", "previous", "true"});
+  visit("arm_order", config.arm_order, {"16,17,18,19,20,21", "17,19,21,16,18,20"});
+  visit("root", config.predicts_root, {"given", "predicted"});
+  visit("body_makes", config.makes_steps, {"pose", "step"});
+  visit("object_rotation", config.object_rotation, {"columns", "rows"});
   ForEachSize(config, visit);
 }
 
@@ -207,15 +164,13 @@ int Config::ArmsDecoderInput() const { return ArmsPastInput() + arms_latent; }
 int Config::BodyConditionInput() const { return kNumBetas + kNumObjects + action_size; }
 int Config::BodyPastInput() const {
   int size = kHistory * (BodyPastPoseSize() + kObjectSize) + ProgressSize() + body_condition;
-  if (HasArms()) size += kHistory * kArmsSize + (body_sees_arms_now ? kArmsSize : 0);
+  if (has_arms) size += kHistory * kArmsSize + (body_sees_arms_now ? kArmsSize : 0);
   if (object_now != ObjectInput::kAbsent) size += kObjectSize;
-  if (root == RootTranslation::kPredicted) size += kHistory * 3;
+  if (predicts_root) size += kHistory * 3;
   return size;
 }
 int Config::BodyDecoderInput() const { return body_latent + BodyPastInput(); }
-int Config::BodyOutput() const {
-  return BodyPoseSize() + (root == RootTranslation::kPredicted ? 3 : 0);
-}
+int Config::BodyOutput() const { return BodyPoseSize() + (predicts_root ? 3 : 0); }
 
 Config PaperConfig() { return {}; }
 
@@ -224,12 +179,12 @@ Config CompactConfig() {
   config.action_embedding = ActionEmbedding::kLearned;
   config.action_size = 32;
   config.arms_see_class = true;
-  config.attended_past = AttentionInput::kConcat;
+  config.keeps_past_poses = true;
   config.sees_progress = true;
-  config.arms_object = ArmsObject::kPose;
+  config.arms_see_object_pose = true;
   config.object_now = ObjectInput::kPrevious;
-  config.root = RootTranslation::kPredicted;
-  config.body_makes = BodyMakes::kStep;
+  config.predicts_root = true;
+  config.makes_steps = true;
   config.object_rotation = ObjectRotation::kColumns;
   config.block_width = 192;
   config.arms_condition = 128;
@@ -243,7 +198,7 @@ Config CompactConfig() {
 }
 
 void CheckConfig(const Config& config, const std::string& where) {
-  ForEachSize(config, [&](const char* name, int value) {
+  ForEachSize(config, [&](const char* name, int value, Words) {
     if (value < 1 || value > kMaxWidth) {
       throw Error(where, fmt::format("'{}' is {}, not in 1..{}", name, value, kMaxWidth),
                   kWeightsRemedy);
@@ -260,18 +215,20 @@ void CheckConfig(const Config& config, const std::string& where) {
 
 std::map<std::string, std::string> ConfigTexts(const Config& config) {
   std::map<std::string, std::string> texts;
-  ForEachOption(config, [&](const char* name, const auto& value) { texts[name] = TextOf(value); });
+  ForEachOption(config, [&](const char* name, const auto& value, Words words) {
+    texts[name] = TextOf(value, words);
+  });
   return texts;
 }
 
 Config ConfigFromTexts(std::map<std::string, std::string>& texts, const std::string& where) {
   Config config;
-  ForEachOption(config, [&](const char* name, auto& value) {
+  ForEachOption(config, [&](const char* name, auto& value, Words words) {
     const auto text = texts.extract(name);
     if (text.empty()) {
       throw Error(where, fmt::format("its metadata lacks '{}'", name), kWeightsRemedy);
     }
-    if (!FromText(text.mapped(), value)) {
+    if (!FromText(text.mapped(), words, value)) {
       throw Error(where, fmt::format("'{}' has the unknown value '{}'", name, text.mapped()),
                   kWeightsRemedy);
     }
@@ -285,7 +242,7 @@ std::vector<TensorShape> TensorsOf(const Config& config, bool training) {
   if (config.action_embedding != ActionEmbedding::kGiven) {
     tensors.Matrix("action_embedding.weight", kNumActions, config.action_size);
   }
-  if (config.HasArms()) AddArms(config, training, tensors);
+  if (config.has_arms) AddArms(config, training, tensors);
   AddBody(config, tensors);
   return std::move(tensors.list);
 }

@@ -11,6 +11,8 @@ namespace holdfast::imos {
 namespace {
 
 constexpr const char* kWhere = "network";
+constexpr double kPositionScale = 1e-3;     // scale of the positional encoding
+constexpr double kAttentionEpsilon = 1e-6;  // of the LayerNorm in each layer
 
 class ChainReader {
  public:
@@ -76,14 +78,13 @@ std::array<int, kNumArmJoints> ArmJoints(ArmOrder order) {
 }
 
 template <typename Real>
-Network<Real>::Network(const NetworkWeights& weights, bool differentiable, Isa isa)
-    : config_(weights.config), differentiable_(differentiable) {
+Network<Real>::Network(const NetworkWeights& weights, Isa isa) : config_(weights.config) {
   CheckNetwork(weights, kWhere);
   const auto make = [&](const BlockChain& chain) {
-    return std::make_unique<const BlockNetwork<Real>>(chain, differentiable, isa);
+    return std::make_unique<const BlockNetwork<Real>>(chain, isa);
   };
   const Config& c = config_;
-  if (c.HasArms()) {
+  if (c.has_arms) {
     const ChainReader arms(weights, "arms.");
     arms_condition_ = make(arms.Condition(c.ArmsConditionInput(), c.arms_condition));
     arms_encoder_ =
@@ -97,13 +98,6 @@ Network<Real>::Network(const NetworkWeights& weights, bool differentiable, Isa i
   if (c.self_attention) {
     attention_ = std::make_unique<const Attention<Real>>(weights.tensors, c, kWhere);
   }
-}
-
-template <typename Real>
-long Network<Real>::NumProducts() const {
-  long count = body_encoder_->NumProducts() + body_decoder_->NumProducts();
-  if (config_.HasArms()) count += arms_encoder_->NumProducts() + arms_decoder_->NumProducts();
-  return count;
 }
 
 Eigen::VectorXf ConditionOf(const Eigen::Ref<const Eigen::VectorXd>& betas, const Intent& intent,
@@ -159,28 +153,15 @@ Attention<Real>::Attention(const nn::TensorMap& tensors, const Config& config,
 }
 
 template <typename Real>
-typename Attention<Real>::Tape Attention<Real>::MakeTape() const {
-  Tape tape;
-  tape.layers.resize(layers_.size());
-  for (std::size_t l = 0; l < layers_.size(); ++l) {
-    tape.layers[l].attention.resize(layers_[l].scores.size());
-  }
-  return tape;
-}
-
-template <typename Real>
-void Attention<Real>::Forward(const Real* pose, Real* out, Tape& tape) const {
-  const int joints = NumJoints();
+void Attention<Real>::Forward(const Real* pose, Real* out) const {
+  const int joints = static_cast<int>(position_.cols());
   const Real share = Real(1) / static_cast<Real>(kRotationSize * joints);
-  const Tokens& x = tape.tokens = Eigen::Map<const Tokens>(pose, kRotationSize, joints) + position_;
+  const Tokens x = Eigen::Map<const Tokens>(pose, kRotationSize, joints) + position_;
   Tokens q = x, projected(kRotationSize, joints), sum(kRotationSize, joints);
-  for (std::size_t l = 0; l < layers_.size(); ++l) {
-    const Layer& layer = layers_[l];
-    typename Tape::Layer& kept = tape.layers[l];
-    kept.query = q;
+  Weights weights(joints, joints);
+  for (const Layer& layer : layers_) {
     sum = q;
     for (std::size_t h = 0; h < layer.scores.size(); ++h) {
-      Weights& weights = kept.attention[h];
       projected.noalias() = layer.scores[h].lazyProduct(x);
       weights.noalias() = projected.transpose().lazyProduct(q);  // keys x queries: sums by column
       for (int i = 0; i < joints; ++i) {
@@ -193,51 +174,11 @@ void Attention<Real>::Forward(const Real* pose, Real* out, Tape& tape) const {
     }
     const Real mean = sum.sum() * share;
     const Real variance = (sum.array() - mean).square().sum() * share;
-    kept.inverse_deviation = Real(1) / std::sqrt(variance + Real(kAttentionEpsilon));
-    kept.normed = (sum.array() - mean) * kept.inverse_deviation;
-    q = kept.normed.cwiseProduct(layer.gain) + layer.offset;
+    const Real inverse_deviation = Real(1) / std::sqrt(variance + Real(kAttentionEpsilon));
+    sum = (sum.array() - mean) * inverse_deviation;
+    q = sum.cwiseProduct(layer.gain) + layer.offset;
   }
   Eigen::Map<Tokens>(out, kRotationSize, joints) = q;
-}
-
-template <typename Real>
-void Attention<Real>::Backward(const Tape& tape, const Real* out_bar, Real* pose_bar) const {
-  const int joints = NumJoints();
-  const Real share = Real(1) / static_cast<Real>(kRotationSize * joints);
-  const Tokens& x = tape.tokens;
-  Tokens q_bar = Eigen::Map<const Tokens>(out_bar, kRotationSize, joints);
-  Tokens x_bar = Tokens::Zero(kRotationSize, joints), sum_bar(kRotationSize, joints);
-  Tokens projected(kRotationSize, joints), projected_bar(kRotationSize, joints);
-  Tokens normed_bar = Tokens::Zero(kRotationSize, joints);
-  Weights weights_bar(joints, joints);
-  for (std::size_t l = layers_.size(); l-- > 0;) {
-    const Layer& layer = layers_[l];
-    const typename Tape::Layer& kept = tape.layers[l];
-    normed_bar = q_bar.cwiseProduct(layer.gain);
-    const Real average = normed_bar.sum() * share;
-    const Real correlation = normed_bar.cwiseProduct(kept.normed).sum() * share;
-    sum_bar =
-        (normed_bar.array() - average - kept.normed.array() * correlation) * kept.inverse_deviation;
-    q_bar = sum_bar;
-    for (std::size_t h = 0; h < layer.scores.size(); ++h) {
-      const Weights& weights = kept.attention[h];
-      projected.noalias() = layer.values[h].lazyProduct(x);
-      projected_bar.noalias() = sum_bar.lazyProduct(weights.transpose());
-      x_bar.noalias() += layer.values[h].transpose().lazyProduct(projected_bar);
-      weights_bar.noalias() = projected.transpose().lazyProduct(sum_bar);
-      for (int i = 0; i < joints; ++i) {  // gradient of the softmax
-        const Real common = weights_bar.col(i).dot(weights.col(i));
-        weights_bar.col(i) = weights.col(i).array() * (weights_bar.col(i).array() - common);
-      }
-      // The scores are (M X)^T q (keys x queries) with M X = `projected`. M maps keys, so the other
-      // side of q^T M X is M^T q.
-      projected.noalias() = layer.scores[h].lazyProduct(x);
-      q_bar.noalias() += projected.lazyProduct(weights_bar);
-      projected_bar.noalias() = kept.query.lazyProduct(weights_bar.transpose());
-      x_bar.noalias() += layer.scores[h].transpose().lazyProduct(projected_bar);
-    }
-  }
-  Eigen::Map<Tokens>(pose_bar, kRotationSize, joints) += x_bar + q_bar;
 }
 
 template class Attention<float>;

@@ -16,9 +16,6 @@
 
 namespace holdfast::imos {
 
-inline constexpr double kPositionScale = 1e-3;     ///< scale of the positional encoding
-inline constexpr double kAttentionEpsilon = 1e-6;  ///< of the LayerNorm in each layer
-
 /// PE (6 x joints): PE[i, p] = sin(p / 10000^(2i/6)), PE[i+1, p] = cos(p / 10000^(2(i+1)/6)) for
 /// joint p and i = 0, 2, 4.
 Eigen::MatrixXd PositionalEncoding(int joints);
@@ -39,27 +36,11 @@ class Attention {
   using Weights =
       Eigen::Matrix<Real, Eigen::Dynamic, Eigen::Dynamic, 0, kNumPoseJoints, kNumPoseJoints>;
 
-  /// Intermediate values of a run for the backward pass. Create with MakeTape().
-  struct Tape {
-    struct Layer {
-      Tokens query, normed;
-      std::vector<Weights> attention;  // (queries x keys) of each head
-      Real inverse_deviation = 0;
-    };
-    Tokens tokens;
-    std::vector<Layer> layers;
-  };
-
   /// Reads body.attention_model.*. Throws Error as nn::ReadMatrix does.
   Attention(const nn::TensorMap& tensors, const Config& config, const std::string& where);
 
-  int NumJoints() const { return static_cast<int>(position_.cols()); }
-  Tape MakeTape() const;
-
   /// `pose` and `out` have 6 J numbers, joint by joint.
-  void Forward(const Real* pose, Real* out, Tape& tape) const;
-  /// Adds to `pose_bar` the vector-Jacobian product at the inputs of the last Forward on `tape`.
-  void Backward(const Tape& tape, const Real* out_bar, Real* pose_bar) const;
+  void Forward(const Real* pose, Real* out) const;
 
  private:
   struct Layer {
@@ -78,16 +59,13 @@ extern template class Attention<double>;
 std::array<int, kNumArmJoints> ArmJoints(ArmOrder order);
 
 /// A network prepared to run; immutable and safe to share between threads. Real is float; double is
-/// for tests of derivatives and of float.
-///
-/// Without `differentiable` there is no backward pass, and the network needs half the memory.
+/// for tests of float.
 template <typename Real>
 class Network {
  public:
-  explicit Network(const NetworkWeights& weights, bool differentiable = false, Isa isa = BestIsa());
+  explicit Network(const NetworkWeights& weights, Isa isa = BestIsa());
 
   const Config& Options() const { return config_; }
-  bool IsDifferentiable() const { return differentiable_; }
   /// Size of the input of both modules' conditions: betas 10, object 54, action E.
   int ConditionSize() const { return kNumBetas + kNumObjects + config_.action_size; }
 
@@ -101,14 +79,10 @@ class Network {
   /// Null without self-attention.
   const Attention<Real>* SelfAttention() const { return attention_.get(); }
 
-  /// Multiply-adds of one step of one sample, without attention.
-  long NumProducts() const;
-
  private:
   using Part = std::unique_ptr<const BlockNetwork<Real>>;
 
   Config config_;
-  bool differentiable_;
   Part arms_condition_, arms_encoder_, arms_decoder_;
   Part body_condition_, body_encoder_, body_decoder_;
   std::unique_ptr<const Attention<Real>> attention_;

@@ -13,6 +13,9 @@ namespace {
 
 using nn::PaddedRows;
 
+constexpr double kLeakySlope = 0.2;
+constexpr double kBatchNormEpsilon = 1e-5;
+
 template <typename Real>
 nn::AlignedArray<Real> Padded(const Eigen::VectorXd& values) {
   nn::AlignedArray<Real> padded(PaddedRows(static_cast<int>(values.size())), Real(0));
@@ -84,16 +87,9 @@ void FoldInput(const Affine& affine, Block& block) {
 }
 
 template <typename Real>
-BlockNetwork<Real>::BlockNetwork(const BlockChain& chain, bool differentiable, Isa isa)
-    : loops_(&nn::LoopsFor<Real>(isa)),
-      differentiable_(differentiable),
-      has_head_(chain.head.size() > 0) {
+BlockNetwork<Real>::BlockNetwork(const BlockChain& chain, Isa isa)
+    : loops_(&nn::LoopsFor<Real>(isa)), has_head_(chain.head.size() > 0) {
   assert(chain.blocks.size() == 1 || chain.blocks.size() == 2);
-  const auto pack = [&](const Eigen::MatrixXd& a, nn::PackedMatrix<Real>& forward,
-                        nn::PackedMatrix<Real>& backward) {
-    forward = nn::PackedMatrix<Real>(a.cast<Real>());
-    if (differentiable) backward = nn::PackedMatrix<Real>(a.transpose().cast<Real>());
-  };
   for (const Block& from : chain.blocks) {
     PackedBlock& block = blocks_.emplace_back();
     block.width = static_cast<int>(from.first.rows());
@@ -106,13 +102,13 @@ BlockNetwork<Real>::BlockNetwork(const BlockChain& chain, bool differentiable, I
     Eigen::VectorXd both_bias = Eigen::VectorXd::Zero(begin + block.output);
     both_bias.head(block.width) = from.first_bias;
     both_bias.tail(block.output) = from.skip_bias;
-    pack(both, block.first, block.first_backward);
-    pack(from.second, block.second, block.second_backward);
+    block.first = nn::PackedMatrix<Real>(both.cast<Real>());
+    block.second = nn::PackedMatrix<Real>(from.second.cast<Real>());
     block.first_bias = Padded<Real>(both_bias);
     block.second_bias = Padded<Real>(from.second_bias);
   }
   if (has_head_) {
-    pack(chain.head, head_, head_backward_);
+    head_ = nn::PackedMatrix<Real>(chain.head.cast<Real>());
     head_bias_ = Padded<Real>(chain.head_bias);
   }
 
@@ -121,29 +117,11 @@ BlockNetwork<Real>::BlockNetwork(const BlockChain& chain, bool differentiable, I
   levels = {input};
   // The first block's output is written in whole vectors after x.
   if (IsDouble()) levels.push_back(input + PaddedRows(blocks_.front().output));
-  int widest_inner = 0, widest_input = 0, widest_output = 0;
   for (const PackedBlock& block : blocks_) {
     levels.push_back(PaddedRows(block.width) + block.output);
-    widest_inner = std::max(widest_inner, levels.back());
-    widest_input = std::max(widest_input, block.first.Inner());
-    widest_output = std::max(widest_output, block.output);
   }
   levels.push_back(blocks_.back().output);
   if (has_head_) levels.push_back(head_.Rows());
-  if (differentiable) {
-    this->room_.gradients = {widest_output, widest_inner, widest_input, input};
-  }
-}
-
-template <typename Real>
-long BlockNetwork<Real>::NumProducts() const {
-  long count = static_cast<long>(head_.Rows()) * head_.Inner();
-  for (const PackedBlock& block : blocks_) {
-    const long skip = block.skip_is_linear ? 0 : block.output;
-    count +=
-        (block.width + skip) * block.first.Inner() + static_cast<long>(block.output) * block.width;
-  }
-  return count;
 }
 
 template <typename Real>
@@ -180,78 +158,8 @@ void BlockNetwork<Real>::Forward(nn::Tape<Real>& tape) const {
   if (!has_head_) return;
   const nn::Columns<Real> y = tape.Level(LastOutput() + 1);
   head_.Multiply(*loops_, last.data, last.stride, columns, y.data, y.stride, nullptr);
-  loops_->sum({y.data, y.stride, PaddedRows(y.rows), columns, head_bias_.data(), nullptr, 0});
-}
-
-template <typename Real>
-void BlockNetwork<Real>::RunBlockBackward(const PackedBlock& block,
-                                          const nn::Columns<const Real>& inner, const Real* y,
-                                          long y_stride, const nn::Columns<Real>& gradient,
-                                          const nn::Columns<Real>& inner_gradient,
-                                          const nn::Columns<Real>& out, int columns,
-                                          int per_column) const {
-  const Real slope = static_cast<Real>(kLeakySlope);
-  const int begin = PaddedRows(block.width), rows = PaddedRows(block.output);
-  Real* const skip = inner_gradient.data + begin;
-  loops_->leaky_backward(
-      {gradient.data, gradient.stride, y, y_stride, rows, columns, per_column, slope});
-  block.second_backward.Multiply(*loops_, gradient.data, gradient.stride, columns,
-                                 inner_gradient.data, inner_gradient.stride, nullptr);
-  loops_->leaky_backward({inner_gradient.data, inner_gradient.stride, inner.data, inner.stride,
-                          begin, columns, per_column, slope});
-  for (int j = 0; j < columns; ++j) {
-    std::copy_n(gradient.data + j * gradient.stride, rows, skip + j * inner_gradient.stride);
-  }
-  loops_->leaky_backward({skip, inner_gradient.stride, inner.data + begin, inner.stride, rows,
-                          columns, per_column, block.skip_is_linear ? Real(1) : slope});
-  block.first_backward.Multiply(*loops_, inner_gradient.data, inner_gradient.stride, columns,
-                                out.data, out.stride, nullptr);
-}
-
-template <typename Real>
-void BlockNetwork<Real>::Backward(const nn::Tape<Real>& tape,
-                                  const Eigen::Ref<const Matrix>& output_gradient,
-                                  Eigen::Ref<Matrix> input_gradient,
-                                  nn::Scratch<Real>& scratch) const {
-  assert(differentiable_);
-  const int columns = static_cast<int>(output_gradient.cols());
-  assert(tape.NumColumns() > 0 && columns % tape.NumColumns() == 0);
-  assert(columns <= scratch.MaxGradients());
-  const int per_column = columns / tape.NumColumns();
-  const nn::Columns<Real> gradient = scratch.Gradient(0), inner = scratch.Gradient(1);
-  const nn::Columns<Real> joined = scratch.Gradient(2), first = scratch.Gradient(3);
-  const int last = static_cast<int>(blocks_.size()) - 1;
-  if (has_head_) {
-    head_backward_.Multiply(*loops_, output_gradient.data(), output_gradient.outerStride(), columns,
-                            gradient.data, gradient.stride, nullptr);
-  } else {
-    for (int j = 0; j < columns; ++j) {
-      std::copy_n(output_gradient.col(j).data(), this->OutputSize(),
-                  gradient.data + j * gradient.stride);
-    }
-  }
-  const nn::Columns<const Real> y = tape.Level(LastOutput());
-  const nn::Columns<Real>& of_last = IsDouble() ? joined : first;
-  RunBlockBackward(blocks_[last], tape.Level(Inner(last)), y.data, y.stride, gradient, inner,
-                   of_last, columns, per_column);
-  const int input = this->InputSize();
-  if (IsDouble()) {
-    for (int j = 0; j < columns; ++j) {
-      std::copy_n(joined.data + j * joined.stride + input, blocks_[0].output,
-                  gradient.data + j * gradient.stride);
-    }
-    const nn::Columns<const Real> values = tape.Level(kJoined);
-    RunBlockBackward(blocks_[0], tape.Level(Inner(0)), values.data + input, values.stride, gradient,
-                     inner, first, columns, per_column);
-  }
-  for (int j = 0; j < columns; ++j) {
-    const Real* const own = first.data + j * first.stride;
-    Real* const out = input_gradient.col(j).data();
-    std::copy_n(own, input, out);
-    if (!IsDouble()) continue;
-    const Real* const through_second = joined.data + j * joined.stride;
-    for (int i = 0; i < input; ++i) out[i] += through_second[i];
-  }
+  loops_->leaky(
+      {y.data, y.stride, PaddedRows(y.rows), columns, head_bias_.data(), nullptr, 0, Real(1)});
 }
 
 template class BlockNetwork<float>;

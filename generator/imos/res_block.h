@@ -12,9 +12,6 @@
 
 namespace holdfast::imos {
 
-inline constexpr double kLeakySlope = 0.2;
-inline constexpr double kBatchNormEpsilon = 1e-5;
-
 /// BatchNorm with its running statistics: x -> scale x + shift.
 struct Affine {
   Eigen::VectorXd scale, shift;
@@ -55,23 +52,16 @@ struct BlockChain {
 template <typename Real>
 class BlockNetwork final : public nn::ColumnNetwork<Real> {
  public:
-  using Matrix = typename nn::ColumnNetwork<Real>::Matrix;
+  explicit BlockNetwork(const BlockChain& chain, Isa isa = BestIsa());
 
-  /// Without `differentiable`, Backward must not be called and half the memory is needed.
-  explicit BlockNetwork(const BlockChain& chain, bool differentiable = true, Isa isa = BestIsa());
-
-  long NumProducts() const override;
   void Forward(nn::Tape<Real>& tape) const override;
-  void Backward(const nn::Tape<Real>& tape, const Eigen::Ref<const Matrix>& output_gradient,
-                Eigen::Ref<Matrix> input_gradient, nn::Scratch<Real>& scratch) const override;
 
  private:
   // A and C have the same input, so they form one matrix; C's rows start at PaddedRows(width).
   struct PackedBlock {
     int width, output;
     bool skip_is_linear;
-    nn::PackedMatrix<Real> first, first_backward;
-    nn::PackedMatrix<Real> second, second_backward;
+    nn::PackedMatrix<Real> first, second;
     nn::AlignedArray<Real> first_bias, second_bias;
   };
   // Levels of a tape: x; with two blocks [x | first output]; the activated [A x | C x] of each
@@ -84,16 +74,10 @@ class BlockNetwork final : public nn::ColumnNetwork<Real> {
 
   void RunBlock(const PackedBlock& block, const nn::Columns<Real>& x,
                 const nn::Columns<Real>& inner, Real* y, long y_stride, int columns) const;
-  // Overwrites `gradient`, that of the block's output; writes the input's gradient to `out`.
-  void RunBlockBackward(const PackedBlock& block, const nn::Columns<const Real>& inner,
-                        const Real* y, long y_stride, const nn::Columns<Real>& gradient,
-                        const nn::Columns<Real>& inner_gradient, const nn::Columns<Real>& out,
-                        int columns, int per_column) const;
 
   const kernels::LayerLoops<Real>* loops_;
-  bool differentiable_;
   std::vector<PackedBlock> blocks_;
-  nn::PackedMatrix<Real> head_, head_backward_;
+  nn::PackedMatrix<Real> head_;
   nn::AlignedArray<Real> head_bias_;
   bool has_head_;
 };

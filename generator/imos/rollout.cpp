@@ -7,6 +7,58 @@
 #include "generator/wandr/rotation_6d.h"
 
 namespace holdfast::imos {
+namespace {
+
+// Offset of the arms in a pose.
+constexpr int kArmsOf = kNumTrunkJoints * kRotationSize;
+
+// Writes the past inputs of sample i that both networks of the arms take; returns their end.
+template <typename Real>
+Real* PutArmsPast(const Config& c, std::span<const KeyFrame<Real>, kHistory> past, Real progress,
+                  int i, Real* out) {
+  for (const KeyFrame<Real>& frame : past) {
+    for (const int joint : ArmJoints(c.arm_order)) {
+      out = std::copy_n(frame.pose.col(i).data() + kRotationSize * joint, kRotationSize, out);
+    }
+  }
+  for (const KeyFrame<Real>& frame : past) {
+    out = std::copy_n(frame.object.col(i).data(), c.ArmsObjectSize(), out);
+  }
+  if (c.sees_progress) *out++ = progress;
+  return out;
+}
+
+// Writes the input of the body's past encoder for sample i.
+template <typename Real>
+void PutBodyPast(const Config& c, std::span<const KeyFrame<Real>, kHistory> past,
+                 const KeyFrame<Real>& next, Real progress, const Real* phi, int i, Real* out) {
+  const auto put = [&](const Real* values, int count) { out = std::copy_n(values, count, out); };
+  if (c.self_attention) {
+    for (const KeyFrame<Real>& frame : past) put(frame.attended.col(i).data(), c.BodyPoseSize());
+  }
+  if (c.SeesPastPoses()) {
+    for (const KeyFrame<Real>& frame : past) put(frame.pose.col(i).data(), c.BodyPoseSize());
+  }
+  if (c.has_arms) {
+    for (const KeyFrame<Real>& frame : past) put(frame.pose.col(i).data() + kArmsOf, kArmsSize);
+    if (c.body_sees_arms_now) put(next.pose.col(i).data() + kArmsOf, kArmsSize);
+  }
+  if (c.object_now != ObjectInput::kAbsent) put(past.back().object.col(i).data(), kObjectSize);
+  for (const KeyFrame<Real>& frame : past) put(frame.object.col(i).data(), kObjectSize);
+  if (c.predicts_root) {
+    for (const KeyFrame<Real>& frame : past) put(frame.root.col(i).data(), 3);
+  }
+  if (c.sees_progress) *out++ = progress;
+  std::copy_n(phi, c.body_condition, out);
+}
+
+// Writes z = mu + sigma eps.
+template <typename Real, typename Code>
+void Sample(const Code& code, const Real* noise, int size, Real* z) {
+  for (int k = 0; k < size; ++k) z[k] = code[k] + code[size + k] * noise[k];
+}
+
+}  // namespace
 
 Eigen::Vector<double, kObjectSize> ObjectColumn(const Eigen::Matrix3d& R, const Eigen::Vector3d& T,
                                                 ObjectRotation rotation) {
@@ -37,41 +89,42 @@ wandr::Pose<double> PoseOfColumn(const Eigen::Ref<const Eigen::VectorXd>& column
 }
 
 template <typename Real>
-Rollout<Real>::Rollout(const Network<Real>& network, int max_samples, int max_frames,
-                       bool differentiable)
-    : network_(network), max_samples_(max_samples), differentiable_(differentiable) {
+Rollout<Real>::Rollout(const Network<Real>& network, int max_samples, int max_frames)
+    : network_(network),
+      max_samples_(max_samples),
+      frames_(max_frames),
+      body_condition_(network.BodyCondition(), max_samples),
+      body_encoder_(network.BodyEncoder(), max_samples),
+      body_decoder_(network.BodyDecoder(), max_samples) {
   assert(max_frames >= kHistory);
-  assert(!differentiable || network.IsDifferentiable());
   const Config& c = network.Options();
-  frames_.resize(max_frames);
   for (KeyFrame<Real>& frame : frames_) {
-    frame.Resize(c, max_samples);
-    frame.SetZero();
+    frame.pose.setZero(kPoseSize, max_samples);
+    frame.root.setZero(3, max_samples);
+    frame.object.setZero(kObjectSize, max_samples);
+    frame.attended.setZero(c.self_attention ? c.BodyPoseSize() : 0, max_samples);
   }
-  if (c.HasArms()) {
+  if (c.has_arms) {
     arms_condition_.emplace(network.ArmsCondition(), max_samples);
-    codes_.arms.resize(c.arms_condition, max_samples);
-  }
-  body_condition_.emplace(network.BodyCondition(), max_samples);
-  codes_.body.resize(c.body_condition, max_samples);
-  const int num_tapes = differentiable ? max_frames - kHistory : 1;
-  for (int k = 0; k < num_tapes; ++k) tapes_.emplace_back(network, max_samples);
-  if (const Attention<Real>* attention = network.SelfAttention()) {
-    attention_.push_back(attention->MakeTape());
+    arms_encoder_.emplace(network.ArmsEncoder(), max_samples);
+    arms_decoder_.emplace(network.ArmsDecoder(), max_samples);
   }
 }
 
 template <typename Real>
-void Rollout<Real>::RunConditions(const ConstRef& conditions) {
+void Rollout<Real>::Begin(const ConstRef& conditions) {
   const Config& c = network_.Options();
   num_samples_ = static_cast<int>(conditions.cols());
+  num_frames_ = kHistory;
+  num_attended_ = 0;
   assert(num_samples_ <= max_samples_ && conditions.rows() == network_.ConditionSize());
-  body_condition_->Resize(num_samples_);
-  body_condition_->Input() = conditions;
-  network_.BodyCondition().Forward(*body_condition_);
-  codes_.body.leftCols(num_samples_) = body_condition_->Output();
-  if (!c.HasArms()) return;
-  arms_condition_->Resize(num_samples_);
+  for (auto* tape : {&body_condition_, &body_encoder_, &body_decoder_}) tape->Resize(num_samples_);
+  body_condition_.Input() = conditions;
+  network_.BodyCondition().Forward(body_condition_);
+  if (!c.has_arms) return;
+  for (auto* tape : {&arms_condition_, &arms_encoder_, &arms_decoder_}) {
+    (*tape)->Resize(num_samples_);
+  }
   auto input = arms_condition_->Input();
   if (c.arms_see_class) {
     input = conditions;
@@ -80,25 +133,6 @@ void Rollout<Real>::RunConditions(const ConstRef& conditions) {
     input.bottomRows(c.action_size) = conditions.bottomRows(c.action_size);
   }
   network_.ArmsCondition().Forward(*arms_condition_);
-  codes_.arms.leftCols(num_samples_) = arms_condition_->Output();
-}
-
-template <typename Real>
-void Rollout<Real>::Begin(const ConstRef& conditions) {
-  RunConditions(conditions);
-  num_frames_ = kHistory;
-  num_attended_ = 0;
-}
-
-template <typename Real>
-void Rollout<Real>::Begin(const ConstRef& conditions,
-                          std::span<const KeyFrame<Real>, kHistory> history) {
-  Begin(conditions);
-  for (int f = 0; f < kHistory; ++f) {
-    frames_[f].pose.leftCols(num_samples_) = history[f].pose.leftCols(num_samples_);
-    frames_[f].root.leftCols(num_samples_) = history[f].root.leftCols(num_samples_);
-    frames_[f].object.leftCols(num_samples_) = history[f].object.leftCols(num_samples_);
-  }
 }
 
 template <typename Real>
@@ -114,21 +148,84 @@ void Rollout<Real>::SetHistory(int frame, int sample,
 
 template <typename Real>
 void Rollout<Real>::Step(const ConstRef& noise) {
-  assert(num_frames_ < static_cast<int>(frames_.size()) && noise.cols() == num_samples_);
+  assert(num_frames_ < static_cast<int>(frames_.size()));
+  assert(noise.cols() == num_samples_ && noise.rows() == network_.Options().NoiseSize());
   // Attention depends only on its pose, so it is computed once for all windows with that pose.
   if (const Attention<Real>* attention = network_.SelfAttention()) {
     for (; num_attended_ < num_frames_; ++num_attended_) {
       KeyFrame<Real>& frame = frames_[num_attended_];
       for (int i = 0; i < num_samples_; ++i) {
-        attention->Forward(frame.pose.col(i).data(), frame.attended.col(i).data(), attention_[0]);
+        attention->Forward(frame.pose.col(i).data(), frame.attended.col(i).data());
       }
     }
   }
-  const std::span<const KeyFrame<Real>, kHistory> past(&frames_[num_frames_ - kHistory], kHistory);
+  const Past past(&frames_[num_frames_ - kHistory], kHistory);
   KeyFrame<Real>& next = frames_[num_frames_];
-  RunStep<Real>(network_, past, codes_, num_frames_, noise, TapeOf(num_frames_), next);
+  if (network_.Options().has_arms) RunArms(past, noise, next);
+  RunBody(past, noise, next);
   next.object.leftCols(num_samples_) = past.back().object.leftCols(num_samples_);
   ++num_frames_;
+}
+
+template <typename Real>
+void Rollout<Real>::RunArms(Past past, const ConstRef& noise, KeyFrame<Real>& next) {
+  const Config& c = network_.Options();
+  const Real progress = static_cast<Real>(ProgressOf(num_frames_));
+  const auto phi = arms_condition_->Output();
+  auto input = arms_encoder_->Input();
+  for (int i = 0; i < num_samples_; ++i) {
+    Real* const end = PutArmsPast<Real>(c, past, progress, i, input.col(i).data());
+    std::copy_n(phi.col(i).data(), c.arms_condition, end);
+  }
+  network_.ArmsEncoder().Forward(*arms_encoder_);
+  auto decoder_input = arms_decoder_->Input();
+  for (int i = 0; i < num_samples_; ++i) {
+    Real* const z = std::copy_n(phi.col(i).data(), c.arms_condition, decoder_input.col(i).data());
+    Sample(arms_encoder_->Output().col(i), noise.col(i).data(), c.arms_latent, z);
+    PutArmsPast<Real>(c, past, progress, i, z + c.arms_latent);
+  }
+  network_.ArmsDecoder().Forward(*arms_decoder_);
+  const auto output = arms_decoder_->Output();
+  const auto order = ArmJoints(c.arm_order);
+  for (int i = 0; i < num_samples_; ++i) {
+    for (int slot = 0; slot < kNumArmJoints; ++slot) {
+      const int at = kRotationSize * order[slot];
+      next.pose.col(i).template segment<kRotationSize>(at) =
+          past.back().pose.col(i).template segment<kRotationSize>(at) +
+          output.col(i).template segment<kRotationSize>(kRotationSize * slot);
+    }
+  }
+}
+
+template <typename Real>
+void Rollout<Real>::RunBody(Past past, const ConstRef& noise, KeyFrame<Real>& next) {
+  const Config& c = network_.Options();
+  const Real progress = static_cast<Real>(ProgressOf(num_frames_));
+  const int noise_of = c.NoiseSize() - c.body_latent;
+  const auto phi = body_condition_.Output();
+  auto input = body_encoder_.Input();
+  for (int i = 0; i < num_samples_; ++i) {
+    PutBodyPast<Real>(c, past, next, progress, phi.col(i).data(), i, input.col(i).data());
+  }
+  network_.BodyEncoder().Forward(body_encoder_);
+  auto decoder_input = body_decoder_.Input();
+  for (int i = 0; i < num_samples_; ++i) {
+    Real* const z = decoder_input.col(i).data();
+    Sample(body_encoder_.Output().col(i), noise.col(i).data() + noise_of, c.body_latent, z);
+    std::copy_n(input.col(i).data(), c.BodyPastInput(), z + c.body_latent);
+  }
+  network_.BodyDecoder().Forward(body_decoder_);
+  const auto output = body_decoder_.Output();
+  for (int i = 0; i < num_samples_; ++i) {
+    next.pose.col(i).head(c.BodyPoseSize()) = output.col(i).head(c.BodyPoseSize());
+    if (c.makes_steps) {
+      next.pose.col(i).head(c.BodyPoseSize()) += past.back().pose.col(i).head(c.BodyPoseSize());
+    }
+    next.root.col(i) = past.back().root.col(i);
+    if (c.predicts_root) {
+      next.root.col(i) += output.col(i).template tail<3>();
+    }
+  }
 }
 
 template <typename Real>
@@ -139,70 +236,8 @@ void Rollout<Real>::SetObject(int sample,
 
 template <typename Real>
 void Rollout<Real>::SetRoot(int sample, const Eigen::Ref<const Eigen::Vector<Real, 3>>& root) {
-  assert(network_.Options().root == RootTranslation::kGiven);
+  assert(!network_.Options().predicts_root);
   frames_[num_frames_ - 1].root.col(sample) = root;
-}
-
-template <typename Real>
-void Rollout<Real>::Backward(const RolloutSeed<Real>& seed, int rows,
-                             RolloutGradient<Real>& gradient) const {
-  assert(differentiable_);
-  assert(seed.poses.empty() || static_cast<int>(seed.poses.size()) == num_frames_);
-  assert(seed.roots.empty() || static_cast<int>(seed.roots.size()) == num_frames_);
-  const Config& c = network_.Options();
-  const int columns = num_samples_ * rows, steps = num_frames_ - kHistory;
-  std::vector<KeyFrame<Real>> bars(num_frames_);
-  for (int f = 0; f < num_frames_; ++f) {
-    bars[f].Resize(c, columns);
-    bars[f].SetZero();
-    if (!seed.poses.empty() && seed.poses[f].size() > 0) bars[f].pose = seed.poses[f];
-    if (!seed.roots.empty() && seed.roots[f].size() > 0) bars[f].root = seed.roots[f];
-  }
-  ConditionCodes<Real> codes_bar{Matrix::Zero(codes_.arms.rows(), columns),
-                                 Matrix::Zero(codes_.body.rows(), columns)};
-  gradient.noise.resize(Eigen::Index{c.NoiseSize()} * steps, columns);
-  StepScratch<Real> scratch(network_, columns);
-
-  const Attention<Real>* const attention = network_.SelfAttention();
-  std::optional<typename Attention<Real>::Tape> tape;
-  if (attention) tape = attention->MakeTape();
-  std::vector<Real> attended(static_cast<std::size_t>(c.BodyPoseSize()));
-  const auto through_attention = [&](int f) {
-    if (!attention) return;
-    for (int i = 0; i < num_samples_; ++i) {
-      attention->Forward(frames_[f].pose.col(i).data(), attended.data(), *tape);
-      for (int j = i * rows; j < (i + 1) * rows; ++j) {
-        attention->Backward(*tape, bars[f].attended.col(j).data(), bars[f].pose.col(j).data());
-      }
-    }
-  };
-  Matrix noise_bar(c.NoiseSize(), columns);
-  for (int f = num_frames_ - 1; f >= kHistory; --f) {
-    through_attention(f);  // all windows with this frame are done
-    const std::span<KeyFrame<Real>, kHistory> past_bar(&bars[f - kHistory], kHistory);
-    StepBackward<Real>(network_, tapes_[f - kHistory], bars[f], rows, past_bar, codes_bar,
-                       noise_bar, scratch);
-    gradient.noise.middleRows(Eigen::Index{c.NoiseSize()} * (f - kHistory), c.NoiseSize()) =
-        noise_bar;
-  }
-  for (int f = 0; f < kHistory; ++f) through_attention(f);
-
-  nn::Scratch<Real> body_scratch(network_.BodyCondition(), columns);
-  gradient.condition.resize(network_.ConditionSize(), columns);
-  network_.BodyCondition().Backward(*body_condition_, codes_bar.body, gradient.condition,
-                                    body_scratch);
-  if (c.HasArms()) {
-    nn::Scratch<Real> arms_scratch(network_.ArmsCondition(), columns);
-    Matrix arms_bar(c.ArmsConditionInput(), columns);
-    network_.ArmsCondition().Backward(*arms_condition_, codes_bar.arms, arms_bar, arms_scratch);
-    const int common = c.arms_see_class ? kNumBetas + kNumObjects : kNumBetas;
-    gradient.condition.topRows(common) += arms_bar.topRows(common);
-    gradient.condition.bottomRows(c.action_size) += arms_bar.bottomRows(c.action_size);
-  }
-  gradient.objects.clear();
-  for (KeyFrame<Real>& bar : bars) gradient.objects.push_back(std::move(bar.object));
-  bars.resize(kHistory);
-  gradient.history = std::move(bars);
 }
 
 template class Rollout<float>;

@@ -7,7 +7,7 @@
 
 #include <fmt/format.h>
 
-#include "generator/nn/random_stream.h"
+#include "generator/wandr/rollout.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/io/container/byte_source.h"
@@ -157,7 +157,7 @@ class RolloutBatch {
   void Run(int first, int size, std::span<SynthesisTrack> tracks) {
     Begin(first, size, tracks);
     const int noise_size = network_.Options().NoiseSize();
-    const bool given = network_.Options().root == RootTranslation::kGiven;
+    const bool given = !network_.Options().predicts_root;
     for (int f = kHistory; f < request_.num_frames; ++f) {
       step_noise_.leftCols(size) =
           noise_.block(Eigen::Index{noise_size} * (f - kHistory), 0, noise_size, size);
@@ -177,10 +177,10 @@ class RolloutBatch {
   void Begin(int first, int size, std::span<SynthesisTrack> tracks) {
     for (int i = 0; i < size; ++i) {
       conditions_.col(i) = request_.starts[first + i].condition;
-      noise_.col(i) = request_.noise
-                          ? request_.noise->col(first + i).eval()
-                          : DrawNoise(request_.seed, request_.first_stream + first + i,
-                                      network_.Options().NoiseSize(), Steps(), request_.sigma);
+      noise_.col(i) = request_.noise ? request_.noise->col(first + i).eval()
+                                     : wandr::DrawLatents(
+                                           request_.seed, request_.first_stream + first + i,
+                                           network_.Options().NoiseSize(), Steps(), request_.sigma);
     }
     rollout_.Begin(conditions_.leftCols(size));
     for (int i = 0; i < size; ++i) {
@@ -242,18 +242,6 @@ SynthesisStart StartOf(const ActionSequence& sequence, ObjectRotation rotation,
   }
   start.condition = ConditionOf(sequence.betas, {sequence.action, sequence.object}, action_table);
   return start;
-}
-
-Eigen::VectorXf DrawNoise(std::uint64_t seed, std::uint64_t stream, int noise_size, int num_steps,
-                          double sigma) {
-  Eigen::VectorXf noise(Eigen::Index{noise_size} * num_steps);
-  nn::RandomStream random(seed, stream);
-  double pair[2] = {};
-  for (Eigen::Index k = 0; k < noise.size(); ++k) {
-    if (k % 2 == 0) random.NormalPair(pair[0], pair[1]);
-    noise[k] = static_cast<float>(sigma * pair[k % 2]);
-  }
-  return noise;
 }
 
 std::vector<SynthesisTrack> RunSynthesis(const Network<float>& network,

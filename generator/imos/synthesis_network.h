@@ -92,10 +92,6 @@ struct SynthesisRequest {
   std::span<const Eigen::Matrix3Xd> roots = {};
 };
 
-/// Returns the eps (NoiseSize x steps, stacked) of sample `stream` of `seed`.
-Eigen::VectorXf DrawNoise(std::uint64_t seed, std::uint64_t stream, int noise_size, int num_steps,
-                          double sigma);
-
 /// Runs N samples in batches of some dozens per thread. The results do not depend on `threads`; a
 /// sample does not depend on the others. Throws Error for unequal numbers and for non-finite starts
 /// or objects. Exceptions of `object` are passed on.

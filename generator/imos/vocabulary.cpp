@@ -78,8 +78,7 @@ constexpr std::array kObjectAliases{
     Alias{"glass", "wineglass"},          Alias{"pan", "fryingpan"},
     Alias{"bunny", "stanfordbunny"},      Alias{"glasses", "eyeglasses"},
     Alias{"controller", "gamecontroller"}};
-constexpr std::array kMeshes{Alias{"bottle", "waterbottle"}, Alias{"cube", "cubemedium"},
-                             Alias{"cylinder", "cylindermedium"}, Alias{"sphere", "spheremedium"}};
+constexpr std::span kMeshes = std::span(kObjectAliases).first<4>();  // with embedded meshes
 
 // Lower case, letters and digits only.
 std::string Plain(std::string_view text) {
@@ -96,6 +95,7 @@ int IdOfLabel(std::string_view label) {
   return static_cast<int>(found - kActions.begin());
 }
 
+// kNumObjects if there is none.
 int IdOfObject(std::string_view name) {
   return static_cast<int>(std::ranges::find(kObjects, name) - kObjects.begin());
 }
@@ -110,19 +110,15 @@ bool IsIngForm(std::string_view word, std::string_view label) {
   return stem.size() == label.size() + 1 && stem.starts_with(label) && stem.back() == label.back();
 }
 
-std::string PlainVerb(const Action& action) { return Plain(action.verb); }
-std::string FirstWord(const Action& action) {
-  return Plain(action.verb.substr(0, action.verb.find(' ')));
-}
-
 // Finds an action by its label, verb or a form of it, then by aliases.
 std::optional<int> MatchAction(std::string_view plain) {
   for (int id = 0; id < kNumActions; ++id) {
     const Action& action = kActions[static_cast<std::size_t>(id)];
     // "takes" alone is ambiguous.
     const bool short_form = action.label != "takepicture" && action.label != "switchON";
-    if (plain == Plain(action.label) || plain == PlainVerb(action)) return id;
-    if (short_form && (plain == FirstWord(action) || IsIngForm(plain, action.label))) return id;
+    if (plain == Plain(action.label) || plain == Plain(action.verb)) return id;
+    const std::string first_word = Plain(action.verb.substr(0, action.verb.find(' ')));
+    if (short_form && (plain == first_word || IsIngForm(plain, action.label))) return id;
   }
   for (const Alias& alias : kActionAliases) {
     if (plain == alias.name) return IdOfLabel(alias.known);
@@ -131,9 +127,7 @@ std::optional<int> MatchAction(std::string_view plain) {
 }
 
 std::optional<int> MatchObject(std::string_view plain) {
-  for (int id = 0; id < kNumObjects; ++id) {
-    if (plain == kObjects[static_cast<std::size_t>(id)]) return id;
-  }
+  if (const int id = IdOfObject(plain); id < kNumObjects) return id;
   for (const Alias& alias : kObjectAliases) {
     if (plain == alias.name) return IdOfObject(alias.known);
   }
@@ -141,8 +135,7 @@ std::optional<int> MatchObject(std::string_view plain) {
   for (const std::string_view size : {"small", "medium", "large"}) {
     if (!plain.starts_with(size)) continue;
     const std::string turned = std::string(plain.substr(size.size())) + std::string(size);
-    const auto found = std::ranges::find(kObjects, turned);
-    if (found != kObjects.end()) return static_cast<int>(found - kObjects.begin());
+    if (const int id = IdOfObject(turned); id < kNumObjects) return id;
   }
   return std::nullopt;
 }
@@ -155,32 +148,24 @@ std::vector<std::string_view> ActionLabels(std::span<const std::string_view> off
   return labels;
 }
 
-struct Nearest {
-  std::string_view name;
-  int distance;
-};
-
-// The known name with the smallest edit distance to any word of `words`.
-Nearest NearestTo(std::span<const std::string> words, std::span<const std::string_view> known) {
-  Nearest nearest{known.front(), 1 << 20};
+// Suggests the known name with the smallest edit distance to any word of `words`, unless it is
+// large.
+[[noreturn]] void ThrowUnknown(std::string_view where, std::string_view what,
+                               std::span<const std::string> words,
+                               std::span<const std::string_view> known, std::string problem) {
+  std::string_view nearest = known.front();
+  int least = 1 << 20;
   for (const std::string& word : words) {
     if (word.size() < 3) continue;  // "he" is not a misspelled "see"
     for (const std::string_view name : known) {
       const int distance = EditDistance(word, Plain(name));
-      if (distance < nearest.distance) nearest = {name, distance};
+      if (distance >= least) continue;
+      nearest = name;
+      least = distance;
     }
   }
-  return nearest;
-}
-
-[[noreturn]] void ThrowUnknown(std::string_view where, std::string_view what,
-                               std::span<const std::string> words,
-                               std::span<const std::string_view> known, std::string problem) {
-  const Nearest nearest = NearestTo(words, known);
-  // A name with a large edit distance is not suggested.
-  const bool close =
-      nearest.distance <= std::max<int>(1, static_cast<int>(nearest.name.size()) / 3);
-  std::string remedy = close ? fmt::format("Did you mean '{}'? ", nearest.name) : std::string();
+  const bool close = least <= std::max<int>(1, static_cast<int>(nearest.size()) / 3);
+  std::string remedy = close ? fmt::format("Did you mean '{}'? ", nearest) : std::string();
   remedy += fmt::format("Known {}: {}", what, fmt::join(known, ", "));
   throw Error(where, problem, remedy);
 }

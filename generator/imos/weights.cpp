@@ -28,11 +28,8 @@ bool IsPresentEncoder(std::string_view name) {
   return false;
 }
 
-// Published initial distribution of a tensor, by its name.
-struct Start {
-  double mean, deviation;
-};
-Start StartOf(std::string_view name) {
+// Mean and deviation of the published initial distribution of a tensor, by its name.
+std::pair<double, double> StartOf(std::string_view name) {
   if (name.ends_with(".running_mean")) return {0.0, 0.0};
   if (name.ends_with(".running_var") || name.ends_with("layer_norm.weight")) return {1.0, 0.0};
   if (name.ends_with("layer_norm.bias")) return {0.0, 0.0};
@@ -76,13 +73,11 @@ NetworkWeights RandomNetwork(const Config& config, std::uint64_t seed, bool trai
   std::uint64_t stream = 0;
   for (const TensorShape& shape : TensorsOf(config, training)) {
     nn::RandomStream random(seed, stream++);
-    const Start start = StartOf(shape.name);
+    const auto [mean, deviation] = StartOf(shape.name);
     nn::Tensor& tensor = weights.tensors[shape.name];
     tensor = {shape.shape, std::vector<float>(SizeOf(shape.shape))};
-    double pair[2] = {};
-    for (std::size_t k = 0; k < tensor.values.size(); ++k) {
-      if (k % 2 == 0) random.NormalPair(pair[0], pair[1]);
-      tensor.values[k] = static_cast<float>(start.mean + start.deviation * pair[k % 2]);
+    for (float& value : tensor.values) {
+      value = static_cast<float>(mean + deviation * random.Normal());
     }
   }
   return weights;
@@ -264,32 +259,6 @@ void ReadState(const std::filesystem::path& path, const std::string& prefix,
   }
 }
 
-class Shapes {
- public:
-  Shapes(const nn::TensorMap& tensors, std::string where)
-      : tensors_(tensors), where_(std::move(where)) {}
-
-  // Sizes of a matrix.
-  int Rows(const std::string& name) const { return Length(name, 0); }
-  int Columns(const std::string& name) const { return Length(name, 1); }
-  bool Has(const std::string& name) const { return tensors_.contains(name); }
-
- private:
-  int Length(const std::string& name, std::size_t axis) const {
-    const auto found = tensors_.find(name);
-    if (found == tensors_.end()) {
-      throw Error(where_, fmt::format("there is no tensor '{}'", name), kCheckpointRemedy);
-    }
-    if (found->second.shape.size() != 2 || found->second.shape[axis] > 1'000'000) {
-      throw Error(where_, fmt::format("'{}' is not a weight matrix", name), kCheckpointRemedy);
-    }
-    return static_cast<int>(found->second.shape[axis]);
-  }
-
-  const nn::TensorMap& tensors_;
-  std::string where_;
-};
-
 // Finds the options of Body Synthesis for a given input size of its past encoder. The sizes are
 // distinct for all choices.
 void FindBodyInputs(int inputs, const std::string& where, Config& config) {
@@ -308,37 +277,47 @@ void FindBodyInputs(int inputs, const std::string& where, Config& config) {
 
 Config ConfigOfShapes(const nn::TensorMap& tensors, const std::string& where,
                       const ImportWeightsOptions& options) {
-  const Shapes shapes(tensors, where);
+  // Size of a matrix.
+  const auto length = [&](const std::string& name, std::size_t axis) {
+    const auto found = tensors.find(name);
+    if (found == tensors.end()) {
+      throw Error(where, fmt::format("there is no tensor '{}'", name), kCheckpointRemedy);
+    }
+    if (found->second.shape.size() != 2 || found->second.shape[axis] > 1'000'000) {
+      throw Error(where, fmt::format("'{}' is not a weight matrix", name), kCheckpointRemedy);
+    }
+    return static_cast<int>(found->second.shape[axis]);
+  };
+  const auto rows = [&](const std::string& name) { return length(name, 0); };
+  const auto columns = [&](const std::string& name) { return length(name, 1); };
   Config c;
   c.arm_order = options.arm_order;
   c.object_rotation = options.object_rotation;
-  c.block_width = shapes.Rows("arms.enc_rb0.fc1.weight");
-  c.arms_condition = shapes.Rows("arms.enc_rb0.fc2.weight");
-  c.arms_first = shapes.Rows("arms.enc_rb1_past.fc2.weight");
-  c.arms_second = shapes.Rows("arms.enc_rb2_past.fc2.weight");
-  c.arms_decoder = shapes.Rows("arms.dec_rb1.fc2.weight");
-  c.arms_latent = shapes.Rows("arms.mu_past.weight");
-  c.body_condition = shapes.Rows("body.enc_rb0.fc2.weight");
-  c.body_first = shapes.Rows("body.enc_rb1_past.fc2.weight");
-  c.body_second = shapes.Rows("body.enc_rb2_past.fc2.weight");
-  c.body_decoder = shapes.Rows("body.dec_rb1.fc2.weight");
-  c.body_latent = shapes.Rows("body.mu_past.weight");
-  c.action_size = shapes.Columns("body.enc_rb0.fc1.weight") - kNumBetas - kNumObjects;
-  c.arms_see_class = shapes.Columns("arms.enc_rb0.fc1.weight") == c.BodyConditionInput();
-  const int seen = shapes.Columns("arms.enc_rb1_past.fc1.weight") - c.arms_condition;
-  if (seen == kHistory * (kArmsSize + kObjectSize)) c.arms_object = ArmsObject::kPose;
-  if (shapes.Rows("body.dec_rb2.fc2.weight") == kTrunkSize + 3) {
-    c.root = RootTranslation::kPredicted;
-  }
+  c.block_width = rows("arms.enc_rb0.fc1.weight");
+  c.arms_condition = rows("arms.enc_rb0.fc2.weight");
+  c.arms_first = rows("arms.enc_rb1_past.fc2.weight");
+  c.arms_second = rows("arms.enc_rb2_past.fc2.weight");
+  c.arms_decoder = rows("arms.dec_rb1.fc2.weight");
+  c.arms_latent = rows("arms.mu_past.weight");
+  c.body_condition = rows("body.enc_rb0.fc2.weight");
+  c.body_first = rows("body.enc_rb1_past.fc2.weight");
+  c.body_second = rows("body.enc_rb2_past.fc2.weight");
+  c.body_decoder = rows("body.dec_rb1.fc2.weight");
+  c.body_latent = rows("body.mu_past.weight");
+  c.action_size = columns("body.enc_rb0.fc1.weight") - kNumBetas - kNumObjects;
+  c.arms_see_class = columns("arms.enc_rb0.fc1.weight") == c.BodyConditionInput();
+  const int seen = columns("arms.enc_rb1_past.fc1.weight") - c.arms_condition;
+  c.arms_see_object_pose = seen == kHistory * (kArmsSize + kObjectSize);
+  c.predicts_root = rows("body.dec_rb2.fc2.weight") == kTrunkSize + 3;
   c.attention_layers = 0;
   const auto layer = [](int l) {
     return fmt::format("body.attention_model.attention_layers.{}.attn.w_qs.weight", l);
   };
-  while (shapes.Has(layer(c.attention_layers))) ++c.attention_layers;
+  while (tensors.contains(layer(c.attention_layers))) ++c.attention_layers;
   c.self_attention = c.attention_layers > 0;
   c.attention_heads = options.attention_heads;
   if (c.self_attention) {
-    const int all_heads = shapes.Rows(layer(0));
+    const int all_heads = rows(layer(0));
     if (c.attention_heads < 1 || all_heads % c.attention_heads != 0) {
       throw Error(where,
                   fmt::format("the {} attention rows cannot be split into {} heads", all_heads,
@@ -349,7 +328,7 @@ Config ConfigOfShapes(const nn::TensorMap& tensors, const std::string& where,
   } else {
     c.attention_layers = Config().attention_layers;  // unused, but must be valid
   }
-  FindBodyInputs(shapes.Columns("body.enc_rb1_past.fc1.weight"), where, c);
+  FindBodyInputs(columns("body.enc_rb1_past.fc1.weight"), where, c);
   CheckConfig(c, where);
   return c;
 }

@@ -113,22 +113,22 @@ JointLimits LimitsOf(const std::vector<std::vector<BodyFrame>>& motions) {
   return limits;
 }
 
-std::string FaultOf(const MotionQuality& quality, const CaptureLimits& limits) {
+std::string FaultOf(const MotionQuality& quality) {
   if (quality.frames < 15) return "shorter than half a second";
-  if (quality.airborne_ratio > limits.airborne_ratio) {
+  if (quality.airborne_ratio > 0.25) {
     return fmt::format("in the air in {:.0f} % of frames", 100.0 * quality.airborne_ratio);
   }
-  if (quality.still_sole_m > limits.still_sole_m) {
+  if (quality.still_sole_m > 0.10) {
     return fmt::format("stands {:.0f} cm above the ground: the ground is not level",
                        100.0 * quality.still_sole_m);
   }
-  if (quality.lowest_sole_m < limits.lowest_sole_m) {
+  if (quality.lowest_sole_m < -0.06) {
     return fmt::format("feet {:.0f} cm below the ground", -100.0 * quality.lowest_sole_m);
   }
-  if (quality.skate_ratio > limits.skate_ratio) {
+  if (quality.skate_ratio > 0.6) {
     return fmt::format("feet slide in {:.0f} % of frames", 100.0 * quality.skate_ratio);
   }
-  if (quality.max_acceleration > limits.max_acceleration) {
+  if (quality.max_acceleration > 250.0) {
     return fmt::format("a joint jumps ({:.0f} m/s^2)", quality.max_acceleration);
   }
   return {};

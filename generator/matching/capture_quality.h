@@ -60,16 +60,7 @@ JointLimits CapturedJointLimits();
 /// Limit of a collar's angle in reaches, radians. The shoulder has more range and does the rest.
 inline constexpr double kCollarLimit = 0.314;
 
-/// Thresholds that a captured motion must meet to be used.
-struct CaptureLimits {
-  double skate_ratio = 0.6;
-  double lowest_sole_m = -0.06;
-  double still_sole_m = 0.10;  ///< higher: the ground is not level
-  double airborne_ratio = 0.25;
-  double max_acceleration = 250.0;
-};
-
-/// Returns a message that describes the first violated limit, or an empty string if there is none.
-std::string FaultOf(const MotionQuality& quality, const CaptureLimits& limits);
+/// Returns a message that describes why a captured motion cannot be used, or an empty string.
+std::string FaultOf(const MotionQuality& quality);
 
 }  // namespace holdfast

@@ -315,7 +315,7 @@ bool ImportAll(const fs::path& folder, const fs::path& cache, const RetargetBody
       capture.quality =
           MeasureQuality(target.rest_joints, soles, BodyFrames(capture.clip, target.rest_joints),
                          unlimited, &capture.statistics);
-      capture.fault = FaultOf(capture.quality, CaptureLimits());
+      capture.fault = FaultOf(capture.quality);
     } catch (const Error& fault) {
       capture.fault = fault.what();
     }

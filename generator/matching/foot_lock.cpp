@@ -155,9 +155,7 @@ std::vector<FeetTarget> LockFeet(const Eigen::Matrix3Xd& rest_joints, const Sole
       ankle += correction[t];
       ankle.z() += lift[static_cast<std::size_t>(side)][t];
       if ((planted[t] & mask) != 0) {
-        const double moved = correction[t].head<2>().norm();
-        if (moved > found.max_correction_m) found.at_frame = static_cast<int>(t);
-        found.max_correction_m = std::max(found.max_correction_m, moved);
+        found.max_correction_m = std::max(found.max_correction_m, correction[t].head<2>().norm());
       }
     }
   }
@@ -204,6 +202,13 @@ void FlipShortRuns(std::vector<bool>& flags, bool value, std::size_t shortest) {
   }
 }
 
+// Horizontal speed of a sole point (column) in frame t, m/s, by central differences.
+double SpeedAlongGround(std::span<const Soles> soles, double frame_rate, int point, std::size_t t) {
+  const std::size_t before = t > 0 ? t - 1 : 0, after = std::min(t + 1, soles.size() - 1);
+  const double way = (soles[after].col(point) - soles[before].col(point)).head<2>().norm();
+  return way * frame_rate / static_cast<double>(std::max<std::size_t>(after - before, 1));
+}
+
 }  // namespace
 
 SolePoints::SolePoints(const Eigen::Matrix3Xd& rest_joints, double floor_y) {
@@ -231,12 +236,6 @@ std::vector<Soles> SolePoints::At(std::span<const BodyPlacement> placed) const {
   soles.reserve(placed.size());
   for (const BodyPlacement& frame : placed) soles.push_back(At(frame));
   return soles;
-}
-
-double SpeedAlongGround(std::span<const Soles> soles, double frame_rate, int point, std::size_t t) {
-  const std::size_t before = t > 0 ? t - 1 : 0, after = std::min(t + 1, soles.size() - 1);
-  const double way = (soles[after].col(point) - soles[before].col(point)).head<2>().norm();
-  return way * frame_rate / static_cast<double>(std::max<std::size_t>(after - before, 1));
 }
 
 std::vector<SoleBits> FindContacts(std::span<const Soles> soles, double frame_rate) {

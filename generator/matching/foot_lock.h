@@ -53,9 +53,6 @@ class SolePoints {
   Soles offset_;  // in the frame of the point's joint
 };
 
-/// Returns the horizontal speed of a sole point (column) in frame t, m/s, by central differences.
-double SpeedAlongGround(std::span<const Soles> soles, double frame_rate, int point, std::size_t t);
-
 /// Contact bits of one frame: bit i is set if sole point i is on the ground.
 using SoleBits = std::uint8_t;
 inline constexpr SoleBits kLeftSole = 0b0011, kRightSole = 0b1100;
@@ -80,7 +77,6 @@ double FadeIn(int frame);
 
 struct FootLockReport {
   double max_correction_m = 0.0;  ///< largest displacement of a planted foot
-  int at_frame = 0;               ///< frame of the largest correction
   double max_sink_m = 0.0;        ///< largest lowering of the pelvis
   double max_missed_m = 0.0;      ///< largest final distance of an ankle from its target
 };

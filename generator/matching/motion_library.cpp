@@ -76,10 +76,9 @@ void MotionLibrary::AddOne(LibraryClip clip, bool walking) {
         (placed[t].joints.col(12) - placed[t].joints.col(0)).normalized().z(), -1.0, 1.0));
     bool grounded = false;
     for (int s = from; s <= to; ++s) grounded = grounded || clip.contacts[s] != 0;
-    const bool found = walking && grounded && height > kLowestPelvis && height < kHighestPelvis &&
-                       lean < kMaxLean && speed < kFastest;
-    is_walking_.push_back(found && t + kMinRemaining < count && t > 0);
-    if (found) speeds_.push_back(static_cast<float>(speed));
+    is_walking_.push_back(walking && grounded && height > kLowestPelvis &&
+                          height < kHighestPelvis && lean < kMaxLean && speed < kFastest &&
+                          t + kMinRemaining < count && t > 0);
   }
   clips_.push_back(std::move(clip));
 }
@@ -101,11 +100,11 @@ MatchRow MotionLibrary::Feature(const LibraryClip& clip, const std::vector<BodyP
     return rate * heading_from_world *
            (placed[after].joints.col(joint) - placed[before].joints.col(joint));
   };
-  Eigen::Matrix<double, MatchFeature::kSize, 1> f;
+  Eigen::Matrix<double, MatchRow::RowsAtCompileTime, 1> f;
   f << position(10), position(11), velocity(10), velocity(11), velocity(0), pelvis.z(),
       position(20), position(21), (position(12) - position(0)).normalized(),
       rate * std::remainder(Yaw(clip.frames[after]) - Yaw(clip.frames[before]), 2.0 * M_PI),
-      Eigen::Matrix<double, MatchFeature::kPath, 1>::Zero();
+      Eigen::Matrix<double, kMatchPath, 1>::Zero();
   // Beyond its end, a clip is extrapolated at its final velocity.
   const int tail = std::max(0, last - 6);
   const Vector2d leaving =
@@ -114,7 +113,7 @@ MatchRow MotionLibrary::Feature(const LibraryClip& clip, const std::vector<BodyP
     const int ahead = frame + kAhead[k];
     const BodyFrame& future = clip.frames[std::min(ahead, last)];
     const Vector2d at = future.pelvis.head<2>() + std::max(0, ahead - last) * leaving;
-    const int row = MatchFeature::kPose + 2 * static_cast<int>(k);
+    const int row = kMatchPose + 2 * static_cast<int>(k);
     const Vector2d in_heading = Eigen::Rotation2Dd(-yaw) * Vector2d(at - pelvis.head<2>());
     f.segment<2>(row) = in_heading;
     const double turn = Yaw(future) - yaw;
@@ -146,7 +145,7 @@ void MotionLibrary::Finish() {
         .setConstant(group.weight / deviation / std::sqrt(static_cast<float>(group.size)));
   }
   for (MatchRow& row : rows_) row = row.cwiseProduct(scale_);
-  search_rows_.resize(MatchFeature::kSize, static_cast<Eigen::Index>(found.size()));
+  search_rows_.resize(Eigen::NoChange, static_cast<Eigen::Index>(found.size()));
   int clip = 0;
   for (std::size_t k = 0; k < found.size(); ++k) {
     while (clip + 1 < static_cast<int>(clips_.size()) && clips_[clip + 1].first_row <= found[k]) {
@@ -155,14 +154,11 @@ void MotionLibrary::Finish() {
     search_places_.push_back({clip, found[k] - clips_[clip].first_row, 0.0f});
     search_rows_.col(static_cast<Eigen::Index>(k)) = rows_[found[k]];
   }
-  std::sort(speeds_.begin(), speeds_.end());
 }
 
 MatchRow MotionLibrary::Query(const Place& at, const FuturePath& path) const {
   MatchRow query = rows_[clips_[at.clip].first_row + at.frame];
-  const Eigen::Matrix<float, MatchFeature::kPath, 1> asked =
-      path.reshaped().cast<float>().cwiseProduct(scale_.tail<MatchFeature::kPath>());
-  query.tail<MatchFeature::kPath>() = asked;
+  query.tail<kMatchPath>() = path.reshaped().cast<float>().cwiseProduct(scale_.tail<kMatchPath>());
   return query;
 }
 
@@ -189,7 +185,7 @@ float MotionLibrary::Cost(const MatchRow& query, const Place& at) const {
 float MotionLibrary::PoseCost(const Place& a, const Place& b) const {
   const MatchRow difference =
       rows_[clips_[a.clip].first_row + a.frame] - rows_[clips_[b.clip].first_row + b.frame];
-  return difference.head<MatchFeature::kPose>().squaredNorm();
+  return difference.head<kMatchPose>().squaredNorm();
 }
 
 double MotionLibrary::FootDistance(const Place& a, const Place& b) const {

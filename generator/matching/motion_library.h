@@ -35,16 +35,14 @@ struct LibraryClip {
   int first_row = 0;  ///< row of its first frame in the features of the library
 };
 
+/// Balls of the feet (3+3) and their velocities (3+3), pelvis velocity (3) and height (1), wrists
+/// (3+3), spine lean (3), yaw rate (1).
+inline constexpr int kMatchPose = 26;
+/// Ground positions and headings in 1/3, 2/3 and 1 s (3 x 2+2).
+inline constexpr int kMatchPath = 12;
 /// Motion matching feature (Clavet 2016; Holden 2020): pose and future path of a frame in its
 /// heading frame. Transitions join frames with similar features; a plan sets the path part.
-struct MatchFeature {
-  static constexpr int kPose = 26;  ///< balls of the feet (3+3) and their velocities (3+3), pelvis
-                                    ///< velocity (3) and height (1), wrists (3+3), spine lean (3),
-                                    ///< yaw rate (1)
-  static constexpr int kPath = 12;  ///< ground positions and headings in 1/3, 2/3 and 1 s (3 x 2+2)
-  static constexpr int kSize = kPose + kPath;
-};
-using MatchRow = Eigen::Matrix<float, MatchFeature::kSize, 1>;
+using MatchRow = Eigen::Matrix<float, kMatchPose + kMatchPath, 1>;
 
 /// Ground positions (columns 0-2) and unit headings (columns 3-5) in 1/3, 2/3 and 1 s, in the
 /// current heading frame.
@@ -83,9 +81,6 @@ class MotionLibrary {
   /// Larger horizontal distance of the two feet after aligning the bodies, meters.
   double FootDistance(const Place& a, const Place& b) const;
 
-  /// Horizontal pelvis speed of every walking frame, m/s, sorted.
-  const std::vector<float>& WalkingSpeeds() const { return speeds_; }
-
  private:
   MatchRow Feature(const LibraryClip& clip, const std::vector<BodyPlacement>& placed,
                    int frame) const;
@@ -98,9 +93,8 @@ class MotionLibrary {
   std::vector<MatchRow> rows_;            // all frames of all clips
   std::vector<std::uint8_t> is_walking_;  // per row: whether a search may return it
   std::vector<Place> search_places_;
-  Eigen::Matrix<float, MatchFeature::kSize, Eigen::Dynamic> search_rows_;
+  Eigen::Matrix<float, MatchRow::RowsAtCompileTime, Eigen::Dynamic> search_rows_;
   MatchRow scale_ = MatchRow::Ones();
-  std::vector<float> speeds_;
 };
 
 }  // namespace holdfast

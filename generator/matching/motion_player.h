@@ -25,7 +25,6 @@ class MotionBlend {
 
   /// The new motion's frame `time_s` after the transition, with the remaining offset added.
   BodyFrame Apply(const BodyFrame& frame, double time_s) const;
-  double Duration() const { return duration_s_; }
 
  private:
   using Offsets = Eigen::Matrix<double, 3, kNumBodyJoints + 1>;  // rotations, then the pelvis
@@ -85,7 +84,6 @@ class MotionPlayer {
   MotionLibrary::Place At() const;  ///< nearest source frame of the last frame added
   /// Returns the move from captured to generated motion that a jump to `place` would use.
   PlanarMove MoveFor(MotionLibrary::Place place) const;
-  const PlanarMove& Move() const { return move_; }
   WalkState State() const;  ///< of the last frame added
 
   const std::vector<BodyFrame>& Frames() const { return frames_; }

@@ -33,15 +33,6 @@ Mlp<Real>::Mlp(const MlpWeights& weights, Isa isa) : loops_(&LoopsFor<Real>(isa)
 }
 
 template <typename Real>
-long Mlp<Real>::NumProducts() const {
-  long count = 0;
-  for (const Layer& layer : layers_) {
-    count += static_cast<long>(layer.forward.Rows()) * layer.forward.Inner();
-  }
-  return count;
-}
-
-template <typename Real>
 void Mlp<Real>::Forward(Tape<Real>& tape) const {
   const int columns = tape.NumColumns();
   for (int l = 0; l < NumLayers(); ++l) {
@@ -135,13 +126,6 @@ ResidualMlp<Real>::ResidualMlp(const ResidualWeights& weights, Isa isa)
 }
 
 template <typename Real>
-long ResidualMlp<Real>::NumProducts() const {
-  const long width = input_.Rows();
-  return width * (input_.Inner() + output_.forward.Rows() +
-                  NumBlocks() * (2 * width + static_cast<long>(latent_size_)));
-}
-
-template <typename Real>
 void ResidualMlp<Real>::NormStream(const NormedLinear& to, int block, Tape<Real>& tape) const {
   const Columns<Real> h = tape.Level(Stream(block)), normed = tape.Level(Temporary());
   Real *const mean = tape.Mean(block), *const inverse = tape.InverseDeviation(block);
@@ -164,7 +148,7 @@ void ResidualMlp<Real>::Forward(Tape<Real>& tape) const {
   Columns<Real> h = tape.Level(Stream(0));
   const int rows = PaddedRows(h.rows);
   multiply(input_, x, h.data, h.stride);
-  loops_->sum({h.data, h.stride, rows, columns, input_bias_.data(), nullptr, 0});
+  loops_->leaky({h.data, h.stride, rows, columns, input_bias_.data(), nullptr, 0, Real(1)});
   multiply(latent_, x, all.data, all.stride);
   for (int k = 0; k < NumBlocks(); ++k) {
     const Block& block = blocks_[k];
@@ -173,17 +157,18 @@ void ResidualMlp<Real>::Forward(Tape<Real>& tape) const {
     Real* const activation = all.data + static_cast<long>(rows) * k;
     NormStream(block.first, k, tape);
     multiply(block.first.forward, temporary, next.data, next.stride);
-    loops_->sum(
-        {activation, all.stride, rows, columns, block.first.bias.data(), next.data, next.stride});
+    loops_->leaky({activation, all.stride, rows, columns, block.first.bias.data(), next.data,
+                   next.stride, Real(1)});
     loops_->silu({activation, all.stride, rows, columns, temporary.data, temporary.stride});
     multiply(block.second, temporary, next.data, next.stride);
-    loops_->sum(
-        {next.data, next.stride, rows, columns, block.second_bias.data(), h.data, h.stride});
+    loops_->leaky({next.data, next.stride, rows, columns, block.second_bias.data(), h.data,
+                   h.stride, Real(1)});
     h = next;
   }
   NormStream(output_, NumBlocks(), tape);
   multiply(output_.forward, temporary, y.data, y.stride);
-  loops_->sum({y.data, y.stride, PaddedRows(y.rows), columns, output_.bias.data(), nullptr, 0});
+  loops_->leaky(
+      {y.data, y.stride, PaddedRows(y.rows), columns, output_.bias.data(), nullptr, 0, Real(1)});
 }
 
 template <typename Real>
@@ -219,7 +204,8 @@ void ResidualMlp<Real>::Backward(const Tape<Real>& tape,
                            activations.stride, rows, columns, per_column});
     multiply(blocks_[k].first.backward, activation.data, all.stride, branch);
     norm_backward(branch, k);
-    loops_->sum({stream.data, stream.stride, rows, columns, nullptr, branch.data, branch.stride});
+    loops_->leaky(
+        {stream.data, stream.stride, rows, columns, nullptr, branch.data, branch.stride, Real(1)});
   }
   multiply(input_backward_, stream.data, stream.stride, input);
   multiply(latent_backward_, all.data, all.stride, latent);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <stdexcept>
 #include <vector>
 
 #include <Eigen/Core>
@@ -36,8 +37,6 @@ class ColumnNetwork {
 
   int InputSize() const { return room_.levels.front(); }
   int OutputSize() const { return room_.levels.back(); }
-  /// Number of multiply-adds per column.
-  virtual long NumProducts() const = 0;
 
   /// Runs the network on the columns of tape.Input() and writes tape.Output().
   virtual void Forward(Tape<Real>& tape) const = 0;
@@ -45,8 +44,12 @@ class ColumnNetwork {
   /// Vector-Jacobian product at the inputs of the last Forward on `tape`. `output_gradient`
   /// (OutputSize() x N m) holds m consecutive columns for each column of the tape (rows of a
   /// residual). Writes `input_gradient` (InputSize() x N m). Exact except at kinks of rectifiers.
-  virtual void Backward(const Tape<Real>& tape, const Eigen::Ref<const Matrix>& output_gradient,
-                        Eigen::Ref<Matrix> input_gradient, Scratch<Real>& scratch) const = 0;
+  /// Must not be called for the networks of IMoS, which have none.
+  virtual void Backward(const Tape<Real>& /*tape*/,
+                        const Eigen::Ref<const Matrix>& /*output_gradient*/,
+                        Eigen::Ref<Matrix> /*input_gradient*/, Scratch<Real>& /*scratch*/) const {
+    throw std::logic_error("this network has no gradient");
+  }
 
   const Room& RoomNeeded() const { return room_; }
 
@@ -161,7 +164,6 @@ class Mlp final : public ColumnNetwork<Real> {
   explicit Mlp(const MlpWeights& weights, Isa isa = BestIsa());
 
   int NumLayers() const { return static_cast<int>(layers_.size()); }
-  long NumProducts() const override;
   void Forward(Tape<Real>& tape) const override;
   void Backward(const Tape<Real>& tape, const Eigen::Ref<const Matrix>& output_gradient,
                 Eigen::Ref<Matrix> input_gradient, Scratch<Real>& scratch) const override;
@@ -192,7 +194,6 @@ class ResidualMlp final : public ColumnNetwork<Real> {
   explicit ResidualMlp(const ResidualWeights& weights, Isa isa = BestIsa());
 
   int NumBlocks() const { return static_cast<int>(blocks_.size()); }
-  long NumProducts() const override;
   void Forward(Tape<Real>& tape) const override;
   void Backward(const Tape<Real>& tape, const Eigen::Ref<const Matrix>& output_gradient,
                 Eigen::Ref<Matrix> input_gradient, Scratch<Real>& scratch) const override;

@@ -29,9 +29,19 @@ class RandomStream {
     first = radius * std::cos(angle);
     second = radius * std::sin(angle);
   }
+  /// Draws a sample of N(0, 1), alternately the first and the second of a pair.
+  double Normal() {
+    has_second_ = !has_second_;
+    if (!has_second_) return second_;
+    double first;
+    NormalPair(first, second_);
+    return first;
+  }
 
  private:
   std::uint64_t state_;
+  double second_ = 0.0;  // of the last pair, if Normal has not returned it yet
+  bool has_second_ = false;
 };
 
 }  // namespace holdfast::nn

@@ -5,12 +5,12 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <random>
 
 #include <fmt/format.h>
 
 #include "generator/body/limb_ik.h"
 #include "generator/body/pose_builder.h"
+#include "generator/nn/random_stream.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/error.h"
@@ -30,30 +30,17 @@ std::size_t Index(Side side) { return side == Side::kRight ? 0 : 1; }
 // The right hand is on the -x side of a person who faces -y.
 double Outward(Side side) { return side == Side::kRight ? -1.0 : 1.0; }
 
-// Standard distributions are not used: they differ between standard libraries.
-class Draw {
- public:
-  explicit Draw(std::uint64_t seed) : random_(seed) {}
-  double Uniform(double low, double high) {
-    return low + (high - low) * static_cast<double>(random_() >> 11) * 0x1.0p-53;
-  }
-  bool Coin() { return Uniform(0.0, 1.0) < 0.5; }
-  double Normal() {  // Box and Muller
-    const double radius = std::sqrt(-2.0 * std::log(1.0 - Uniform(0.0, 1.0)));
-    return radius * std::cos(Uniform(0.0, 2.0 * std::numbers::pi));
-  }
-  Vector3d Normal3(double sigma) {
-    const double x = Normal(), y = Normal(), z = Normal();
-    return sigma * Vector3d(x, y, z);
-  }
-  Vector3d Box(const Vector3d& low, const Vector3d& high) {
-    const double x = Uniform(low.x(), high.x()), y = Uniform(low.y(), high.y());
-    return {x, y, Uniform(low.z(), high.z())};
-  }
+bool Coin(RandomDraws& draws) { return draws.Uniform(0.0, 1.0) < 0.5; }
 
- private:
-  std::mt19937_64 random_;
-};
+Vector3d Normal3(RandomDraws& draws, double sigma) {
+  const double x = draws.Normal(), y = draws.Normal(), z = draws.Normal();
+  return sigma * Vector3d(x, y, z);
+}
+
+Vector3d InBox(RandomDraws& draws, const Vector3d& low, const Vector3d& high) {
+  const double x = draws.Uniform(low.x(), high.x()), y = draws.Uniform(low.y(), high.y());
+  return {x, y, draws.Uniform(low.z(), high.z())};
+}
 
 // Hand orientation for taking an offered object: fingers forward and slightly inwards, thumb up.
 Matrix3d OfferedHand(Side side) {
@@ -124,7 +111,7 @@ class HandoverWriter {
   }
 
   Script Write() {
-    script_.first_hand = options_.first_hand.value_or(draw_.Coin() ? Side::kRight : Side::kLeft);
+    script_.first_hand = options_.first_hand.value_or(Coin(draw_) ? Side::kRight : Side::kLeft);
     int switches = options_.switches;
     if (switches == 0) switches = 1 + static_cast<int>(draw_.Uniform(0.0, 3.0));
     Side holder = script_.first_hand;
@@ -171,14 +158,14 @@ class HandoverWriter {
   }
 
   Isometry3d Pose(Side side, const Vector3d& wrist, double turn_rad) {
-    return RigidTransform(OfferedHand(side) * ExpSO3(draw_.Normal3(turn_rad)), wrist);
+    return RigidTransform(OfferedHand(side) * ExpSO3(Normal3(draw_, turn_rad)), wrist);
   }
 
   // A random pose in front of the hand's own side of the body.
   Isometry3d Carried(Side side) {
     const Vector3d wrist =
-        draw_.Box(Vector3d(0.6 * shoulder_x_, -0.85 * arm_, hip_ + 0.10 * arm_),
-                  Vector3d(2.0 * shoulder_x_, -0.50 * arm_, chest_ + 0.25 * arm_));
+        InBox(draw_, Vector3d(0.6 * shoulder_x_, -0.85 * arm_, hip_ + 0.10 * arm_),
+              Vector3d(2.0 * shoulder_x_, -0.50 * arm_, chest_ + 0.25 * arm_));
     return Pose(side, {Outward(side) * wrist.x(), wrist.y(), wrist.z()}, 12.0 * kDegree);
   }
 
@@ -199,7 +186,7 @@ class HandoverWriter {
   void CarryOn(Side side, int most) {
     const int count = static_cast<int>(draw_.Uniform(0.0, most + 1.0));
     for (int k = 0; k < count; ++k) {
-      Add(side, Now(side) + draw_.Uniform(0.5, 1.1), Carried(side), draw_.Coin());
+      Add(side, Now(side) + draw_.Uniform(0.5, 1.1), Carried(side), Coin(draw_));
     }
   }
 
@@ -208,10 +195,10 @@ class HandoverWriter {
     // Object pose at the meeting, and its drift while both hands hold it.
     Isometry3d met = Isometry3d::Identity();
     met.linear() = ExpSO3(draw_.Normal() * 8.0 * kDegree * Vector3d::UnitZ()) * grasps_.presented;
-    met.translation() = draw_.Box(Vector3d(-0.10, -0.78 * arm_, hip_ + 0.25 * arm_),
-                                  Vector3d(0.10, -0.62 * arm_, chest_ + 0.10 * arm_));
+    met.translation() = InBox(draw_, Vector3d(-0.10, -0.78 * arm_, hip_ + 0.25 * arm_),
+                              Vector3d(0.10, -0.62 * arm_, chest_ + 0.10 * arm_));
     Isometry3d left = met;
-    left.translation() += draw_.Normal3(0.015);
+    left.translation() += Normal3(draw_, 0.015);
 
     const double approach = draw_.Uniform(0.45, 0.9);
     const double arrives = Now(giver) + draw_.Uniform(0.5, 1.0);
@@ -243,57 +230,45 @@ class HandoverWriter {
     Close(giver, end + 0.9 * retreat, kIdleClosure);
     const double lag = draw_.Uniform(-0.15, 0.25);
     if (lag > 0.0) Add(receiver, end + lag, wrist(receiver, left));
-    Add(receiver, Now(receiver) + draw_.Uniform(0.5, 1.0), Carried(receiver), draw_.Coin());
+    Add(receiver, Now(receiver) + draw_.Uniform(0.5, 1.0), Carried(receiver), Coin(draw_));
   }
 
   const BodyMeasures& body_;
   const HandoverGrasps& grasps_;
   const HandoverOptions& options_;
-  Draw draw_;
+  RandomDraws draw_;
   Script script_;
   double hip_, chest_, shoulder_x_, arm_;
 };
 
-// Solves both arms of a standing person for the hand poses of the script.
-class Arms {
- public:
-  Arms(const Eigen::Matrix3Xd& rest_joints, const HandoverGrasps& grasps)
-      : joints_(rest_joints), grasps_(grasps) {}
+// Solves an arm of a standing person for a hand pose of the script. Returns whether the hand
+// reaches it.
+bool PoseArm(const Eigen::Matrix3Xd& rest_joints, const HandoverGrasp& grasp, Side side,
+             const Isometry3d& wrist, double closure, PoseBuilder& pose) {
+  const Limb arm = Arm(side);
+  const double sign = -Outward(side);
+  const Matrix3d chest = pose.World(kSpine3);
+  // The collarbone moves along with an arm that reaches forward.
+  const double extent = std::min(
+      1.0, (wrist.translation() - pose.Position(arm.root)).norm() / MaxReach(rest_joints, arm));
+  const double forward = std::max(0.0, -wrist.translation().y()) * extent;
+  pose.SetLocal(arm.root - 3, ExpSO3(Vector3d(0.0, sign * 0.25 * forward, sign * 0.06)));
 
-  /// Returns whether the hand reaches its target pose.
-  bool Reach(PoseBuilder& pose, Side side, const Isometry3d& wrist, double closure) const {
-    const Limb arm = Arm(side);
-    const double sign = -Outward(side);
-    const Matrix3d chest = pose.World(kSpine3);
-    // The collarbone moves along with an arm that reaches forward.
-    const double extent = std::min(
-        1.0, (wrist.translation() - pose.Position(arm.root)).norm() / MaxReach(joints_, arm));
-    const double forward = std::max(0.0, -wrist.translation().y()) * extent;
-    pose.SetLocal(arm.root - 3, ExpSO3(Vector3d(0.0, sign * 0.25 * forward, sign * 0.06)));
+  // The elbow hangs, and moves to where the forearm would keep the wrist straight.
+  const Vector3d shoulder = pose.Position(arm.root);
+  const Vector3d straight =
+      wrist.translation() - 0.25 * FingerDirection(side, wrist.linear()) - shoulder;
+  const Vector3d pole = chest * Vector3d(-0.35 * sign, -1.0, -0.25) + 2.0 * straight;
+  const LimbPose limb = SolveLimb(rest_joints, arm, shoulder, wrist.translation(), pole);
+  const WristPose hand = SolveWrist(rest_joints, side, limb.lower, wrist.linear());
+  pose.SetWorld(arm.root, limb.upper);
+  pose.SetWorld(arm.middle, hand.lower);
+  pose.SetLocal(arm.end, hand.wrist);
 
-    // The elbow hangs, and moves to where the forearm would keep the wrist straight.
-    const Vector3d shoulder = pose.Position(arm.root);
-    const Vector3d straight =
-        wrist.translation() - 0.25 * FingerDirection(side, wrist.linear()) - shoulder;
-    const Vector3d pole = chest * Vector3d(-0.35 * sign, -1.0, -0.25) + 2.0 * straight;
-    const LimbPose limb = SolveLimb(joints_, arm, shoulder, wrist.translation(), pole);
-    const WristPose hand = SolveWrist(joints_, side, limb.lower, wrist.linear());
-    pose.SetWorld(arm.root, limb.upper);
-    pose.SetWorld(arm.middle, hand.lower);
-    pose.SetLocal(arm.end, hand.wrist);
-
-    const FingerPose open = GraspingFingers(joints_, side, 0.0);
-    const FingerPose fingers = open + closure * (grasps_.Of(side).fingers - open);
-    for (int k = 0; k < kJointsPerHand; ++k) {
-      pose.SetLocal(HandBegin(side) + k, ExpSO3(fingers.segment<3>(3 * k)));
-    }
-    return limb.reached && hand.reached;
-  }
-
- private:
-  const Eigen::Matrix3Xd& joints_;
-  const HandoverGrasps& grasps_;
-};
+  const FingerPose open = GraspingFingers(rest_joints, side, 0.0);
+  pose.SetFingers(side, open + closure * (grasp.fingers - open));
+  return limb.reached && hand.reached;
+}
 
 // Returns nullopt if a hand misses its target while both hands hold.
 std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGrasps& grasps,
@@ -318,7 +293,6 @@ std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGr
     path[Index(side)].emplace(side, script.keys[Index(side)]);
     closure[Index(side)].emplace(script.closure[Index(side)]);
   }
-  const Arms arms(body.rest_joints, grasps);
   ObjectTrack& object = clip.object.emplace();
   object.trans.resize(3, frames);
   object.orient.setZero(3, frames);
@@ -338,7 +312,8 @@ std::optional<HandoverMotion> Perform(const BodyMeasures& body, const HandoverGr
     bool reached = true;
     for (const Side side : kSides) {
       const double closed = std::clamp(closure[Index(side)]->Value(time)[0], 0.0, 1.0);
-      reached &= arms.Reach(pose, side, path[Index(side)]->Wrist(time), closed);
+      reached &= PoseArm(body.rest_joints, grasps.Of(side), side, path[Index(side)]->Wrist(time),
+                         closed, pose);
     }
     if (both && !reached) return std::nullopt;
     clip.pose[t] = previous = pose.Pose(previous);
@@ -360,13 +335,13 @@ HandoverGrasps PalmGrasps(const BodyMeasures& body, const Eigen::Matrix3Xd& obje
     throw Error("handover", "the object has no vertices", "Give a mesh");
   }
   constexpr double kPalmThickness = 0.016;  // from the middle of the hand to its skin, meters
-  Draw draw(seed ^ 0x6772697073ULL);
+  RandomDraws draw(seed ^ 0x6772697073ULL);
   HandoverGrasps grasps;
   grasps.presented = ExpSO3(draw.Uniform(-std::numbers::pi, std::numbers::pi) * Vector3d::UnitZ()) *
-                     ExpSO3(draw.Normal3(6.0 * kDegree));
+                     ExpSO3(Normal3(draw, 6.0 * kDegree));
   const Eigen::Matrix3Xd presented = grasps.presented * object_vertices;
   for (const Side side : kSides) {
-    const Matrix3d hand = OfferedHand(side) * ExpSO3(draw.Normal3(6.0 * kDegree));
+    const Matrix3d hand = OfferedHand(side) * ExpSO3(Normal3(draw, 6.0 * kDegree));
     const Vector3d palm = PalmDirection(hand);
     Eigen::Index outermost;
     (-palm.transpose() * presented).maxCoeff(&outermost);
@@ -410,19 +385,19 @@ HandoverMotion MakeHandoverMotion(const BodyMeasures& body, const HandoverGrasps
 }
 
 void AddNoise(Clip& clip, const ClipNoise& noise, std::uint64_t seed) {
-  Draw draw(seed ^ 0x6e6f697365ULL);
+  RandomDraws draw(seed ^ 0x6e6f697365ULL);
   for (int t = 0; t < clip.NumFrames(); ++t) {
     for (int j = 0; j < kNumJoints && noise.joint_rad > 0.0; ++j) {
       if (j >= kNumBodyJoints && j < kLeftHandBegin) continue;  // jaw and eyes
       const Matrix3d disturbed =
-          ExpSO3(clip.pose[t].col(j)) * ExpSO3(draw.Normal3(noise.joint_rad));
+          ExpSO3(clip.pose[t].col(j)) * ExpSO3(Normal3(draw, noise.joint_rad));
       clip.pose[t].col(j) = UnwrapAxisAngle(LogSO3(disturbed), clip.pose[t].col(j));
     }
     if (!clip.object) continue;
-    clip.object->trans.col(t) += draw.Normal3(noise.object_m);
+    clip.object->trans.col(t) += Normal3(draw, noise.object_m);
     const Vector3d orient = clip.object->orient.col(t);
     clip.object->orient.col(t) =
-        UnwrapAxisAngle(LogSO3(ExpSO3(draw.Normal3(noise.object_rad)) * ExpSO3(orient)), orient);
+        UnwrapAxisAngle(LogSO3(ExpSO3(Normal3(draw, noise.object_rad)) * ExpSO3(orient)), orient);
   }
 }
 

@@ -33,7 +33,6 @@ class MinimumJerkSpline {
   /// d^order value / dt^order for order 0..5, per second^order.
   Eigen::VectorXd Derivative(double time_s, int order) const { return Evaluate(time_s, order); }
 
-  double StartTime() const { return times_.front(); }
   double EndTime() const { return times_.back(); }
 
  private:

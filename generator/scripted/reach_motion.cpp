@@ -5,12 +5,12 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <random>
 
 #include <Eigen/Geometry>
 
 #include "generator/body/limb_ik.h"
 #include "generator/body/pose_builder.h"
+#include "generator/nn/random_stream.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/error.h"
@@ -22,7 +22,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-constexpr int kLeftEye = 23, kRightEye = 24;
 constexpr std::array<int, 3> kSpine = {kSpine1, kSpine2, kSpine3};
 
 // The rest pose is y up and faces +z; the world is z up and the person faces -y.
@@ -92,11 +91,8 @@ class Channels {
 class Sway {
  public:
   Sway(std::uint64_t seed, double amount) : amount_(amount) {
-    std::mt19937_64 random(seed);
-    // std::uniform_real_distribution is not used: it differs between standard libraries.
-    for (double& phase : phases_) {
-      phase = 2.0 * std::numbers::pi * static_cast<double>(random() >> 11) * 0x1.0p-53;
-    }
+    RandomDraws draws(seed);
+    for (double& phase : phases_) phase = draws.Uniform(0.0, 2.0 * std::numbers::pi);
   }
   double Drift(int channel, double time) const {
     static constexpr std::array<double, 3> kHertz = {0.17, 0.29, 0.47};
@@ -135,11 +131,11 @@ class Person {
     relaxed_ = RelaxedFingers(joints_, OtherSide(options.side));
   }
 
-  PoseBuilder Frame(double time, const Channels& channels, ScriptedReachReport& report) const {
+  PoseBuilder Frame(double time, const Channels& channels) const {
     const Targets now = channels.At(time);
     PoseBuilder pose(joints_, Vector3d::Zero());
     Trunk(pose, now, time);
-    HoldingArm(pose, now, report);
+    HoldingArm(pose, now);
     HangingArm(pose, now, channels.At(time - 0.15));
     Gaze(pose, now, channels.At(time + 0.12), time);
     return pose;
@@ -251,7 +247,7 @@ class Person {
     return pole(0.5 * (low + high));
   }
 
-  void HoldingArm(PoseBuilder& pose, const Targets& now, ScriptedReachReport& report) const {
+  void HoldingArm(PoseBuilder& pose, const Targets& now) const {
     const Side side = options_.side;
     const Limb arm = Arm(side);
     Collar(pose, side, now.wrist);
@@ -262,14 +258,7 @@ class Person {
     pose.SetWorld(arm.root, solved.upper);
     pose.SetWorld(arm.middle, wrist.lower);
     pose.SetLocal(arm.end, wrist.wrist);
-    PoseFingers(pose, side, GraspingFingers(joints_, side, now.grasp));
-
-    report.frames_out_of_reach += solved.reached ? 0 : 1;
-    report.frames_beyond_wrist += wrist.reached ? 0 : 1;
-    report.max_wrist_error_m =
-        std::max(report.max_wrist_error_m, (pose.Position(arm.end) - now.wrist).norm());
-    report.max_hand_error_rad =
-        std::max(report.max_hand_error_rad, AngleBetween(pose.World(arm.end), now.hand));
+    pose.SetFingers(side, GraspingFingers(joints_, side, now.grasp));
   }
 
   // Hangs vertically regardless of the trunk, and swings slightly behind the turning trunk.
@@ -288,7 +277,7 @@ class Person {
     pose.SetWorld(arm.root, upper);
     pose.SetLocal(arm.middle, ExpSO3(0.34 * arm.hinge) * ExpSO3(-sign * 0.15 * along));
     pose.SetLocal(arm.end, TurnZ(sign * 4.0 * kDegree));
-    PoseFingers(pose, side, relaxed_);
+    pose.SetFingers(side, relaxed_);
   }
 
   // Eyes and head look ahead of the hand. The head takes most of the rotation, the eyes the rest.
@@ -321,12 +310,6 @@ class Person {
     pose.SetLocal(kRightEye, eye);
   }
 
-  static void PoseFingers(PoseBuilder& pose, Side side, const FingerPose& fingers) {
-    for (int k = 0; k < kJointsPerHand; ++k) {
-      pose.SetLocal(HandBegin(side) + k, ExpSO3(fingers.segment<3>(3 * k)));
-    }
-  }
-
   const Eigen::Matrix3Xd& joints_;
   double sole_y_;
   ScriptedReachOptions options_;
@@ -343,7 +326,7 @@ BodyMeasures MeasureBody(const BodyModel& model, const Eigen::VectorXd& betas) {
 }
 
 Clip MakeReachMotion(const BodyMeasures& body, const std::vector<ReachKey>& keys,
-                     const ScriptedReachOptions& options, ScriptedReachReport* report) {
+                     const ScriptedReachOptions& options) {
   if (keys.empty()) throw Error("reach motion", "has no keys", "Give at least one");
   if (!(options.frame_rate > 0.0)) {
     throw Error("reach motion", "the frame rate is not positive", "Use 30, for example");
@@ -353,19 +336,17 @@ Clip MakeReachMotion(const BodyMeasures& body, const std::vector<ReachKey>& keys
   const double duration = options.duration_s > 0.0 ? options.duration_s : channels.EndTime();
   const int frames = static_cast<int>(std::floor(duration * options.frame_rate + 1e-9)) + 1;
 
-  ScriptedReachReport counts;
   Clip clip;
   clip.frame_rate = options.frame_rate;
   clip.trans.resize(3, frames);
   JointPose previous = JointPose::Zero();
   previous.col(0) = LogSO3(kWorldFromRest);
   for (int t = 0; t < frames; ++t) {
-    const PoseBuilder pose = person.Frame(t / options.frame_rate, channels, counts);
+    const PoseBuilder pose = person.Frame(t / options.frame_rate, channels);
     previous = pose.Pose(previous);
     clip.pose.push_back(previous);
     clip.trans.col(t) = pose.Trans();
   }
-  if (report != nullptr) *report = counts;
   return clip;
 }
 

@@ -46,20 +46,12 @@ struct ScriptedReachOptions {
   std::uint64_t seed = 1;     ///< phases of breathing and sway
 };
 
-struct ScriptedReachReport {
-  int frames_out_of_reach = 0;  ///< frames in which the wrist missed its target
-  int frames_beyond_wrist = 0;  ///< frames in which the wrist limits clamped the hand orientation
-  double max_wrist_error_m = 0.0;
-  double max_hand_error_rad = 0.0;
-};
-
 /// Generates a standing person who moves one hand through the keys. Feet stay planted (leg IK); the
 /// pelvis is as high as the legs allow; trunk and collarbone help; the elbow hangs; eyes and head
 /// lead the hand; the other arm hangs and lags behind the trunk; fingers open and close with
 /// `grasp`. Deterministic: the same input and seed give the same clip on machines with the same
 /// libm. Throws Error if there are no keys or times do not increase.
 Clip MakeReachMotion(const BodyMeasures& body, const std::vector<ReachKey>& keys,
-                     const ScriptedReachOptions& options = {},
-                     ScriptedReachReport* report = nullptr);
+                     const ScriptedReachOptions& options = {});
 
 }  // namespace holdfast

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <limits>
 
 #include "geometry/body/body_model.h"
@@ -55,19 +54,16 @@ MotionMetrics MeasureMotion(std::span<const JointPositions> frames, double frame
   }
   const double r = frame_rate_hz;
   MotionMetrics metrics;
-  metrics.joint_speed_m_s = Difference<3>(frames, {-0.5 * r, 0.0, 0.5 * r});
   metrics.joint_acceleration_m_s2 = Difference<3>(frames, {r * r, -2.0 * r * r, r * r});
   const double r3 = r * r * r;
   metrics.joint_jerk_m_s3 = Difference<5>(frames, {-0.5 * r3, r3, 0.0, -r3, 0.5 * r3});
 
   const int num_frames = static_cast<int>(frames.size());
-  int in_contact = 0;
   for (const int foot : kBallsOfFeet) {
     double lowest = std::numeric_limits<double>::infinity();
     for (const JointPositions& frame : frames) lowest = std::min(lowest, frame(2, foot));
     for (int t = 0; t < num_frames; ++t) {
       const double height = frames[t](2, foot) - lowest;
-      in_contact += height < kContactHeight ? 1 : 0;
       if (t + 1 == num_frames) continue;
       const double way = (frames[t + 1].col(foot) - frames[t].col(foot)).head<2>().norm();
       if (height < kContactHeight) {
@@ -79,7 +75,6 @@ MotionMetrics MeasureMotion(std::span<const JointPositions> frames, double frame
       }
     }
   }
-  metrics.foot_contact_ratio = in_contact / (2.0 * num_frames);
   if (num_frames > 1) metrics.foot_skate_mm_per_frame /= 2.0 * (num_frames - 1);
   return metrics;
 }
@@ -155,24 +150,6 @@ JointError CompareJoints(const BodyPoints& points, const BodyPoints& reference) 
   error.right_hand = AlignedError_mm(points.right, reference.right);
   error.left_hand = AlignedError_mm(points.left, reference.left);
   return error;
-}
-
-namespace fs = std::filesystem;
-
-std::vector<MotionFile> MotionFilesOf(const std::string& path) {
-  if (!fs::is_directory(path)) return {{path, fs::path(path).stem().string()}};
-  std::vector<MotionFile> files;
-  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(path)) {
-    const fs::path& file = entry.path();
-    if (file.extension() != ".npz" || !entry.is_regular_file()) continue;
-    if (file.filename() == "clip.npz" && fs::is_directory(file.parent_path() / "samples")) continue;
-    files.push_back({file.string(), file.lexically_relative(path).replace_extension().string()});
-  }
-  if (files.empty()) {
-    throw Error(path, "has no clip (.npz) in it", "Give the folder that the clips are in");
-  }
-  std::ranges::sort(files, {}, &MotionFile::path);
-  return files;
 }
 
 }  // namespace holdfast

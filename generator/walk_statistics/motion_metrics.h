@@ -29,7 +29,6 @@ struct MeanAndMax {
 
 struct MotionMetrics {
   /// Central differences of positions; the first and last frames are excluded.
-  MeanAndMax joint_speed_m_s;
   MeanAndMax joint_acceleration_m_s2;
   MeanAndMax joint_jerk_m_s3;
   /// Mean over frames and both feet of v (2 - 2^(h / 25 mm)) where h < 25 mm. v is the horizontal
@@ -38,8 +37,6 @@ struct MotionMetrics {
   double foot_skate_mm_per_frame = 0.0;
   /// Maximum horizontal displacement of a ball of the foot between two frames with h < 5 mm.
   double foot_slide_max_mm_per_frame = 0.0;
-  /// Fraction of frames and feet with h < 25 mm.
-  double foot_contact_ratio = 0.0;
 };
 
 /// Throws Error if there are no frames or the frame rate is not positive. A difference for which
@@ -74,21 +71,5 @@ struct JointError {
 };
 
 JointError CompareJoints(const BodyPoints& points, const BodyPoints& reference);
-
-/// A clip of a set of motions.
-struct MotionFile {
-  std::string path;  ///< or the name of an embedded clip
-  std::string name;  ///< display name: without folder and extension
-};
-
-/// A labeled set of motions.
-struct MotionSet {
-  std::string label;
-  std::vector<MotionFile> files;
-};
-
-/// Returns one clip, or all clips (.npz) in and below a folder by path. A clip.npz next to samples
-/// is the best of them and is skipped. Throws Error for a folder without clips.
-std::vector<MotionFile> MotionFilesOf(const std::string& path);
 
 }  // namespace holdfast

@@ -6,8 +6,6 @@
 #include <limits>
 #include <vector>
 
-#include "geometry/rotation.h"
-
 namespace holdfast {
 namespace {
 
@@ -51,8 +49,6 @@ double LeanBack(const BodyPlacement& placed, double yaw_rad) {
   const Eigen::Vector3d forward(std::sin(yaw_rad), -std::cos(yaw_rad), 0.0);
   return std::atan2(-trunk.dot(forward), trunk.z());
 }
-
-bool ReachFaults::LeansBack() const { return lean_back_rad > 10.0 * kDegree; }
 
 ReachFaults FindReachFaults(std::span<const BodyFrame> frames,
                             const Eigen::Matrix3Xd& rest_joints) {

@@ -23,9 +23,6 @@ struct ReachFaults {
   /// Maximum backward lean, radians, that lasts 10 frames while waiting: the pelvis moves at less
   /// than 0.1 m/s over 21 frames. NaN for a motion that never waits.
   double lean_back_rad = 0.0;
-
-  bool CrouchesTwice() const { return second_crouch >= 0; }
-  bool LeansBack() const;  ///< by more than 10 degrees
 };
 
 /// Returns ReachFaults::second_crouch for a sequence of pelvis heights, meters.

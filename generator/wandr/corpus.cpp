@@ -19,22 +19,8 @@ namespace fs = std::filesystem;
 constexpr int kShortestClip = 24;  // frames
 
 std::vector<fs::path> ClipsIn(const fs::path& folder) {
-  if (!fs::is_directory(folder)) {
-    throw Error(folder.string(), "is not a folder of clips",
-                "Give a folder that 'holdfast make-reach-data' wrote, or one of clips (.npz)");
-  }
-  std::vector<fs::path> files;
-  for (auto it = fs::recursive_directory_iterator(folder); it != fs::end(it); ++it) {
-    const fs::path& path = it->path();
-    if (it->is_directory() && it.depth() >= 0 &&
-        (path.filename() == "held_out" || path.filename() == "dropped")) {
-      it.disable_recursion_pending();
-    } else if (it->is_regular_file() && path.extension() == ".npz") {
-      files.push_back(path);
-    }
-  }
-  std::sort(files.begin(), files.end());
-  return files;
+  return ClipsBelow(folder, {"held_out", "dropped"},
+                    "Give a folder that 'holdfast make-reach-data' wrote, or one of clips (.npz)");
 }
 
 GoalPlan GoalsOf(const NpzReader& archive, const std::string& where, int num_frames, Side wrist) {
@@ -94,15 +80,24 @@ CorpusClip MirroredClip(const CorpusClip& clip, const Eigen::Vector3d& rest_pelv
   return out;
 }
 
-StateMatrix<double> StatesOf(const CorpusClip& clip) {
-  StateMatrix<double> states(kStateSize, static_cast<Eigen::Index>(clip.poses.size()));
-  for (Eigen::Index t = 0; t < states.cols(); ++t) {
-    WriteState<double>(clip.poses[t].Cast<double>(), states.col(t));
-  }
-  return states;
-}
-
 }  // namespace
+
+std::vector<fs::path> ClipsBelow(const fs::path& folder,
+                                 std::initializer_list<std::string_view> skipped,
+                                 const char* remedy) {
+  if (!fs::is_directory(folder)) throw Error(folder.string(), "is not a folder of clips", remedy);
+  std::vector<fs::path> files;
+  for (auto it = fs::recursive_directory_iterator(folder); it != fs::end(it); ++it) {
+    const fs::path& path = it->path();
+    if (it->is_directory() && std::ranges::count(skipped, path.filename().string()) > 0) {
+      it.disable_recursion_pending();
+    } else if (it->is_regular_file() && path.extension() == ".npz") {
+      files.push_back(path);
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
 
 std::vector<CorpusClip> ReadCorpusClips(const fs::path& folder, Side wrist,
                                         std::vector<std::string>* notes) {
@@ -114,7 +109,8 @@ std::vector<CorpusClip> ReadCorpusClips(const fs::path& folder, Side wrist,
 }
 
 Corpus ReadCorpus(const std::vector<fs::path>& folders, const Eigen::Matrix3Xd& rest_joints,
-                  const CorpusOptions& options, const std::function<void(int, int)>& progress) {
+                  double made_hours, bool mirror, Side wrist,
+                  const std::function<void(int, int)>& progress) {
   std::vector<fs::path> files;
   for (const fs::path& folder : folders) {
     const std::vector<fs::path> found = ClipsIn(folder);
@@ -122,20 +118,23 @@ Corpus ReadCorpus(const std::vector<fs::path>& folders, const Eigen::Matrix3Xd& 
   }
   Corpus corpus;
   StatisticsGatherer gatherer;
-  const long most_made = std::lround(std::min(options.made_hours, 1e6) * 3600.0 * kFramesPerSecond);
+  const long most_made = std::lround(std::min(made_hours, 1e6) * 3600.0 * kFramesPerSecond);
   const auto add = [&](CorpusClip clip) {
     (clip.made ? corpus.made_frames : corpus.captured_frames) +=
         static_cast<long>(clip.poses.size());
-    gatherer.Add(StatesOf(clip));
+    StateMatrix<double> states(kStateSize, static_cast<Eigen::Index>(clip.poses.size()));
+    for (Eigen::Index t = 0; t < states.cols(); ++t) {
+      WriteState<double>(clip.poses[t].Cast<double>(), states.col(t));
+    }
+    gatherer.Add(states);
     corpus.clips.push_back(std::move(clip));
   };
   for (std::size_t k = 0; k < files.size(); ++k) {
     if (progress) progress(static_cast<int>(k), static_cast<int>(files.size()));
-    std::optional<CorpusClip> clip = ReadOne(files[k], options.wrist, &corpus.notes);
+    std::optional<CorpusClip> clip = ReadOne(files[k], wrist, &corpus.notes);
     if (!clip) continue;
     if (clip->made && corpus.made_frames >= most_made) continue;
-    if (!clip->made && !options.captured) continue;
-    if (!clip->made && options.mirror) add(MirroredClip(*clip, rest_joints.col(0)));
+    if (mirror && !clip->made) add(MirroredClip(*clip, rest_joints.col(0)));
     add(std::move(*clip));
   }
   if (progress) progress(static_cast<int>(files.size()), static_cast<int>(files.size()));

@@ -3,7 +3,9 @@
 
 #include <filesystem>
 #include <functional>
+#include <initializer_list>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "generator/wandr/goal_plan.h"
@@ -28,21 +30,21 @@ struct Corpus {
   std::vector<std::string> notes;  ///< skipped files, with the reason
 };
 
-struct CorpusOptions {
-  /// Maximum amount of synthetic motion, in file order. Captured motion is not limited.
-  double made_hours = 1e9;
-  bool captured = true;
-  bool mirror = true;  ///< adds a mirror image of each captured clip
-  Side wrist = Side::kRight;
-};
-
 /// Reads every clip (.npz) of at least 24 frames in and below `folders`, sorted by name. Clips with
 /// the arrays goal (K x 3), goal_frame (K) and goal_wrist (K; 1 right, 2 left), as written by
-/// `make-reach-data`, count as synthetic. Folders named `held_out` and `dropped` are skipped.
-/// `progress(done, total)` may be null. Throws Error if a folder is missing or no clip is left.
+/// `make-reach-data`, count as synthetic; at most `made_hours` of them are read, in file order. A
+/// mirror image of each captured clip is added if `mirror`. Folders named `held_out` and `dropped`
+/// are skipped. `progress(done, total)` may be null. Throws Error if a folder is missing or no clip
+/// is left.
 Corpus ReadCorpus(const std::vector<std::filesystem::path>& folders,
-                  const Eigen::Matrix3Xd& rest_joints, const CorpusOptions& options,
+                  const Eigen::Matrix3Xd& rest_joints, double made_hours, bool mirror, Side wrist,
                   const std::function<void(int, int)>& progress);
+
+/// Returns all clips (.npz) in and below a folder, except in folders of the names `skipped`, sorted
+/// by path. Throws Error with `remedy` if there is no such folder.
+std::vector<std::filesystem::path> ClipsBelow(const std::filesystem::path& folder,
+                                              std::initializer_list<std::string_view> skipped,
+                                              const char* remedy);
 
 /// Reads the clips of one folder, such as held-out clips, without mirror images and statistics.
 std::vector<CorpusClip> ReadCorpusClips(const std::filesystem::path& folder, Side wrist,

@@ -44,8 +44,6 @@ struct DeadlineRule {
   double min_frames = 40.0;
   double max_frames = 240.0;
 
-  /// Same time for every distance.
-  static DeadlineRule Fixed(int frames) { return {0.0, 1.0, double(frames), double(frames)}; }
   /// Throws Error unless speeds and frames are positive and min <= max.
   void Check() const;
   int Frames(double distance_m) const;

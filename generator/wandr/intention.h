@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 
 #include <Eigen/Core>
 
@@ -102,9 +101,6 @@ struct FrameGoal {
   bool active = false;
   Vector3<T> position = Vector3<T>::Zero();  ///< G, world, meters
   T frames_left = T(0);                      ///< eta
-  /// g_hat, the target heading. In training: the heading of the body at the frame of the goal. If
-  /// empty: from the pelvis towards G, as at run time.
-  std::optional<Vector3<T>> heading;
   IntentionParts parts = {};
 };
 
@@ -185,7 +181,7 @@ void WriteIntention(IntentionLayout layout, const IntentionBody<T>& body, const 
   Vector3<T> velocity = Vector3<T>::Zero(), walk = velocity, turn = velocity;
   if (goal.parts.wrist) velocity = Z.FromWorld(reach / TimeLeft(goal));
   if (goal.parts.pelvis) walk = Z.FromWorld(RadialMap<T>::Saturating(way).ratio * way);
-  const Vector3<T> wanted = goal.heading ? *goal.heading : GoalHeading<T>(way).direction;
+  const Vector3<T> wanted = GoalHeading<T>(way).direction;
   if (goal.parts.heading && wanted.squaredNorm() > T(0)) {
     turn = Z.FromWorld(wanted) + Vector3<T>::UnitY();
   }
@@ -245,14 +241,10 @@ void WriteIntentionVjp(IntentionLayout layout, const IntentionBody<T>& body,
   const Vector3<T> turn_bar =
       told(goal.parts.heading) * Vector3<T>(heading_bar[0], heading_bar[1], T(0));
   const GoalHeading<T> towards(way);
-  if (goal.heading) {
-    bar.turn += TurnVjp<T>(Z.FromWorld(*goal.heading), turn_bar);
-  } else {
-    const Vector3<T> world_bar = Z.ToWorld(turn_bar);
-    way_bar += towards.inverse_distance *
-               (world_bar - towards.direction.dot(world_bar) * towards.direction);
-    bar.turn += TurnVjp<T>(Z.FromWorld(towards.direction), turn_bar);
-  }
+  const Vector3<T> world_bar = Z.ToWorld(turn_bar);
+  way_bar +=
+      towards.inverse_distance * (world_bar - towards.direction.dot(world_bar) * towards.direction);
+  bar.turn += TurnVjp<T>(Z.FromWorld(towards.direction), turn_bar);
   bar.wrist -= reach_bar;
   bar.pelvis -= way_bar;
   bar.goal += reach_bar + way_bar;

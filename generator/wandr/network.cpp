@@ -78,36 +78,6 @@ void CheckSizes(const NetworkWeights& weights, const std::string& where) {
 
 }  // namespace
 
-NetworkWeights RandomNetwork(IntentionLayout layout, std::uint64_t seed,
-                             const Statistics& statistics, int latent_size,
-                             const std::vector<int>& hidden) {
-  const int condition = ConditionSize(layout);
-  const auto make = [&](int input, int output, std::uint64_t which) {
-    return nn::RandomMlp(input, hidden.empty() ? nn::TaperedWidths(input, output) : hidden, output,
-                         2 * seed + which);
-  };
-  NetworkWeights weights;
-  weights.layout = layout;
-  weights.decoder = make(latent_size + condition, kStateSize, 0);
-  weights.encoder = make(kStateSize + condition, 2 * latent_size, 1);
-  weights.statistics = statistics;
-  return weights;
-}
-
-NetworkWeights RandomResidualNetwork(IntentionLayout layout, std::uint64_t seed,
-                                     const Statistics& statistics, int latent_size, int width,
-                                     int blocks) {
-  const int condition = ConditionSize(layout);
-  NetworkWeights weights;
-  weights.layout = layout;
-  weights.decoder =
-      nn::RandomResidual(latent_size + condition, latent_size, width, blocks, kStateSize, 2 * seed);
-  weights.encoder =
-      nn::RandomResidual(kStateSize + condition, 0, width, blocks, 2 * latent_size, 2 * seed + 1);
-  weights.statistics = statistics;
-  return weights;
-}
-
 NetworkWeights ReadNetwork(const std::filesystem::path& path) {
   return ReadNetwork(SafetensorsReader(path), path.string());
 }
@@ -141,29 +111,6 @@ NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& whe
   return weights;
 }
 
-void WriteNetwork(const NetworkWeights& weights, const std::filesystem::path& path, bool half) {
-  nn::TensorMap tensors;
-  nn::AddTensors(weights.decoder, "decoder", tensors);
-  if (weights.encoder) nn::AddTensors(*weights.encoder, "encoder", tensors);
-  AddTensors(weights.statistics, tensors);
-  SafetensorsWriter writer;
-  for (const auto& [name, tensor] : tensors) {
-    // Statistics are small and keep their precision.
-    if (half && !name.starts_with("statistics.")) {
-      writer.AddFloat16(name, tensor.shape, tensor.values);
-    } else {
-      writer.AddFloat32(name, tensor.shape, tensor.values);
-    }
-  }
-  SafetensorsMetadata metadata(weights.notes.begin(), weights.notes.end());
-  metadata["format"] = kFormat;
-  for (const auto& [layout, text] : kLayoutNames) {
-    if (layout == weights.layout) metadata["intention"] = text;
-  }
-  writer.SetMetadata(std::move(metadata));
-  writer.Write(path);
-}
-
 template <typename Real>
 Network<Real>::Network(const NetworkWeights& weights, Isa isa)
     : layout_(weights.layout),
@@ -171,23 +118,6 @@ Network<Real>::Network(const NetworkWeights& weights, Isa isa)
       normalizer_(weights.statistics),
       decoder_(nn::MakeNetwork<Real>(weights.decoder, isa)) {
   CheckSizes(weights, "network");
-  if (weights.encoder) encoder_ = nn::MakeNetwork<Real>(*weights.encoder, isa);
-}
-
-template <typename Real>
-const nn::ColumnNetwork<Real>& Network<Real>::Encoder() const {
-  if (!encoder_) {
-    throw Error("network", "these weights have no encoder",
-                "Give a training checkpoint, which contains the encoder");
-  }
-  return *encoder_;
-}
-
-Eigen::MatrixXf SampleLatents(const Eigen::Ref<const Eigen::MatrixXf>& code,
-                              const Eigen::Ref<const Eigen::MatrixXf>& eps, Spread spread) {
-  const Eigen::Index size = code.rows() / 2;
-  const float factor = spread == Spread::kAsPublished ? 1.0f : 0.5f;
-  return code.topRows(size).array() + eps.array() * (factor * code.bottomRows(size).array()).exp();
 }
 
 template class Network<float>;

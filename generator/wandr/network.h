@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -18,13 +17,10 @@
 
 namespace holdfast::wandr {
 
-inline constexpr int kLatentSize = 64;  ///< of the published networks
-
 /// Weights of WANDR's conditional variational autoencoder as stored in a file (Diomataris et al.
 /// 2024, sec. 3). Decoder: [z, c] -> normalized delta. Encoder: [normalized target delta, c] ->
-/// [mu, logvar], for training and for encoding captured motion; optional otherwise. Each is the
-/// published chain of layers or a residual network. The blocks of a residual decoder receive all of
-/// z, those of a residual encoder none.
+/// [mu, logvar], for training only. Each is the published chain of layers or a residual network.
+/// The blocks of a residual decoder receive all of z, those of a residual encoder none.
 struct NetworkWeights {
   IntentionLayout layout = IntentionLayout::kPaper;
   nn::AnyWeights decoder;
@@ -36,17 +32,6 @@ struct NetworkWeights {
   int LatentSize() const { return nn::InputSize(decoder) - ConditionSize(layout); }
 };
 
-/// Random weights of the published architecture, initialized as in PyTorch. If `hidden` is empty,
-/// the paper's widths are used. The same seed gives the same weights on every platform.
-NetworkWeights RandomNetwork(IntentionLayout layout, std::uint64_t seed,
-                             const Statistics& statistics = {}, int latent_size = kLatentSize,
-                             const std::vector<int>& hidden = {});
-
-/// Same, for residual networks with `blocks` blocks of `width` values.
-NetworkWeights RandomResidualNetwork(IntentionLayout layout, std::uint64_t seed,
-                                     const Statistics& statistics, int latent_size, int width,
-                                     int blocks);
-
 /// Reads a safetensors file: `decoder.layers.<i>.weight/bias` and `encoder....` named as in the
 /// published checkpoint, or the names of residual networks (nn/network_weights.h),
 /// `statistics.<feature>.mean/std`, and metadata "intention" (paper, flagged, bounded; default
@@ -55,11 +40,7 @@ NetworkWeights RandomResidualNetwork(IntentionLayout layout, std::uint64_t seed,
 NetworkWeights ReadNetwork(const std::filesystem::path& path);
 NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& where);
 
-/// Writes the file atomically. `half` stores float16 (relative rounding error 5e-4).
-void WriteNetwork(const NetworkWeights& weights, const std::filesystem::path& path,
-                  bool half = false);
-
-/// A network prepared to run; immutable and safe to share between threads. Real is float; double is
+/// A decoder prepared to run; immutable and safe to share between threads. Real is float; double is
 /// for tests of derivatives and of float.
 template <typename Real>
 class Network {
@@ -68,28 +49,15 @@ class Network {
 
   IntentionLayout Layout() const { return layout_; }
   int LatentSize() const { return latent_size_; }
-  int ConditionSize() const { return wandr::ConditionSize(layout_); }
   const Normalizer<Real>& Norms() const { return normalizer_; }
   const nn::ColumnNetwork<Real>& Decoder() const { return *decoder_; }
-  bool HasEncoder() const { return encoder_ != nullptr; }
-  /// Throws Error if the file had no encoder.
-  const nn::ColumnNetwork<Real>& Encoder() const;
 
  private:
   IntentionLayout layout_;
   int latent_size_;
   Normalizer<Real> normalizer_;
   std::unique_ptr<const nn::ColumnNetwork<Real>> decoder_;
-  std::unique_ptr<const nn::ColumnNetwork<Real>> encoder_;  // null if the file has none
 };
-
-/// Conversion of the encoder's logvar to a standard deviation. The published code samples with
-/// exp(logvar), while its KL term uses exp(logvar) as the variance.
-enum class Spread { kAsPublished, kFromVariance };
-
-/// z = mu + eps * sigma, column by column; `code` (2 latent x N) is the output of the encoder.
-Eigen::MatrixXf SampleLatents(const Eigen::Ref<const Eigen::MatrixXf>& code,
-                              const Eigen::Ref<const Eigen::MatrixXf>& eps, Spread spread);
 
 extern template class Network<float>;
 extern template class Network<double>;

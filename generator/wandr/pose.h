@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <span>
 
 #include <Eigen/Core>
 
@@ -119,18 +118,15 @@ void ApplyDelta(const Pose<T>& pose, const Heading<T>& heading,
 /// Maps the gradient `next_bar` of s' to those of s (added to `pose_bar`) and of d (written):
 ///   p_bar += p'_bar,  phi_0_bar += g_a (Z (e_z x dp)) . p'_bar,  phi_k_bar += D_k phi_k'_bar,
 ///   dp_bar = Z^T p'_bar,  six_k_bar = J_GS(six_k)^T phi_k'_bar.
-/// With `detached_heading`, Z is treated as constant, as in the authors' code.
 template <typename T>
 void ApplyDeltaVjp(const Heading<T>& heading, const Eigen::Ref<const StateVector<T>>& delta,
-                   const Eigen::Ref<const TangentVector<T>>& next_bar, bool detached_heading,
+                   const Eigen::Ref<const TangentVector<T>>& next_bar,
                    Eigen::Ref<TangentVector<T>> pose_bar, Eigen::Ref<StateVector<T>> delta_bar) {
   const Vector3<T> p_bar = next_bar.template head<3>();
   const Vector3<T> local_bar = heading.FromWorld(p_bar);
   pose_bar.template head<3>() += p_bar;
-  if (!detached_heading) {
-    const T turn_bar = delta[0] * local_bar.y() - delta[1] * local_bar.x();
-    pose_bar.template segment<3>(TangentOf(0)) += turn_bar * heading.gradient;
-  }
+  const T turn_bar = delta[0] * local_bar.y() - delta[1] * local_bar.x();
+  pose_bar.template segment<3>(TangentOf(0)) += turn_bar * heading.gradient;
   delta_bar.template head<3>() = local_bar;
   for (int k = 0; k < kNumBodyJoints; ++k) {
     const Vector6<T> six = delta.template segment<6>(Rows12Of(k));
@@ -182,17 +178,6 @@ void ForwardKinematics(const BoneOffsets<T>& bones, const Pose<T>& pose, BodyKin
     const int parent = kJointParents[k];
     out.world[k].noalias() = out.world[parent] * pose.rotation[k];
     out.joints.col(k) = out.joints.col(parent) + out.world[parent] * bones.offset.col(k);
-  }
-}
-
-/// Joints of a batch: column i of `joints` (66 x N) belongs to pose i.
-template <typename T>
-void ForwardKinematics(const BoneOffsets<T>& bones, std::span<const Pose<T>> poses,
-                       Eigen::Ref<Eigen::Matrix<T, Eigen::Dynamic, Eigen::Dynamic>> joints) {
-  BodyKinematics<T> kinematics;
-  for (std::size_t i = 0; i < poses.size(); ++i) {
-    ForwardKinematics(bones, poses[i], kinematics);
-    Eigen::Map<BodyJoints<T>>(joints.col(i).data()) = kinematics.joints;
   }
 }
 

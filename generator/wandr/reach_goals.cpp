@@ -105,12 +105,7 @@ class GoalSequenceRollout {
   void Approach(int frame) {
     GoalOutcome& goal = sample_.goals[current_];
     const int wrist = WristJoint(options_.intention.wrist);
-    const double distance = (joints_.back().col(wrist).cast<double>() - goals_[current_]).norm();
-    if (distance < goal.closest_m) {
-      goal.closest_m = distance;
-      goal.closest_frame = frame;
-    }
-    if (distance <= kReachedWithin && !goal.Reached()) goal.reached = frame;
+    goal.See(frame, (joints_.back().col(wrist).cast<double>() - goals_[current_]).norm());
   }
 
   const Network<float>& network_;
@@ -123,41 +118,22 @@ class GoalSequenceRollout {
   int lingering_ = 0;
 };
 
-// The sequence of DrawLatents, value by value.
-class LatentStream {
- public:
-  LatentStream(std::uint64_t seed, std::uint64_t stream, double sigma)
-      : random_(seed, stream), sigma_(sigma) {}
-
-  float Next() {
-    if (drawn_++ % 2 == 0) random_.NormalPair(pair_[0], pair_[1]);
-    return static_cast<float>(sigma_ * pair_[(drawn_ - 1) % 2]);
-  }
-
- private:
-  nn::RandomStream random_;
-  double sigma_;
-  double pair_[2] = {};
-  std::uint64_t drawn_ = 0;
-};
-
 // Runs samples [first, first + size) together. Every step is a separate rollout from the current
 // states, because the next goal depends on what has happened.
 void RunBatch(const Network<float>& network, const BoneOffsets<float>& bones,
               const RolloutStart<float>& start, std::span<const Eigen::Vector3d> goals, int first,
               std::span<ReachSample> samples, const ReachGoalsOptions& options) {
   const int size = static_cast<int>(samples.size());
-  RolloutOptions rollout_options;
-  rollout_options.intention = options.intention;
-  rollout_options.intention.hold_last_goal = true;
-  Rollout<float> rollout(network, bones, size, 1, rollout_options);
+  IntentionOptions intention = options.intention;
+  intention.hold_last_goal = true;
+  Rollout<float> rollout(network, bones, size, 1, intention);
   std::vector<GoalSequenceRollout> errands(size, GoalSequenceRollout(network, goals, options));
-  std::vector<LatentStream> latent_streams;
+  std::vector<nn::RandomStream> latent_streams;  // of DrawLatents, value by value
   std::vector<RolloutStart<float>> bodies(size, start);
   BodyKinematics<float> kinematics;
   std::vector<int> moving;
   for (int i = 0; i < size; ++i) {
-    latent_streams.emplace_back(options.seed, static_cast<std::uint64_t>(first + i), options.sigma);
+    latent_streams.emplace_back(options.seed, static_cast<std::uint64_t>(first + i));
     ForwardKinematics(bones, start.pose, kinematics);
     if (errands[i].See(start, kinematics.joints)) moving.push_back(i);
   }
@@ -172,7 +148,9 @@ void RunBatch(const Network<float>& network, const BoneOffsets<float>& bones,
       const int i = moving[k];
       here.push_back(bodies[i]);
       plans.push_back({errands[i].Next()});
-      for (float& latent : latents.col(k)) latent = latent_streams[i].Next();
+      for (float& latent : latents.col(k)) {
+        latent = static_cast<float>(options.sigma * latent_streams[i].Normal());
+      }
     }
     rollout.Begin(here, plans);
     rollout.Step(latents.leftCols(count));
@@ -190,6 +168,14 @@ void RunBatch(const Network<float>& network, const BoneOffsets<float>& bones,
 
 }  // namespace
 
+void GoalOutcome::See(int frame, double distance_m) {
+  if (distance_m < closest_m) {
+    closest_m = distance_m;
+    closest_frame = frame;
+  }
+  if (distance_m <= kReachedWithin && !Reached()) reached = frame;
+}
+
 int ReachSample::NumReached() const {
   return static_cast<int>(std::ranges::count_if(goals, &GoalOutcome::Reached));
 }
@@ -202,12 +188,7 @@ void MeasureGoals(std::span<const Eigen::Vector3d> goals, int wrist, ReachSample
     outcome.reached = -1;
     for (int t = outcome.taken_on; t <= outcome.left; ++t) {
       const Eigen::Vector3d at = sample.track.joints.block<3, 1>(3 * wrist, t).cast<double>();
-      const double distance = (at - goals[g]).norm();
-      if (distance < outcome.closest_m) {
-        outcome.closest_m = distance;
-        outcome.closest_frame = t;
-      }
-      if (distance <= kReachedWithin && outcome.reached < 0) outcome.reached = t;
+      outcome.See(t, (at - goals[g]).norm());
     }
   }
 }

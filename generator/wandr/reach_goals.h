@@ -41,6 +41,8 @@ struct GoalOutcome {
   int closest_frame = -1;
 
   bool Reached() const { return reached >= 0; }
+  /// Takes account of the distance in a frame in which the goal is current.
+  void See(int frame, double distance_m);
 };
 
 /// One sample: its motion and the results for its goals.

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <set>
+#include <utility>
 #include <vector>
 
 #include "generator/wandr/pose.h"
@@ -15,66 +17,34 @@ namespace holdfast::wandr {
 namespace {
 
 constexpr std::array kFootJoints = {7, 8, 10, 11};  // ankles and balls of the feet
+constexpr double kSkatingPerFrame = 0.02 / 3.0;     // meters per frame
+constexpr double kAirborneAnkleOrBall = 0.12;       // meters above the floor
 
-class JointTrack {
- public:
-  explicit JointTrack(const Eigen::Ref<const Eigen::MatrixXf>& joints) : joints_(joints) {}
+using Joints = Eigen::Ref<const Eigen::MatrixXf>;
 
-  Eigen::Vector3d At(int joint, int frame) const {
-    return joints_.block<3, 1>(3 * joint, frame).cast<double>();
-  }
-  /// Speed between a frame and the next, m/s.
-  double Speed(int joint, int frame) const {
-    return (At(joint, frame + 1) - At(joint, frame)).norm() * kFramesPerSecond;
-  }
-  int LowestFootJoint(int frame) const {
-    return *std::min_element(kFootJoints.begin(), kFootJoints.end(), [&](int a, int b) {
-      return joints_(3 * a + 2, frame) < joints_(3 * b + 2, frame);
-    });
-  }
-  int FramesThatAreNumbers() const {
-    int frames = 0;
-    while (frames < joints_.cols() && joints_.col(frames).allFinite()) ++frames;
-    return frames;
-  }
-  double MeanAcceleration(int frames) const {
-    if (frames < 3) return 0.0;
-    double sum = 0.0;
-    for (int f = 1; f + 1 < frames; ++f) {
-      for (int k = 0; k < kNumBodyJoints; ++k) {
-        sum += (At(k, f + 1) - 2.0 * At(k, f) + At(k, f - 1)).norm();
-      }
-    }
-    return sum * kFramesPerSecond * kFramesPerSecond / (kNumBodyJoints * (frames - 2.0));
-  }
-
- private:
-  const Eigen::Ref<const Eigen::MatrixXf>& joints_;
-};
-
-void MeasureDistances(const JointTrack& track, int frames, const Eigen::Vector3d& goal, int wrist,
-                      ReachOutcome& outcome) {
-  const int rest = std::max(0, frames - 1 - static_cast<int>(kFramesPerSecond) / 2);
-  outcome.closest_m = std::numeric_limits<double>::infinity();
-  for (int f = 0; f < frames; ++f) {
-    const double distance = (track.At(wrist, f) - goal).norm();
-    if (distance < outcome.closest_m) {
-      outcome.closest_m = distance;
-      outcome.closest_frame = f;
-    }
-    if (distance <= kReachedWithin && !outcome.Reached()) outcome.reached_frame = f;
-    if (f >= rest) outcome.rest_m = std::max(outcome.rest_m, distance);
-    outcome.last_m = distance;
-  }
-  outcome.speed_at_reach_m_s = std::numeric_limits<double>::quiet_NaN();
-  if (outcome.Reached() && frames > 1) {
-    outcome.speed_at_reach_m_s = track.Speed(wrist, std::max(outcome.reached_frame - 1, 0));
-  }
+Eigen::Vector3d JointAt(const Joints& joints, int joint, int frame) {
+  return joints.block<3, 1>(3 * joint, frame).cast<double>();
 }
 
-template <typename Values>
-double Median(Values values) {
-  const auto middle = values.begin() + values.size() / 2;
+int LowestFootJoint(const Joints& joints, int frame) {
+  return *std::ranges::min_element(kFootJoints, {},
+                                   [&](int joint) { return joints(3 * joint + 2, frame); });
+}
+
+double MeanAcceleration(const Joints& joints, int frames) {
+  if (frames < 3) return 0.0;
+  double sum = 0.0;
+  for (int f = 1; f + 1 < frames; ++f) {
+    for (int k = 0; k < kNumBodyJoints; ++k) {
+      sum += (JointAt(joints, k, f + 1) - 2.0 * JointAt(joints, k, f) + JointAt(joints, k, f - 1))
+                 .norm();
+    }
+  }
+  return sum * kFramesPerSecond * kFramesPerSecond / (kNumBodyJoints * (frames - 2.0));
+}
+
+double Median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   if (values.size() % 2 == 1) return *middle;
   return 0.5 * (*middle + *std::max_element(values.begin(), middle));
@@ -84,8 +54,8 @@ double Median(Values values) {
 
 ReachOutcome MeasureReach(const Eigen::Ref<const Eigen::MatrixXf>& joints,
                           const Eigen::Vector3d& goal, Side wrist) {
-  const JointTrack track(joints);
-  const int frames = track.FramesThatAreNumbers();
+  int frames = 0;
+  while (frames < joints.cols() && joints.col(frames).allFinite()) ++frames;
   if (joints.rows() != kJointNumbers || frames == 0) {
     throw Error("motion", "it has no frame with 22 finite joints", "Check its start pose");
   }
@@ -94,19 +64,30 @@ ReachOutcome MeasureReach(const Eigen::Ref<const Eigen::MatrixXf>& joints,
   }
   ReachOutcome outcome;
   outcome.diverged = frames < joints.cols();
-  MeasureDistances(track, frames, goal, WristJoint(wrist), outcome);
+  outcome.closest_m = std::numeric_limits<double>::infinity();
+  const int rest = std::max(0, frames - 1 - static_cast<int>(kFramesPerSecond) / 2);
   int skating = 0, airborne = 0;
   for (int f = 0; f < frames; ++f) {
-    const int lowest = track.LowestFootJoint(f);
-    if (track.At(lowest, f).z() > kAirborneAnkleOrBall) ++airborne;
+    outcome.last_m = (JointAt(joints, WristJoint(wrist), f) - goal).norm();
+    if (outcome.last_m < outcome.closest_m) {
+      outcome.closest_m = outcome.last_m;
+      outcome.closest_frame = f;
+    }
+    if (f >= rest) outcome.rest_m = std::max(outcome.rest_m, outcome.last_m);
+    if (outcome.last_m <= kReachedWithin && !outcome.Reached()) outcome.reached_frame = f;
+    const int lowest = LowestFootJoint(joints, f);
+    const Eigen::Vector3d foot = JointAt(joints, lowest, f);
+    if (foot.z() > kAirborneAnkleOrBall) ++airborne;
     if (f + 1 == frames) break;
-    const Eigen::Vector3d way = track.At(lowest, f + 1) - track.At(lowest, f);
+    const Eigen::Vector3d way = JointAt(joints, lowest, f + 1) - foot;
     if (way.head<2>().norm() > kSkatingPerFrame) ++skating;
-    outcome.peak_pelvis_m_s = std::max(outcome.peak_pelvis_m_s, track.Speed(0, f));
+    const double speed =
+        (JointAt(joints, 0, f + 1) - JointAt(joints, 0, f)).norm() * kFramesPerSecond;
+    outcome.peak_pelvis_m_s = std::max(outcome.peak_pelvis_m_s, speed);
   }
   outcome.skating_share = static_cast<double>(skating) / std::max(frames - 1, 1);
   outcome.airborne_share = static_cast<double>(airborne) / frames;
-  outcome.mean_acceleration_m_s2 = track.MeanAcceleration(frames);
+  outcome.mean_acceleration_m_s2 = MeanAcceleration(joints, frames);
   return outcome;
 }
 
@@ -115,33 +96,19 @@ ReachSummary Summarize(std::span<const ReachOutcome> outcomes) {
     throw Error("reach summary", "there are no motions", "Run at least one");
   }
   ReachSummary summary;
-  summary.count = static_cast<int>(outcomes.size());
-  std::vector<double> distances, peaks;
-  int reached = 0, at_end = 0, rests = 0, with_speed = 0;
-  double speed = 0.0;
+  const auto count = static_cast<double>(outcomes.size());
+  std::vector<double> distances;
+  int reached = 0;
   for (const ReachOutcome& outcome : outcomes) {
     reached += outcome.Reached();
-    at_end += outcome.ReachedAtEnd();
-    rests += outcome.Rests();
-    summary.diverged += outcome.diverged;
     distances.push_back(outcome.closest_m);
-    peaks.push_back(outcome.peak_pelvis_m_s);
-    summary.distance_mean_m += outcome.closest_m / summary.count;
-    summary.skating += outcome.skating_share / summary.count;
-    summary.airborne += outcome.airborne_share / summary.count;
-    summary.acceleration_m_s2 += outcome.mean_acceleration_m_s2 / summary.count;
-    if (std::isfinite(outcome.speed_at_reach_m_s)) {
-      speed += outcome.speed_at_reach_m_s;
-      ++with_speed;
-    }
+    summary.distance_mean_m += outcome.closest_m / count;
+    summary.skating += outcome.skating_share / count;
+    summary.airborne += outcome.airborne_share / count;
+    summary.acceleration_m_s2 += outcome.mean_acceleration_m_s2 / count;
   }
-  summary.success = static_cast<double>(reached) / summary.count;
-  summary.success_at_end = static_cast<double>(at_end) / summary.count;
-  summary.rests = static_cast<double>(rests) / summary.count;
-  summary.distance_median_m = Median(distances);
-  summary.peak_pelvis_median_m_s = Median(peaks);
-  summary.speed_at_reach_m_s =
-      with_speed > 0 ? speed / with_speed : std::numeric_limits<double>::quiet_NaN();
+  summary.success = reached / count;
+  summary.distance_median_m = Median(std::move(distances));
   return summary;
 }
 
@@ -163,30 +130,6 @@ LowestPoint::LowestPoint(const BodySurface& surface)
       rest_(surface.RestVertices()),
       weights_(surface.NumVertices()),
       correctives_(surface.NumVertices()) {
-  GatherWeights(surface);
-  GatherCorrectives(surface);
-  // Vertices moved mostly by the same joint are near each other in any pose.
-  std::map<int, std::vector<int>> of_joint;
-  for (int i = 0; i < NumVertices(); ++i) {
-    const auto most =
-        std::max_element(weights_[i].begin(), weights_[i].end(),
-                         [](const Weight& a, const Weight& b) { return a.value < b.value; });
-    of_joint[most->joint].push_back(i);
-  }
-  for (auto& [joint, vertices] : of_joint) Split(std::move(vertices));
-}
-
-void LowestPoint::GatherWeights(const BodySurface& surface) {
-  for (int i = 0; i < NumVertices(); ++i) {
-    std::map<int, double> sums;
-    for (const auto& [joint, weight] : surface.Weights(i)) sums[BodyJointOf(joint)] += weight;
-    for (const auto& [joint, weight] : sums) {
-      if (weight != 0.0) weights_[i].push_back({joint, weight});
-    }
-  }
-}
-
-void LowestPoint::GatherCorrectives(const BodySurface& surface) {
   for (const BodySurface::PoseDirBlock& block : surface.PoseDirs()) {
     if (block.joint >= kNumBodyJoints) continue;
     for (std::size_t k = 0; k < block.vertices.size(); ++k) {
@@ -194,6 +137,17 @@ void LowestPoint::GatherCorrectives(const BodySurface& surface) {
           {block.joint, block.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(k))});
     }
   }
+  // Vertices moved mostly by the same joint are near each other in any pose.
+  std::map<int, std::vector<int>> of_joint;
+  for (int i = 0; i < NumVertices(); ++i) {
+    std::map<int, double> sums;
+    for (const auto& [joint, weight] : surface.Weights(i)) sums[BodyJointOf(joint)] += weight;
+    std::erase_if(sums, [](const auto& sum) { return sum.second == 0.0; });
+    weights_[i].assign(sums.begin(), sums.end());
+    const auto most = std::ranges::max_element(weights_[i], {}, &std::pair<int, double>::second);
+    of_joint[most->first].push_back(i);
+  }
+  for (auto& [joint, vertices] : of_joint) Split(std::move(vertices));
 }
 
 void LowestPoint::Split(std::vector<int> vertices) {
@@ -214,9 +168,9 @@ void LowestPoint::Split(std::vector<int> vertices) {
     return;
   }
   std::map<int, double> bends;
-  std::map<int, bool> joints;
+  std::set<int> joints;
   for (const int i : vertices) {
-    for (const Weight& weight : weights_[i]) joints[weight.joint] = true;
+    for (const auto& [joint, weight] : weights_[i]) joints.insert(joint);
     for (const Corrective& corrective : correctives_[i]) {
       double& bend = bends[corrective.joint];
       bend = std::max(bend, corrective.dirs.norm());
@@ -225,8 +179,8 @@ void LowestPoint::Split(std::vector<int> vertices) {
   Cluster cluster;
   cluster.center = 0.5 * (low + high);
   cluster.half = 0.5 * (high - low);
-  for (const auto& [joint, any] : joints) cluster.joints.push_back(joint);
-  for (const auto& [joint, bend] : bends) cluster.bend_bounds.push_back({joint, bend});
+  cluster.joints.assign(joints.begin(), joints.end());
+  cluster.bend_bounds.assign(bends.begin(), bends.end());
   std::sort(vertices.begin(), vertices.end());
   cluster.vertices = std::move(vertices);
   clusters_.push_back(std::move(cluster));
@@ -251,9 +205,8 @@ Eigen::Vector3d LowestPoint::Vertex(const Placed& placed, int i) const {
     posed.noalias() += corrective.dirs * placed.bend[corrective.joint];
   }
   Eigen::Vector3d vertex = Eigen::Vector3d::Zero();
-  for (const Weight& weight : weights_[i]) {
-    vertex +=
-        weight.value * (placed.rotation[weight.joint] * posed + placed.offset.col(weight.joint));
+  for (const auto& [joint, weight] : weights_[i]) {
+    vertex += weight * (placed.rotation[joint] * posed + placed.offset.col(joint));
   }
   return vertex;
 }
@@ -265,7 +218,7 @@ double LowestPoint::Bound(const Placed& placed, const Cluster& cluster) const {
     bound = std::min(
         bound, up.dot(cluster.center) - up.cwiseAbs().dot(cluster.half) + placed.offset(2, j));
   }
-  for (const Weight& bend : cluster.bend_bounds) bound -= bend.value * placed.bend_norm[bend.joint];
+  for (const auto& [joint, bend] : cluster.bend_bounds) bound -= bend * placed.bend_norm[joint];
   return bound;
 }
 

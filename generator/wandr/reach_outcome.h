@@ -3,6 +3,7 @@
 
 #include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,10 +15,7 @@
 
 namespace holdfast::wandr {
 
-inline constexpr double kReachedWithin = 0.10;          ///< meters: a goal counts as reached
-inline constexpr double kRestsWithin = 0.02;            ///< meters: a wrist counts as resting
-inline constexpr double kSkatingPerFrame = 0.02 / 3.0;  ///< meters per frame (2/3 cm)
-inline constexpr double kAirborneAnkleOrBall = 0.12;    ///< meters above the floor
+inline constexpr double kReachedWithin = 0.10;  ///< meters: a goal counts as reached
 
 /// Result of one motion towards one goal. Frames count from 0, the start.
 struct ReachOutcome {
@@ -26,10 +24,8 @@ struct ReachOutcome {
   double last_m = 0.0;     ///< distance in the last frame
   double rest_m = 0.0;     ///< maximum distance in the last half second
   int reached_frame = -1;  ///< first frame within kReachedWithin, -1 for none
-  /// Wrist speed into reached_frame, m/s (out of it if that is the start); NaN if not reached.
-  double speed_at_reach_m_s = 0.0;
   /// Fraction of frame pairs in which the lowest of the ankles and balls of the feet (joints 7, 8,
-  /// 10, 11) moves horizontally by more than kSkatingPerFrame.
+  /// 10, 11) moves horizontally by more than 2/3 cm.
   double skating_share = 0.0;
   double airborne_share = 0.0;          ///< frames with the lowest foot joint above 12 cm
   double peak_pelvis_m_s = 0.0;         ///< maximum speed of the pelvis
@@ -38,8 +34,8 @@ struct ReachOutcome {
   bool diverged = false;
 
   bool Reached() const { return reached_frame >= 0; }
-  bool Rests() const { return !diverged && rest_m <= kRestsWithin; }
-  bool ReachedAtEnd() const { return !diverged && last_m <= kReachedWithin; }
+  /// Whether the wrist stays within 2 cm of the goal in the last half second.
+  bool Rests() const { return !diverged && rest_m <= 0.02; }
 };
 
 /// `joints` (66 x F) as in RolloutTrack, floor z = 0. Throws Error if there are no frames or the
@@ -49,18 +45,12 @@ ReachOutcome MeasureReach(const Eigen::Ref<const Eigen::MatrixXf>& joints,
 
 /// Summary of many motions. Fractions in [0, 1], distances in meters.
 struct ReachSummary {
-  int count = 0;
   double success = 0.0;          ///< SR: within 10 cm in any frame
-  double success_at_end = 0.0;   ///< within 10 cm in the last frame
-  double rests = 0.0;            ///< within 2 cm during all of the last half second
   double distance_mean_m = 0.0;  ///< DTG: mean of closest_m
   double distance_median_m = 0.0;
-  double skating = 0.0;   ///< mean of skating_share
-  double airborne = 0.0;  ///< mean of airborne_share
-  double peak_pelvis_median_m_s = 0.0;
-  double acceleration_m_s2 = 0.0;   ///< mean of mean_acceleration_m_s2
-  double speed_at_reach_m_s = 0.0;  ///< mean over motions that reach; NaN if none
-  int diverged = 0;
+  double skating = 0.0;            ///< mean of skating_share
+  double airborne = 0.0;           ///< mean of airborne_share
+  double acceleration_m_s2 = 0.0;  ///< mean of mean_acceleration_m_s2
 };
 
 /// Throws Error if there are no outcomes.
@@ -93,29 +83,24 @@ class LowestPoint {
   int Find(const Placed& placed, int guess = 0) const;
 
  private:
-  struct Weight {
-    int joint;
-    double value;
-  };
+  using Weights = std::vector<std::pair<int, double>>;  // by joint
   struct Corrective {
     int joint;
     Eigen::Matrix<double, 3, 9> dirs;
   };
   struct Cluster {
     std::vector<int> vertices;
-    std::vector<int> joints;          // with any weight
-    Eigen::Vector3d center, half;     // bounding box of the rest vertices
-    std::vector<Weight> bend_bounds;  // per joint: maximum norm of its correctives
+    std::vector<int> joints;       // with any weight
+    Eigen::Vector3d center, half;  // bounding box of the rest vertices
+    Weights bend_bounds;           // maximum norm of the correctives
   };
-  void GatherWeights(const BodySurface& surface);
-  void GatherCorrectives(const BodySurface& surface);
   void Split(std::vector<int> vertices);
   double Bound(const Placed& placed, const Cluster& cluster) const;
 
   BoneOffsets<double> bones_;
   Eigen::Matrix3Xd rest_joints_;
   Eigen::Matrix3Xd rest_;
-  std::vector<std::vector<Weight>> weights_;          // by vertex, joints 0..21
+  std::vector<Weights> weights_;                      // by vertex, joints 0..21
   std::vector<std::vector<Corrective>> correctives_;  // by vertex
   std::vector<Cluster> clusters_;
 };

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "generator/wandr/reach_protocol.h"
 
-#include <mutex>
 #include <numbers>
-
-#include <fmt/format.h>
 
 #include "generator/wandr/intention.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/pose.h"
 #include "generator/wandr/rollout.h"
-#include "geometry/error.h"
+#include "geometry/clip/clip.h"
 
 namespace holdfast::wandr {
 namespace {
@@ -22,44 +19,10 @@ double Spaced(int i, int count, double low, double high) {
 
 }  // namespace
 
-ReachProtocol ReachProtocol::Adaptive() {
-  ReachProtocol protocol;
-  protocol.deadline = DeadlineRule();
-  protocol.intention.hold_last_goal = true;
-  protocol.intention.min_frames_left = 10.0;
-  return protocol;
-}
-
-void ReachProtocol::Check() const {
-  const auto require = [](bool sound, const char* field, const std::string& problem,
-                          const char* remedy) {
-    if (!sound) throw Error(fmt::format("reach protocol: {}", field), problem, remedy);
-  };
-  for (const auto& [field, value] :
-       {std::pair{"num_angles", num_angles}, std::pair{"num_heights", num_heights},
-        std::pair{"num_distances", num_distances}, std::pair{"num_samples", num_samples}}) {
-    require(value >= 1, field, fmt::format("is {}", value), "Give 1 or more");
-  }
-  require(num_frames >= 2, "num_frames", fmt::format("is {}", num_frames), "Give 2 or more");
-  require(max_height_m >= 0.0 && max_height_m < 10.0, "max_height_m",
-          fmt::format("is {} m", max_height_m), "Give a height of 0 to 10 m");
-  require(min_distance_m >= 0.0 && min_distance_m <= max_distance_m && max_distance_m < 100.0,
-          "min_distance_m, max_distance_m",
-          fmt::format("are {} and {} m", min_distance_m, max_distance_m),
-          "Give 0 <= minimum <= maximum < 100 m");
-  require(sigma >= 0.0 && sigma < 10.0, "sigma", fmt::format("is {}", sigma),
-          "Give 0 to 10; training uses 1");
-  deadline.Check();
-}
-
 std::vector<ReachCase> ReachCases(const ReachProtocol& protocol, const BoneOffsets<float>& bones,
                                   std::span<const RolloutStart<float>> starts) {
-  protocol.Check();
-  if (starts.empty()) {
-    throw Error("reach protocol", "there is no start pose", "Give at least one");
-  }
+  const DeadlineRule deadline;
   std::vector<ReachCase> cases;
-  cases.reserve(protocol.NumCases(static_cast<int>(starts.size())));
   for (int s = 0; s < static_cast<int>(starts.size()); ++s) {
     const Pose<double> pose = starts[s].pose.Cast<double>();
     const Eigen::Vector3d pelvis = pose.translation + bones.offset.col(0).cast<double>();
@@ -69,12 +32,11 @@ std::vector<ReachCase> ReachCases(const ReachProtocol& protocol, const BoneOffse
                                    Eigen::Vector3d::UnitZ());
       for (int h = 0; h < protocol.num_heights; ++h) {
         for (int d = 0; d < protocol.num_distances; ++d) {
-          const double distance =
-              Spaced(d, protocol.num_distances, protocol.min_distance_m, protocol.max_distance_m);
+          const double distance = Spaced(d, protocol.num_distances, 0.5, 5.0);
           Eigen::Vector3d goal = pelvis + turn * (distance * ahead);
-          goal.z() = Spaced(h, protocol.num_heights, 0.0, protocol.max_height_m);
+          goal.z() = Spaced(h, protocol.num_heights, 0.0, 1.8);
           for (int k = 0; k < protocol.num_samples; ++k) {
-            cases.push_back({s, a, h, d, k, goal, protocol.deadline.Frames(distance)});
+            cases.push_back({s, a, h, d, k, goal, deadline.Frames(distance)});
           }
         }
       }
@@ -86,49 +48,24 @@ std::vector<ReachCase> ReachCases(const ReachProtocol& protocol, const BoneOffse
 std::vector<ReachOutcome> RunReachProtocol(const Network<float>& network,
                                            const BoneOffsets<float>& bones,
                                            std::span<const RolloutStart<float>> starts,
-                                           const ReachProtocol& protocol, const ReachRun& run) {
-  const std::vector<ReachCase> all = ReachCases(protocol, bones, starts);
-  const int total = static_cast<int>(all.size());
-  const int count = run.count < 0 ? total - run.first : run.count;
-  if (run.first < 0 || count < 1 || run.first + count > total) {
-    throw Error(
-        "reach protocol",
-        fmt::format("motions {} to {} of {} were requested", run.first, run.first + count, total),
-        "Request motions within the protocol");
-  }
-  const std::span<const ReachCase> cases(all.data() + run.first, count);
+                                           const ReachProtocol& protocol, int threads) {
+  const std::vector<ReachCase> cases = ReachCases(protocol, bones, starts);
   std::vector<RolloutStart<float>> case_starts;
   std::vector<GoalPlan> plans;
   for (const ReachCase& c : cases) {
     case_starts.push_back(starts[c.start]);
-    plans.push_back(protocol.with_intention ? GoalPlan{{c.goal, c.deadline}} : GoalPlan{});
+    plans.push_back({{c.goal, c.deadline}});
   }
   RolloutRequest request;
   request.starts = case_starts;
   request.plans = plans;
   request.num_steps = protocol.num_frames - 1;
   request.seed = protocol.seed;
-  request.first_stream = static_cast<std::uint64_t>(run.first);
-  request.sigma = protocol.sigma;
-  RolloutOptions options;
-  options.intention = protocol.intention;
-
-  std::vector<ReachOutcome> outcomes(count);
-  std::mutex progress_mutex;
-  int done = 0;
-  const auto finish = [&](int i, const RolloutTrack& track) {
-    outcomes[i] = MeasureReach(track.joints, cases[i].goal, protocol.intention.wrist);
-    if (run.see) run.see(run.first + i, track);
-    if (!run.progress) return;
-    const std::lock_guard lock(progress_mutex);
-    run.progress(++done, count);
-  };
-  RunRollouts(network, bones, request, run.threads, options, [&](int i, const RolloutTrack& track) {
-    if (!run.change) return finish(i, track);
-    RolloutTrack changed = track;
-    run.change(cases[i], changed);
-    finish(i, changed);
-  });
+  std::vector<ReachOutcome> outcomes(cases.size());
+  RunRollouts(network, bones, request, threads, protocol.intention,
+              [&](int i, const RolloutTrack& track) {
+                outcomes[i] = MeasureReach(track.joints, cases[i].goal, protocol.intention.wrist);
+              });
   return outcomes;
 }
 
@@ -172,20 +109,6 @@ Clip MotionOf(const BodyMeasures& body, const ComposedReach& reach) {
 }
 
 }  // namespace
-
-std::vector<ReachStart> StartsOfClips(std::span<const Clip> clips,
-                                      std::span<const std::string> names,
-                                      const Normalizer<double>& normalizer, int frame) {
-  if (clips.size() != names.size()) {
-    throw Error("start clips", fmt::format("{} clips and {} names", clips.size(), names.size()),
-                "Give one name per clip");
-  }
-  std::vector<ReachStart> starts;
-  for (std::size_t i = 0; i < clips.size(); ++i) {
-    starts.push_back({names[i], StartAtFrame(StatesOfClip(clips[i]), frame, normalizer)});
-  }
-  return starts;
-}
 
 std::vector<ReachStart> ComposedStarts(const BodyMeasures& body,
                                        const Normalizer<double>& normalizer) {

@@ -16,10 +16,10 @@ namespace holdfast::wandr {
 
 template <typename Real>
 Rollout<Real>::Rollout(const Network<Real>& network, const BoneOffsets<Real>& bones, int max_bodies,
-                       int max_steps, const RolloutOptions& options, bool differentiable)
+                       int max_steps, const IntentionOptions& intention, bool differentiable)
     : network_(network),
       bones_(bones),
-      options_(options),
+      intention_(intention),
       max_bodies_(max_bodies),
       max_steps_(max_steps),
       differentiable_(differentiable),
@@ -50,9 +50,9 @@ void Rollout<Real>::WriteInput(int body, const Heading<Real>& heading, Real* con
   const Pose<Real>& pose = Poses(step_)[body];
   WritePoseFeatures(pose, heading, network_.Norms(), condition);
   std::copy_n(previous_delta_.col(body).data(), kStateSize, condition + kPreviousDeltaOf);
-  const FrameGoal<Real> goal = GoalAt<Real>(plans_[body], step_, options_.intention);
+  const FrameGoal<Real> goal = GoalAt<Real>(plans_[body], step_, intention_);
   IntentionBody<Real> seen{heading, pose.translation + bones_.offset.col(0), {}};
-  if (goal.active) seen.wrist = WristPosition(bones_, pose, options_.intention.wrist);
+  if (goal.active) seen.wrist = WristPosition(bones_, pose, intention_.wrist);
   WriteIntention(network_.Layout(), seen, goal, condition + kIntentionOf);
 }
 
@@ -93,17 +93,6 @@ bool AddSeed(const RolloutSeed<Real>& seed, int frame, int c, TangentVector<Real
 }  // namespace
 
 template <typename Real>
-void Rollout<Real>::ResizeGradient(int rows, RolloutGradient<Real>& gradient) const {
-  const int columns = num_bodies_ * rows;
-  std::size_t waypoints = 0;
-  for (int i = 0; i < num_bodies_; ++i) waypoints = std::max(waypoints, plans_[i].size());
-  gradient.latents.resize(static_cast<Eigen::Index>(network_.LatentSize()) * step_, columns);
-  gradient.start_pose.resize(kTangentSize, columns);
-  gradient.previous_delta.resize(kStateSize, columns);
-  gradient.goals.setZero(static_cast<Eigen::Index>(3 * waypoints), columns);
-}
-
-template <typename Real>
 void Rollout<Real>::SeedLastPoses(const RolloutSeed<Real>& seed, int rows, Matrix& pose_bar) const {
   BodyKinematics<Real> kinematics;
   for (int i = 0; i < num_bodies_; ++i) {
@@ -129,8 +118,7 @@ void Rollout<Real>::StepBackward(int t, int rows, const Matrix& delta_bar, Matri
         DeltaOfNormalized<Real>(network_.Norms(), tape.Output().col(c / rows));
     TangentVector<Real> bar = TangentVector<Real>::Zero();
     StateVector<Real> step_bar;
-    ApplyDeltaVjp<Real>(HeadingOf<Real>(pose.rotation[0]), delta, pose_bar.col(c),
-                        options_.detached_heading, bar, step_bar);
+    ApplyDeltaVjp<Real>(HeadingOf<Real>(pose.rotation[0]), delta, pose_bar.col(c), bar, step_bar);
     pose_bar.col(c) = bar;
     output_bar.col(c) = step_bar.cwiseProduct(network_.Norms().delta.deviation) + delta_bar.col(c);
   }
@@ -139,13 +127,13 @@ void Rollout<Real>::StepBackward(int t, int rows, const Matrix& delta_bar, Matri
 template <typename Real>
 void Rollout<Real>::InputBackward(const RolloutSeed<Real>& seed, int t, int body, int rows,
                                   const Matrix& input_bar, RolloutGradient<Real>& gradient) const {
-  const int wrist = WristJoint(options_.intention.wrist);
+  const int wrist = WristJoint(intention_.wrist);
   const Pose<Real>& pose = Poses(t)[body];
   const Heading<Real> heading = HeadingOf<Real>(pose.rotation[0]);
   BodyKinematics<Real> kinematics;
   ForwardKinematics(bones_, pose, kinematics);
-  const FrameGoal<Real> goal = GoalAt<Real>(plans_[body], t, options_.intention);
-  const int waypoint = ActiveWaypoint(plans_[body], t, options_.intention);
+  const FrameGoal<Real> goal = GoalAt<Real>(plans_[body], t, intention_);
+  const int waypoint = ActiveWaypoint(plans_[body], t, intention_);
   const IntentionBody<Real> seen{heading, kinematics.joints.col(0), kinematics.joints.col(wrist)};
   for (int c = body * rows; c < (body + 1) * rows; ++c) {
     const Real* const condition_bar = input_bar.col(c).data() + network_.LatentSize();
@@ -161,9 +149,7 @@ void Rollout<Real>::InputBackward(const RolloutSeed<Real>& seed, int t, int body
       WriteIntentionVjp(network_.Layout(), seen, goal, condition_bar + kIntentionOf, intention);
       joints_bar.col(0) += intention.pelvis;
       joints_bar.col(wrist) += intention.wrist;
-      if (!options_.detached_heading) {
-        bar.template segment<3>(TangentOf(0)) += intention.turn * heading.gradient;
-      }
+      bar.template segment<3>(TangentOf(0)) += intention.turn * heading.gradient;
       gradient.goals.template block<3, 1>(3 * waypoint, c) += intention.goal;
       any = true;
     }
@@ -179,11 +165,15 @@ void Rollout<Real>::Backward(const RolloutSeed<Real>& seed, int rows,
   assert(seed.joints.empty() || static_cast<int>(seed.joints.size()) == step_ + 1);
   assert(seed.poses.empty() || static_cast<int>(seed.poses.size()) == step_ + 1);
   const int columns = num_bodies_ * rows, latent_size = network_.LatentSize();
-  ResizeGradient(rows, gradient);
+  std::size_t waypoints = 0;
+  for (int i = 0; i < num_bodies_; ++i) waypoints = std::max(waypoints, plans_[i].size());
+  gradient.latents.resize(static_cast<Eigen::Index>(latent_size) * step_, columns);
+  gradient.start_pose.resize(kTangentSize, columns);
+  gradient.previous_delta.setZero(kStateSize, columns);
+  gradient.goals.setZero(static_cast<Eigen::Index>(3 * waypoints), columns);
 
   Matrix& pose_bar = gradient.start_pose;       // of frame t + 1, then of frame t
   Matrix& delta_bar = gradient.previous_delta;  // of u_t as the previous delta of step t + 1
-  delta_bar.setZero();
   SeedLastPoses(seed, rows, pose_bar);
 
   nn::Scratch<Real> scratch(network_.Decoder(), columns);
@@ -245,16 +235,12 @@ Eigen::VectorXf DrawLatents(std::uint64_t seed, std::uint64_t stream, int latent
                             int num_steps, double sigma) {
   Eigen::VectorXf latents(Eigen::Index{latent_size} * num_steps);
   nn::RandomStream random(seed, stream);
-  double pair[2] = {};
-  for (Eigen::Index k = 0; k < latents.size(); ++k) {
-    if (k % 2 == 0) random.NormalPair(pair[0], pair[1]);
-    latents[k] = static_cast<float>(sigma * pair[k % 2]);
-  }
+  for (float& latent : latents) latent = static_cast<float>(sigma * random.Normal());
   return latents;
 }
 
 void RunRollouts(const Network<float>& network, const BoneOffsets<float>& bones,
-                 const RolloutRequest& request, int threads, const RolloutOptions& options,
+                 const RolloutRequest& request, int threads, const IntentionOptions& intention,
                  const std::function<void(int, const RolloutTrack&)>& take) {
   Check(request, network);
   const int count = static_cast<int>(request.starts.size()), steps = request.num_steps;
@@ -264,7 +250,7 @@ void RunRollouts(const Network<float>& network, const BoneOffsets<float>& bones,
   // Each worker processes every n-th batch, so that it allocates its memory once.
   const int workers = std::clamp(threads, 1, num_batches);
   ParallelFor(workers, workers, [&](int worker) {
-    Rollout<float> rollout(network, bones, batch, steps, options);
+    Rollout<float> rollout(network, bones, batch, steps, intention);
     RolloutTrack track{StateMatrix<float>(kStateSize, steps + 1),
                        Eigen::MatrixXf(kJointNumbers, steps + 1)};
     Eigen::MatrixXf latents(Eigen::Index{latent_size} * steps, batch);
@@ -273,12 +259,10 @@ void RunRollouts(const Network<float>& network, const BoneOffsets<float>& bones,
     for (int b = worker; b < num_batches; b += workers) {
       const int first = b * batch, size = std::min(batch, count - first);
       for (int i = 0; i < size; ++i) {
-        if (request.latents) {
-          latents.col(i) = request.latents->col(first + i);
-        } else {
-          latents.col(i) = DrawLatents(request.seed, request.first_stream + first + i, latent_size,
-                                       steps, request.sigma);
-        }
+        latents.col(i) = request.latents
+                             ? request.latents->col(first + i).eval()
+                             : DrawLatents(request.seed, request.first_stream + first + i,
+                                           latent_size, steps, request.sigma);
       }
       rollout.Begin(request.starts.subspan(first, size), request.plans.subspan(first, size));
       for (int t = 0; t < steps; ++t) {
@@ -302,9 +286,9 @@ void RunRollouts(const Network<float>& network, const BoneOffsets<float>& bones,
 std::vector<RolloutTrack> RunRollouts(const Network<float>& network,
                                       const BoneOffsets<float>& bones,
                                       const RolloutRequest& request, int threads,
-                                      const RolloutOptions& options) {
+                                      const IntentionOptions& intention) {
   std::vector<RolloutTrack> tracks(request.starts.size());
-  RunRollouts(network, bones, request, threads, options,
+  RunRollouts(network, bones, request, threads, intention,
               [&](int i, const RolloutTrack& track) { tracks[i] = track; });
   return tracks;
 }

@@ -28,12 +28,6 @@ struct RolloutStart {
   }
 };
 
-struct RolloutOptions {
-  IntentionOptions intention;
-  /// Gradients treat the heading rotation Z as constant, as in the authors' code; exact if false.
-  bool detached_heading = false;
-};
-
 /// Gradients of a scalar (or of rows of a residual) with respect to the frames of a rollout of T
 /// steps. Each member is empty or has T + 1 entries, one per frame 0..T, any of which may be empty
 /// (zero). m consecutive columns per body.
@@ -66,7 +60,7 @@ class Rollout {
   /// `network` must outlive the rollout. A differentiable rollout stores what Backward needs: 20 KB
   /// per body and step for the published decoder in single precision. Others store only poses.
   Rollout(const Network<Real>& network, const BoneOffsets<Real>& bones, int max_bodies,
-          int max_steps, const RolloutOptions& options = {}, bool differentiable = false);
+          int max_steps, const IntentionOptions& intention = {}, bool differentiable = false);
 
   /// Places the bodies at frame 0. Requires one plan per start.
   void Begin(std::span<const RolloutStart<Real>> starts, std::span<const GoalPlan> plans);
@@ -74,7 +68,6 @@ class Rollout {
   /// Advances by 1/30 s; `latents` is (64 x N).
   void Step(const Eigen::Ref<const Matrix>& latents);
 
-  int NumBodies() const { return num_bodies_; }
   int NumSteps() const { return step_; }  ///< since Begin
   /// Poses of frame 0..NumSteps(), one per body.
   std::span<const Pose<Real>> Poses(int frame) const {
@@ -96,7 +89,6 @@ class Rollout {
   void WriteInput(int body, const Heading<Real>& heading, Real* condition) const;
 
   // Parts of Backward.
-  void ResizeGradient(int rows, RolloutGradient<Real>& gradient) const;
   /// Gradients of the poses of the last frame, from the seed only.
   void SeedLastPoses(const RolloutSeed<Real>& seed, int rows, Matrix& pose_bar) const;
   /// Through step t: from the poses of frame t + 1 to those of frame t and to the decoder output,
@@ -109,7 +101,7 @@ class Rollout {
 
   const Network<Real>& network_;
   BoneOffsets<Real> bones_;
-  RolloutOptions options_;
+  IntentionOptions intention_;
   int max_bodies_;
   int max_steps_;
   bool differentiable_;
@@ -154,12 +146,12 @@ Eigen::VectorXf DrawLatents(std::uint64_t seed, std::uint64_t stream, int latent
 std::vector<RolloutTrack> RunRollouts(const Network<float>& network,
                                       const BoneOffsets<float>& bones,
                                       const RolloutRequest& request, int threads,
-                                      const RolloutOptions& options = {});
+                                      const IntentionOptions& intention = {});
 
 /// Same without storing the motions: `take(i, track)` is called once per motion, concurrently from
 /// several threads; `track` is reused after it returns.
 void RunRollouts(const Network<float>& network, const BoneOffsets<float>& bones,
-                 const RolloutRequest& request, int threads, const RolloutOptions& options,
+                 const RolloutRequest& request, int threads, const IntentionOptions& intention,
                  const std::function<void(int, const RolloutTrack&)>& take);
 
 }  // namespace holdfast::wandr

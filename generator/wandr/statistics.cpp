@@ -113,13 +113,9 @@ Statistics StatisticsFromTensors(const nn::TensorMap& tensors, const std::string
 
 void AddTensors(const Statistics& statistics, nn::TensorMap& tensors) {
   ForEachFeature(statistics, [&](const char* feature, const auto& moments) {
-    const auto tensor = [](const auto& values) {
-      const Eigen::VectorXf floats = values.template cast<float>();
-      return nn::Tensor{{static_cast<std::size_t>(floats.size())}, {floats.begin(), floats.end()}};
-    };
     const std::string name = fmt::format("statistics.{}", feature);
-    tensors[name + ".mean"] = tensor(moments.mean);
-    tensors[name + ".std"] = tensor(moments.deviation);
+    tensors[name + ".mean"] = nn::VectorTensor(moments.mean.template cast<float>());
+    tensors[name + ".std"] = nn::VectorTensor(moments.deviation.template cast<float>());
   });
 }
 
@@ -131,7 +127,6 @@ Normalizer<T>::Normalizer(const Statistics& s) {
   pose = Joined<T, kPoseFeatures>(height, s.body_orient_xy, s.body_pose);
   delta =
       Joined<T, kStateSize>(s.body_transl_delta_pelv_xy, s.body_orient_delta, s.body_pose_delta);
-  state = Joined<T, kStateSize>(s.body_transl, s.body_orient, s.body_pose);
 }
 
 template struct Normalizer<float>;

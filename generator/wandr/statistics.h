@@ -17,11 +17,6 @@ template <int kSize>
 struct FeatureMoments {
   Eigen::Matrix<double, kSize, 1> mean = Eigen::Matrix<double, kSize, 1>::Zero();
   Eigen::Matrix<double, kSize, 1> deviation = Eigen::Matrix<double, kSize, 1>::Ones();
-
-  /// x_norm = (x - mean) / (std + 1e-5).
-  Eigen::Matrix<double, kSize, 1> Scale() const {
-    return (deviation.array() + 1e-5).inverse().matrix();
-  }
 };
 
 /// Normalization statistics of features, named as in the published file. The intention is not
@@ -42,7 +37,6 @@ class StatisticsGatherer {
  public:
   /// Adds a sequence (135 x F) at 30 fps. Each frame counts once; the first frame's delta is rest.
   void Add(const Eigen::Ref<const StateMatrix<double>>& states);
-  std::int64_t NumFrames() const { return count_; }
   /// Throws Error for fewer than two frames.
   Statistics Finish() const;
 
@@ -77,7 +71,6 @@ struct Normalizer {
 
   Affine<T, kPoseFeatures> pose;  ///< p_z | orient_xy | pose
   Affine<T, kStateSize> delta;    ///< 3 | 6 | 126
-  Affine<T, kStateSize> state;    ///< 3 | 6 | 126
 };
 
 extern template struct Normalizer<float>;
@@ -132,17 +125,6 @@ template <typename T>
 StateVector<T> DeltaOfNormalized(const Normalizer<T>& n,
                                  const Eigen::Ref<const StateVector<T>>& d) {
   return d.cwiseProduct(n.delta.deviation) + n.delta.mean;
-}
-
-/// Normalizes a state, as stored in training sequences, and the inverse.
-template <typename T>
-StateVector<T> NormalizedState(const Normalizer<T>& n, const Eigen::Ref<const StateVector<T>>& s) {
-  return (s - n.state.mean).cwiseProduct(n.state.scale);
-}
-template <typename T>
-StateVector<T> StateOfNormalized(const Normalizer<T>& n,
-                                 const Eigen::Ref<const StateVector<T>>& s) {
-  return s.cwiseProduct(n.state.deviation) + n.state.mean;
 }
 
 }  // namespace holdfast::wandr

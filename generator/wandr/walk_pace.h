@@ -29,7 +29,6 @@ class WalkPace {
   double Arrival() const { return arrival_; }
   /// Position, facing and speed of the pelvis in a frame.
   Stand At(double frame) const;
-  Eigen::Vector2d PelvisAt(double frame) const { return At(frame).position; }
   /// Length of the path.
   double Length() const { return length_m_; }
 

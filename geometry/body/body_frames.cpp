@@ -2,7 +2,9 @@
 #include "geometry/body/body_frames.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
+#include <utility>
 #include <vector>
 
 #include "geometry/body/kernels/skinning_arguments.h"
@@ -20,17 +22,12 @@ bool IsWorthwhile(const BodySurface& surface, std::size_t frames) {
   return frames > 1 && moved > 4 * static_cast<std::size_t>(surface.NumVertices());
 }
 
-struct TileLoops {
-  kernels::PoseTileLoop* pose = kernels::PoseTileGeneric;
-  kernels::AdjointTileLoop* adjoint = kernels::AdjointTileGeneric;
-};
-
-TileLoops LoopsOf([[maybe_unused]] Isa isa) {
+std::pair<kernels::PoseTileLoop*, kernels::AdjointTileLoop*> LoopsOf([[maybe_unused]] Isa isa) {
 #if defined(HOLDFAST_X86_KERNELS)
   if (isa == Isa::kAvx512) return {kernels::PoseTileAvx512, kernels::AdjointTileAvx512};
   if (isa == Isa::kAvx2) return {kernels::PoseTileAvx2, kernels::AdjointTileAvx2};
 #endif
-  return {};
+  return {kernels::PoseTileGeneric, kernels::AdjointTileGeneric};
 }
 
 // States of several frames in the layout of the loops: each scalar of all frames side by side.
@@ -120,6 +117,78 @@ class FrameRows {
   kernels::SkinningArguments in_;
 };
 
+// Derivatives passed from skinning and pose blend shapes to the joints: with respect to G_j^R
+// without the part through A_j^t, to R_j, and to A_j^t.
+struct SkinGradient {
+  std::array<Eigen::Matrix3d, kNumJoints> world, local;
+  Eigen::Matrix<double, 3, kNumJoints> offset;
+};
+
+void AddSkin(const BodySurface& surface, const BodyState& state,
+             const Eigen::Ref<const Eigen::Matrix3Xd>& d_vertices, Eigen::Matrix3Xd& d_posed_rest,
+             SkinGradient& skin) {
+  for (Eigen::Index i = 0; i < d_vertices.cols(); ++i) {
+    for (const auto& [joint, w] : surface.Weights(static_cast<int>(i))) {
+      const Eigen::Vector3d share = w * d_vertices.col(i);
+      skin.offset.col(joint) += share;
+      skin.world[joint].noalias() += share * state.posed_rest.col(i).transpose();
+      d_posed_rest.col(i).noalias() += state.world_rotation[joint].transpose() * share;
+    }
+  }
+  for (const BodySurface::PoseDirBlock& block : surface.PoseDirs()) {
+    Eigen::Matrix<double, 9, 1> feature = Eigen::Matrix<double, 9, 1>::Zero();
+    for (std::size_t k = 0; k < block.vertices.size(); ++k) {
+      feature.noalias() += block.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(k)).transpose() *
+                           d_posed_rest.col(block.vertices[k]);
+    }
+    skin.local[block.joint] += feature.reshaped<Eigen::RowMajor>(3, 3);
+  }
+}
+
+// Derivative with respect to the axis-angle w of R = exp([w]x): dR = [Jl dw]x R, and <D, [omega]x
+// R> is the dot product of omega with the axial vector of D R'.
+Eigen::Vector3d ByAxisAngle(const Eigen::Matrix3d& d_rotation, const Eigen::Matrix3d& R,
+                            const Eigen::Vector3d& w) {
+  const Eigen::Matrix3d turned = d_rotation * R.transpose();
+  const Eigen::Vector3d axial(turned(2, 1) - turned(1, 2), turned(0, 2) - turned(2, 0),
+                              turned(1, 0) - turned(0, 1));
+  return LeftJacobianSO3(w).transpose() * axial;
+}
+
+// From `skin` down the tree: everything but rest_vertices.
+void JointAdjoint(const BodySurface& surface, const BodyState& state, SkinGradient& skin,
+                  const Eigen::Ref<const Eigen::Matrix<double, 3, kNumJoints>>& d_joints,
+                  BodyGradient& gradient) {
+  gradient.rest_joints.setZero();
+  // A_j^t = G_j^t - G_j^R J_j; then, from the leaves to the root, G_j^R = G_parent^R R_j and G_j^t
+  // = G_parent^R (J_j - J_parent) + G_parent^t.
+  const Eigen::Matrix3Xd& J = surface.RestJoints();
+  Eigen::Matrix<double, 3, kNumJoints> origin = d_joints + skin.offset;
+  for (int j = kNumJoints - 1; j >= 0; --j) {
+    const Eigen::Matrix3d& R = state.local_rotation[j];
+    Eigen::Matrix3d& world = skin.world[j];
+    world.noalias() -= skin.offset.col(j) * J.col(j).transpose();
+    gradient.rest_joints.col(j).noalias() -=
+        state.world_rotation[j].transpose() * skin.offset.col(j);
+    const int parent = kJointParents[static_cast<std::size_t>(j)];
+    if (parent < 0) {
+      skin.local[j] += world;
+      gradient.trans = origin.col(j);
+      gradient.rest_joints.col(j) += origin.col(j);
+    } else {
+      const Eigen::Matrix3d from_world = state.world_rotation[parent].transpose();
+      skin.local[j].noalias() += from_world * world;
+      skin.world[parent].noalias() += world * R.transpose();
+      skin.world[parent].noalias() += origin.col(j) * (J.col(j) - J.col(parent)).transpose();
+      origin.col(parent) += origin.col(j);
+      const Eigen::Vector3d along = from_world * origin.col(j);
+      gradient.rest_joints.col(j) += along;
+      gradient.rest_joints.col(parent) -= along;
+    }
+    gradient.pose.col(j) = ByAxisAngle(skin.local[j], R, state.pose.col(j));
+  }
+}
+
 }  // namespace
 
 void ForwardFrames(const BodySurface& surface, std::span<const JointPose> poses,
@@ -141,10 +210,10 @@ void ForwardFrames(const BodySurface& surface, std::span<const JointPose> poses,
   FrameRows frames(surface, states);
   std::vector<double> posed_rest = frames.Rows(3 * kTile), vertices = frames.Rows(3 * kTile);
   std::vector<float> offsets(posed_rest.size());
-  const TileLoops loops = LoopsOf(isa);
+  kernels::PoseTileLoop* const pose_tile = LoopsOf(isa).first;
   frames.ForTiles([&](int begin, int end) {
-    loops.pose(frames.In(), begin, end, frames.Next(), offsets.data(), posed_rest.data(),
-               vertices.data());
+    pose_tile(frames.In(), begin, end, frames.Next(), offsets.data(), posed_rest.data(),
+              vertices.data());
     for (std::size_t t = 0; t < states.size(); ++t) {
       frames.ToFrame(posed_rest, begin, end, t, states[t].posed_rest.data());
       frames.ToFrame(vertices, begin, end, t, states[t].vertices.data());
@@ -178,15 +247,15 @@ void VertexAdjointFrames(const BodySurface& surface, std::span<const BodyState> 
   for (BodyGradient& gradient : gradients) gradient.rest_vertices.resize(3, n);
   std::vector<double> posed_rest = frames.Rows(3 * kTile), d_posed_rest = posed_rest;
   std::vector<double> d_tile = posed_rest;
-  const TileLoops loops = LoopsOf(isa);
+  kernels::AdjointTileLoop* const adjoint_tile = LoopsOf(isa).second;
   frames.ForTiles([&](int begin, int end) {
     for (std::size_t t = 0; t < states.size(); ++t) {
       frames.FromFrame(states[t].posed_rest.data(), begin, end, t, posed_rest);
       frames.FromFrame(d_vertices.data() + 3 * n * static_cast<Eigen::Index>(t), begin, end, t,
                        d_tile);
     }
-    loops.adjoint(frames.In(), begin, end, frames.Next(), posed_rest.data(), d_tile.data(),
-                  d_posed_rest.data(), {rotation.data(), offset.data(), features.data()});
+    adjoint_tile(frames.In(), begin, end, frames.Next(), posed_rest.data(), d_tile.data(),
+                 d_posed_rest.data(), {rotation.data(), offset.data(), features.data()});
     for (std::size_t t = 0; t < states.size(); ++t) {
       frames.ToFrame(d_posed_rest, begin, end, t, gradients[t].rest_vertices.data());
     }
@@ -205,41 +274,6 @@ void VertexAdjointFrames(const BodySurface& surface, std::span<const BodyState> 
   }
 }
 
-namespace {
-
-void AddSkin(const BodySurface& surface, const BodyState& state,
-             const Eigen::Ref<const Eigen::Matrix3Xd>& d_vertices, Eigen::Matrix3Xd& d_posed_rest,
-             SkinGradient& skin) {
-  for (Eigen::Index i = 0; i < d_vertices.cols(); ++i) {
-    for (const auto& [joint, w] : surface.Weights(static_cast<int>(i))) {
-      const Eigen::Vector3d share = w * d_vertices.col(i);
-      skin.offset.col(joint) += share;
-      skin.world[joint].noalias() += share * state.posed_rest.col(i).transpose();
-      d_posed_rest.col(i).noalias() += state.world_rotation[joint].transpose() * share;
-    }
-  }
-  for (const BodySurface::PoseDirBlock& block : surface.PoseDirs()) {
-    Eigen::Matrix<double, 9, 1> feature = Eigen::Matrix<double, 9, 1>::Zero();
-    for (std::size_t k = 0; k < block.vertices.size(); ++k) {
-      feature.noalias() += block.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(k)).transpose() *
-                           d_posed_rest.col(block.vertices[k]);
-    }
-    skin.local[block.joint] += feature.reshaped<Eigen::RowMajor>(3, 3);
-  }
-}
-
-// Derivative with respect to the axis-angle w of R = exp([w]x): dR = [Jl dw]x R, and <D, [omega]x
-// R> is the dot product of omega with the axial vector of D R'.
-Eigen::Vector3d ByAxisAngle(const Eigen::Matrix3d& d_rotation, const Eigen::Matrix3d& R,
-                            const Eigen::Vector3d& w) {
-  const Eigen::Matrix3d turned = d_rotation * R.transpose();
-  const Eigen::Vector3d axial(turned(2, 1) - turned(1, 2), turned(0, 2) - turned(2, 0),
-                              turned(1, 0) - turned(0, 1));
-  return LeftJacobianSO3(w).transpose() * axial;
-}
-
-}  // namespace
-
 void VertexAdjoint(const BodySurface& surface, const BodyState& state,
                    const Eigen::Ref<const Eigen::Matrix3Xd>& d_vertices,
                    const Eigen::Ref<const Eigen::Matrix<double, 3, kNumJoints>>& d_joints,
@@ -254,39 +288,6 @@ void VertexAdjoint(const BodySurface& surface, const BodyState& state,
     AddSkin(surface, state, d_vertices, gradient.rest_vertices, skin);
   }
   JointAdjoint(surface, state, skin, d_joints, gradient);
-}
-
-void JointAdjoint(const BodySurface& surface, const BodyState& state, SkinGradient& skin,
-                  const Eigen::Ref<const Eigen::Matrix<double, 3, kNumJoints>>& d_joints,
-                  BodyGradient& gradient) {
-  gradient.rest_joints.setZero();
-  // A_j^t = G_j^t - G_j^R J_j; then, from the leaves to the root, G_j^R = G_parent^R R_j and G_j^t
-  // = G_parent^R (J_j - J_parent) + G_parent^t.
-  const Eigen::Matrix3Xd& J = surface.RestJoints();
-  Eigen::Matrix<double, 3, kNumJoints> origin = d_joints + skin.offset;
-  for (int j = kNumJoints - 1; j >= 0; --j) {
-    const Eigen::Matrix3d& R = state.local_rotation[j];
-    Eigen::Matrix3d& world = skin.world[j];
-    world.noalias() -= skin.offset.col(j) * J.col(j).transpose();
-    gradient.rest_joints.col(j).noalias() -=
-        state.world_rotation[j].transpose() * skin.offset.col(j);
-    const int parent = kJointParents[static_cast<std::size_t>(j)];
-    if (parent < 0) {
-      skin.local[j] += world;
-      gradient.trans = origin.col(j);
-      gradient.rest_joints.col(j) += origin.col(j);
-    } else {
-      const Eigen::Matrix3d from_world = state.world_rotation[parent].transpose();
-      skin.local[j].noalias() += from_world * world;
-      skin.world[parent].noalias() += world * R.transpose();
-      skin.world[parent].noalias() += origin.col(j) * (J.col(j) - J.col(parent)).transpose();
-      origin.col(parent) += origin.col(j);
-      const Eigen::Vector3d along = from_world * origin.col(j);
-      gradient.rest_joints.col(j) += along;
-      gradient.rest_joints.col(parent) -= along;
-    }
-    gradient.pose.col(j) = ByAxisAngle(skin.local[j], R, state.pose.col(j));
-  }
 }
 
 Eigen::VectorXd ShapeGradient(const BodySurface& surface, const Eigen::Matrix3Xd& rest_vertices,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <span>
 
 #include <Eigen/Core>
@@ -28,18 +27,6 @@ void VertexAdjoint(const BodySurface& surface, const BodyState& state,
                    const Eigen::Ref<const Eigen::Matrix3Xd>& d_vertices,
                    const Eigen::Ref<const Eigen::Matrix<double, 3, kNumJoints>>& d_joints,
                    BodyGradient& gradient);
-
-/// Derivatives passed from skinning and pose blend shapes to the joints: with respect to G_j^R
-/// without the part through A_j^t, to R_j, and to A_j^t.
-struct SkinGradient {
-  std::array<Eigen::Matrix3d, kNumJoints> world, local;
-  Eigen::Matrix<double, 3, kNumJoints> offset;
-};
-
-/// Second half of VertexAdjoint, from `skin` down the tree: everything but rest_vertices.
-void JointAdjoint(const BodySurface& surface, const BodyState& state, SkinGradient& skin,
-                  const Eigen::Ref<const Eigen::Matrix<double, 3, kNumJoints>>& d_joints,
-                  BodyGradient& gradient);
 
 /// Derivatives with respect to the first `count` betas, from those of rest_vertices and rest_joints
 /// (or their sums over frames). Zero for a subject's own surface and beyond the model's shape.

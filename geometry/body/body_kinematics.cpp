@@ -16,18 +16,6 @@
 namespace holdfast {
 namespace {
 
-// d vec(R) / d w (9 x 3, R row-major) for R = exp([w]x): column m is vec([Jl e_m]x R).
-Eigen::Matrix<double, 9, 3> RotationJacobian(const Eigen::Vector3d& w, const Eigen::Matrix3d& R) {
-  const Eigen::Matrix3d left_jacobian = LeftJacobianSO3(w);
-  Eigen::Matrix<double, 9, 3> J;
-  for (int m = 0; m < 3; ++m) {
-    const Eigen::Vector3d omega = left_jacobian.col(m);
-    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> dR = Skew(omega) * R;
-    J.col(m) = dR.reshaped<Eigen::RowMajor>();
-  }
-  return J;
-}
-
 // World rotation axes of joint j per unit of its axis-angle: G_parent Jl(theta_j).
 Eigen::Matrix3d WorldAxes(const BodyState& state, int joint) {
   const Eigen::Matrix3d left_jacobian = LeftJacobianSO3(state.pose.col(joint));
@@ -44,6 +32,17 @@ std::array<int, kNumJoints> ColumnOfJoint(std::span<const int> joints) {
 }
 
 }  // namespace
+
+Eigen::Matrix<double, 9, 3> RotationJacobian(const Eigen::Matrix3d& left_jacobian,
+                                             const Eigen::Matrix3d& R) {
+  Eigen::Matrix<double, 9, 3> J;
+  for (int m = 0; m < 3; ++m) {
+    const Eigen::Vector3d omega = left_jacobian.col(m);
+    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> dR = Skew(omega) * R;
+    J.col(m) = dR.reshaped<Eigen::RowMajor>();
+  }
+  return J;
+}
 
 void ForwardJoints(const Eigen::Matrix3Xd& rest_joints, const JointPose& pose,
                    const Eigen::Vector3d& trans, BodyState& state) {
@@ -64,18 +63,23 @@ void ForwardJoints(const Eigen::Matrix3Xd& rest_joints, const JointPose& pose,
   }
 }
 
+void BodySurface::PoseDirBlock::AddTo(Eigen::Matrix3Xd& posed,
+                                      const Eigen::Matrix3d& rotation) const {
+  const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> difference =
+      rotation - Eigen::Matrix3d::Identity();
+  const Eigen::Map<const Eigen::Matrix<double, 9, 1>> feature(difference.data());
+  for (std::size_t k = 0; k < vertices.size(); ++k) {
+    posed.col(vertices[k]).noalias() +=
+        dirs.middleRows<3>(3 * static_cast<Eigen::Index>(k)) * feature;
+  }
+}
+
 void Forward(const BodySurface& surface, const JointPose& pose, const Eigen::Vector3d& trans,
              BodyState& state) {
   ForwardJoints(surface.RestJoints(), pose, trans, state);
   state.posed_rest = surface.RestVertices();
   for (const BodySurface::PoseDirBlock& block : surface.PoseDirs()) {
-    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> difference =
-        state.local_rotation[block.joint] - Eigen::Matrix3d::Identity();
-    const Eigen::Map<const Eigen::Matrix<double, 9, 1>> feature(difference.data());
-    for (std::size_t k = 0; k < block.vertices.size(); ++k) {
-      state.posed_rest.col(block.vertices[k]).noalias() +=
-          block.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(k)) * feature;
-    }
+    block.AddTo(state.posed_rest, state.local_rotation[block.joint]);
   }
   const int n = surface.NumVertices();
   state.vertices.resize(3, n);
@@ -136,8 +140,8 @@ void VertexJacobian(const BodySurface& surface, const BodyState& state, std::spa
 
   for (const BodySurface::PoseDirBlock& block : surface.PoseDirs()) {
     if (column[block.joint] < 0) continue;
-    const Eigen::Matrix<double, 9, 3> J_rotation =
-        RotationJacobian(state.pose.col(block.joint), state.local_rotation[block.joint]);
+    const Eigen::Matrix<double, 9, 3> J_rotation = RotationJacobian(
+        LeftJacobianSO3(state.pose.col(block.joint)), state.local_rotation[block.joint]);
     for (std::size_t k = 0; k < block.vertices.size(); ++k) {
       const int i = block.vertices[k];
       Eigen::Matrix3d blend = Eigen::Matrix3d::Zero();

@@ -18,9 +18,6 @@ constexpr int kManoJoints = 1 + kJointsPerHand;
 constexpr std::string_view kTreesRead =
     "Give a model with SMPL-X's 55-joint tree, SMPL-H's 52-joint tree or MANO's 16-joint tree";
 
-constexpr std::array<ModelKind, 4> kKinds = {ModelKind::kSmplx, ModelKind::kSmplh,
-                                             ModelKind::kManoRight, ModelKind::kManoLeft};
-
 BodyLayout MakeSmplx() {
   BodyLayout layout{ModelKind::kSmplx, {}, {}};
   for (int j = 0; j < kNumJoints; ++j) {
@@ -71,24 +68,8 @@ int FirstForeignJoint(const BodyLayout& layout, std::span<const std::int64_t> pa
 }  // namespace
 
 std::string_view ModelKindName(ModelKind kind) {
-  switch (kind) {
-    case ModelKind::kSmplx:
-      return "smplx";
-    case ModelKind::kSmplh:
-      return "smplh";
-    case ModelKind::kManoRight:
-      return "mano_right";
-    case ModelKind::kManoLeft:
-      return "mano_left";
-  }
-  return "";
-}
-
-std::optional<ModelKind> FindModelKind(std::string_view name) {
-  for (const ModelKind kind : kKinds) {
-    if (ModelKindName(kind) == name) return kind;
-  }
-  return std::nullopt;
+  constexpr std::array<std::string_view, 4> kNames = {"smplx", "smplh", "mano_right", "mano_left"};
+  return kNames[static_cast<std::size_t>(kind)];
 }
 
 std::optional<Side> LoneHand(ModelKind kind) {

@@ -24,7 +24,6 @@ enum class ModelKind {
 };
 
 std::string_view ModelKindName(ModelKind kind);  ///< smplx, smplh, mano_right, mano_left
-std::optional<ModelKind> FindModelKind(std::string_view name);
 
 /// Returns the side of a hand-only model; nothing for whole bodies.
 std::optional<Side> LoneHand(ModelKind kind);

@@ -120,7 +120,7 @@ BodyModel::BodyModel(std::shared_ptr<const BodyModelParts> parts, Eigen::Matrix3
     : parts_(std::move(parts)), v_template_(std::move(v_template)), is_subject_(true) {}
 
 std::shared_ptr<const BodyModel> BodyModel::Load(const std::filesystem::path& path) {
-  BodyModelParts parts = ReadBodyModel(BodyModelFields(path), path.stem().string());
+  BodyModelParts parts = ReadBodyModel(path);
   parts.source = path.string();
   return std::make_shared<const BodyModel>(std::move(parts));
 }
@@ -137,8 +137,8 @@ std::string BodyModel::ShapeNote() const {
 std::shared_ptr<const BodyModel> BodyModel::Default() {
   static const auto model = [] {
     const EmbeddedFile file = FindEmbedded(fmt::format("body/{}.npz", kDefaultName));
-    return std::make_shared<const BodyModel>(ReadBodyModel(
-        BodyModelFields(NpzReader(file.bytes, std::string(file.name))), std::string(kDefaultName)));
+    return std::make_shared<const BodyModel>(
+        ReadBodyModel(NpzReader(file.bytes, std::string(file.name)), std::string(kDefaultName)));
   }();
   return model;
 }

@@ -63,10 +63,10 @@ struct BodyModelParts {
   std::vector<int> pose_joints;            ///< joints; nine columns each multiply R - I, row-major
   std::vector<SparseRow> joint_regressor;  ///< per joint: vertices
   std::vector<SparseRow> weights;          ///< per vertex: joints
-  Eigen::Matrix<double, kHandDofs, 1> right_hand_mean, left_hand_mean;
-  Eigen::MatrixXd right_hand_components,
-      left_hand_components;                        ///< (n x 45), one per row; may be empty
-  std::vector<int> right_hand_ids, left_hand_ids;  ///< ascending; empty if the model lacks the hand
+  /// By Side.
+  std::array<Eigen::Matrix<double, kHandDofs, 1>, 2> hand_mean;
+  std::array<Eigen::MatrixXd, 2> hand_components;  ///< (n x 45), one per row; may be empty
+  std::array<std::vector<int>, 2> hand_ids;        ///< ascending; empty if the model lacks the hand
   bool shape_x_corrected = false;                  ///< see BodyModel::ShapeNote
   std::string source;  ///< the file path as given, for messages; may be empty
 };
@@ -123,17 +123,17 @@ class BodyModel {
   const Eigen::Matrix3Xd& Template() const { return v_template_; }
   /// Zero if the file has no mean.
   const Eigen::Matrix<double, kHandDofs, 1>& HandMean(Side side) const {
-    return side == Side::kRight ? parts_->right_hand_mean : parts_->left_hand_mean;
+    return parts_->hand_mean[static_cast<std::size_t>(side)];
   }
   /// Principal components of hand poses (n x 45), one per row; no rows if the file has none.
   const Eigen::MatrixXd& HandComponents(Side side) const {
-    return side == Side::kRight ? parts_->right_hand_components : parts_->left_hand_components;
+    return parts_->hand_components[static_cast<std::size_t>(side)];
   }
   /// Vertices of a hand, ascending: the ids in the file if present; for a 10,475-vertex SMPL-X the
   /// published MANO sets; for a MANO model all vertices; otherwise all vertices with more than half
   /// their weight on wrist and fingers.
   const std::vector<int>& HandVertexIds(Side side) const {
-    return side == Side::kRight ? parts_->right_hand_ids : parts_->left_hand_ids;
+    return parts_->hand_ids[static_cast<std::size_t>(side)];
   }
   const std::string& Name() const { return parts_->name; }  ///< file name, for reports
   /// The file path as given, for messages; the name if there is none.
@@ -185,6 +185,9 @@ class BodySurface {
     int joint;                  ///< 1..54
     std::vector<int> vertices;  ///< m vertices of the subset, ascending
     Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> dirs;  ///< (3m x 9), R - I row-major
+
+    /// Adds the displacements for the joint's local rotation to the surface's vertices (3 x n).
+    void AddTo(Eigen::Matrix3Xd& posed, const Eigen::Matrix3d& rotation) const;
   };
   /// Blocks with any non-zero entry, by joint: dense for SMPL-X, local for the default body.
   const std::vector<PoseDirBlock>& PoseDirs() const { return pose_dirs_; }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <future>
 #include <span>
+#include <string_view>
+#include <utility>
 #include <variant>
 
 #include <fmt/format.h>
@@ -18,6 +20,53 @@ namespace holdfast {
 namespace {
 
 using HandVector = Eigen::Matrix<double, kHandDofs, 1>;
+
+// The arrays of a body model file by name.
+class BodyModelFields {
+ public:
+  // Throws Error for a missing file or a format without named arrays.
+  explicit BodyModelFields(const std::filesystem::path& path)
+      : file_(path.string()), source_(Open(path)) {}
+  explicit BodyModelFields(NpzReader archive)
+      : file_(archive.Path().string()), source_(std::move(archive)) {}
+
+  const std::string& File() const { return file_; }
+  bool Has(std::string_view key) const {
+    return std::visit([&](const auto& file) { return file.Has(key); }, source_);
+  }
+  // Throws Error for a missing field (listing the available ones) and a non-numeric field.
+  NpyMember Read(std::string_view key) const {
+    if (const auto* archive = std::get_if<NpzReader>(&source_)) return archive->Read(key);
+    return std::get<DataFile>(source_)[key].Array();
+  }
+  // Returns doubles in C order. Throws Error unless of this shape (-1 matches any) and finite.
+  std::vector<double> ReadFinite(std::string_view key,
+                                 const std::vector<std::ptrdiff_t>& shape) const {
+    const NpyMember member = Read(key);
+    member.RequireShape(shape);
+    std::vector<double> values = member.AsDoubles();
+    if (const auto bad = FirstBeyond(std::span<const double>(values), kMaxMeters)) {
+      throw Error(member.where, fmt::format("holds {} at element {}", values[*bad], *bad),
+                  "The model file is damaged: get it again");
+    }
+    return values;
+  }
+
+ private:
+  using Source = std::variant<NpzReader, DataFile>;
+
+  static Source Open(const std::filesystem::path& path) {
+    // Torch archives are also zip files; a .npz has the arrays as members.
+    if (ByteSource(path).Head(2) == "PK") {
+      NpzReader archive(path);
+      if (!archive.Keys().empty()) return Source(std::move(archive));
+    }
+    return Source(DataFile(path));
+  }
+
+  std::string file_;
+  Source source_;
+};
 
 ModelKind ReadKind(const BodyModelFields& fields) {
   const NpyMember member = fields.Read("kintree_table");
@@ -66,20 +115,18 @@ void ReadShape(const BodyModelFields& fields, BodyModelParts& parts) {
   }
 }
 
-// Stretch of the rest surface by each direction along x, y and z (a column per direction), and the
-// fraction of all displacements that this stretch explains.
-struct ShapeStrain {
-  Eigen::Matrix3Xd stretch;
-  double explained = 0;
-};
-
-ShapeStrain MeasureStrain(const BodyModelParts& parts) {
+// Hand size is the main variation between people: over the directions, scaled by their variation, a
+// longer hand is also wider and thicker. In MANO_LEFT.pkl as published x is anticorrelated with y
+// and z, because its shapedirs were mirrored without a change of sign.
+bool XGoesAgainstYAndZ(const BodyModelParts& parts) {
+  constexpr double kMinExplained = 0.25, kMinCorrelation = 0.2;
   const Eigen::Matrix3Xd rest =
       parts.v_template.colwise() - parts.v_template.rowwise().mean().eval();
   const auto directions = static_cast<Eigen::Index>(parts.shape_dirs.Columns());
   const Eigen::Index vertices = rest.cols();
-  ShapeStrain strain;
-  strain.stretch.setZero(3, directions);
+  // Stretch of the rest surface by each direction along x, y and z (a column per direction), and
+  // how much of all displacements this stretch explains.
+  Eigen::Matrix3Xd stretch = Eigen::Matrix3Xd::Zero(3, directions);
   double explained = 0, all = 0;
   for (Eigen::Index c = 0; c < 3; ++c) {
     Eigen::MatrixXd moved(directions, vertices);
@@ -89,35 +136,18 @@ ShapeStrain MeasureStrain(const BodyModelParts& parts) {
     }
     moved.colwise() -= moved.rowwise().mean().eval();
     const double extent = rest.row(c).squaredNorm();
-    if (extent == 0) return {};
-    strain.stretch.row(c) = (moved * rest.row(c).transpose()).transpose() / extent;
-    explained += extent * strain.stretch.row(c).squaredNorm();
+    if (extent == 0) return false;
+    stretch.row(c) = (moved * rest.row(c).transpose()).transpose() / extent;
+    explained += extent * stretch.row(c).squaredNorm();
     all += moved.squaredNorm();
   }
-  strain.explained = all > 0 ? explained / all : 0;
-  return strain;
-}
-
-// Hand size is the main variation between people: over the directions, scaled by their variation, a
-// longer hand is also wider and thicker. In MANO_LEFT.pkl as published x is anticorrelated with y
-// and z, because its shapedirs were mirrored without a change of sign.
-bool XGoesAgainstYAndZ(const BodyModelParts& parts) {
-  constexpr double kMinExplained = 0.25, kMinCorrelation = 0.2;
-  const ShapeStrain strain = MeasureStrain(parts);
-  if (strain.explained < kMinExplained) return false;
+  if (!(all > 0) || explained / all < kMinExplained) return false;
   const auto correlation = [&](Eigen::Index a, Eigen::Index b) {
-    const double lengths = strain.stretch.row(a).norm() * strain.stretch.row(b).norm();
-    return lengths > 0 ? strain.stretch.row(a).dot(strain.stretch.row(b)) / lengths : 0.0;
+    const double lengths = stretch.row(a).norm() * stretch.row(b).norm();
+    return lengths > 0 ? stretch.row(a).dot(stretch.row(b)) / lengths : 0.0;
   };
   return correlation(0, 1) < -kMinCorrelation && correlation(0, 2) < -kMinCorrelation &&
          correlation(1, 2) > kMinCorrelation;
-}
-
-// Nine columns for each joint but the root.
-LinearBasis ReadPoseDirs(const BodyModelFields& fields, const BodyLayout& layout,
-                         int num_vertices) {
-  return LinearBasis(fields.Read("posedirs"), num_vertices,
-                     9 * (static_cast<std::ptrdiff_t>(layout.joint_of_native.size()) - 1));
 }
 
 std::vector<SparseRow> ReadRegressor(const BodyModelFields& fields, const BodyLayout& layout,
@@ -193,8 +223,27 @@ std::vector<int> ReadHandIds(const BodyModelFields& fields, Side side, int num_v
     }
     ids.push_back(static_cast<int>(id));
   }
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  std::ranges::sort(ids);
+  ids.erase(std::ranges::unique(ids).begin(), ids.end());
+  return ids;
+}
+
+// The 778 vertices of SMPL-X that are MANO's, ascending (the published correspondence): a range of
+// ids without the vertices that MANO lacks.
+std::vector<int> SmplxHandVertices(Side side) {
+  static constexpr int kRightMissing[] = {7452, 7453, 7454, 7455, 7457, 7458, 7460,
+                                          7461, 7462, 7497, 7498, 7557, 7559, 7580,
+                                          7584, 7591, 7592, 7593, 7594, 7636};
+  static constexpr int kLeftMissing[] = {4716, 4717, 4718, 4719, 4721, 4722, 4724, 4725,
+                                         4726, 4761, 4762, 4821, 4823, 4844, 4848, 4855,
+                                         4856, 4857, 4858, 4900, 5349, 5350};
+  const bool right = side == Side::kRight;
+  const std::span<const int> missing =
+      right ? std::span<const int>(kRightMissing) : std::span<const int>(kLeftMissing);
+  std::vector<int> ids;
+  for (int v = right ? 7331 : 4595; v <= (right ? 8128 : 5394); ++v) {
+    if (std::ranges::count(missing, v) == 0) ids.push_back(v);
+  }
   return ids;
 }
 
@@ -210,8 +259,7 @@ std::vector<int> HandIds(const BodyModelFields& fields, Side side, const BodyMod
   for (int v = 0; v < num_vertices; ++v) {
     double on_hand = 0.0;
     for (const auto& [joint, w] : parts.weights[static_cast<std::size_t>(v)]) {
-      const bool finger = joint >= HandBegin(side) && joint < HandBegin(side) + kJointsPerHand;
-      if (finger || joint == WristJoint(side)) on_hand += w;
+      if (IsFinger(joint, side) || joint == WristJoint(side)) on_hand += w;
     }
     if (on_hand > 0.5) ids.push_back(v);
   }
@@ -221,9 +269,9 @@ std::vector<int> HandIds(const BodyModelFields& fields, Side side, const BodyMod
 // MANO files of both sides differ only in geometry; if that is flat, the name decides.
 ModelKind SideOfMano(const BodyModelFields& fields, const Eigen::Matrix3Xd& v_template,
                      std::string name) {
-  const std::vector<SparseRow> regressor =
-      ReadRegressor(fields, LayoutOf(ModelKind::kManoRight), static_cast<int>(v_template.cols()));
   const BodyLayout& layout = LayoutOf(ModelKind::kManoRight);
+  const std::vector<SparseRow> regressor =
+      ReadRegressor(fields, layout, static_cast<int>(v_template.cols()));
   Eigen::Matrix3Xd joints =
       Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(layout.joint_of_native.size()));
   for (Eigen::Index k = 0; k < joints.cols(); ++k) {
@@ -248,9 +296,7 @@ ModelKind SideOfMano(const BodyModelFields& fields, const Eigen::Matrix3Xd& v_te
   return *side == Side::kRight ? ModelKind::kManoRight : ModelKind::kManoLeft;
 }
 
-}  // namespace
-
-BodyModelParts ReadBodyModel(const BodyModelFields& fields, std::string name) {
+BodyModelParts ReadParts(const BodyModelFields& fields, std::string name) {
   BodyModelParts parts;
   parts.kind = ReadKind(fields);
   const std::vector<double> positions = fields.ReadFinite("v_template", {-1, 3});
@@ -268,7 +314,9 @@ BodyModelParts ReadBodyModel(const BodyModelFields& fields, std::string name) {
   std::future<LinearBasis> pose_dirs;
   if (fields.Has("posedirs")) {
     parts.pose_joints.assign(layout.joint_of_native.begin() + 1, layout.joint_of_native.end());
-    pose_dirs = std::async([&] { return ReadPoseDirs(fields, layout, num_vertices); });
+    pose_dirs = std::async([&, columns = 9 * std::ssize(parts.pose_joints)] {
+      return LinearBasis(fields.Read("posedirs"), num_vertices, columns);
+    });
   }
   parts.faces = ReadFaces(fields, num_vertices);
   ReadShape(fields, parts);
@@ -281,92 +329,26 @@ BodyModelParts ReadBodyModel(const BodyModelFields& fields, std::string name) {
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const std::optional<Side> lone = LoneHand(parts.kind);
     const bool has_pose = !lone || *lone == side;
-    const bool right = side == Side::kRight;
+    const auto h = static_cast<std::size_t>(side);
     const std::string mean = HandField("hands_mean", side, parts.kind);
     const std::string components = HandField("hands_components", side, parts.kind);
-    (right ? parts.right_hand_mean : parts.left_hand_mean) =
-        has_pose ? ReadHandMean(fields, mean) : HandVector::Zero();
-    (right ? parts.right_hand_components : parts.left_hand_components) =
+    parts.hand_mean[h] = has_pose ? ReadHandMean(fields, mean) : HandVector::Zero();
+    parts.hand_components[h] =
         has_pose ? ReadHandComponents(fields, components) : Eigen::MatrixXd(0, kHandDofs);
-    (right ? parts.right_hand_ids : parts.left_hand_ids) = HandIds(fields, side, parts);
+    parts.hand_ids[h] = HandIds(fields, side, parts);
   }
   if (pose_dirs.valid()) parts.pose_dirs = pose_dirs.get();
   return parts;
 }
 
-namespace {
-
-bool IsZip(const std::filesystem::path& path) { return ByteSource(path).Head(2) == "PK"; }
-
 }  // namespace
 
-struct BodyModelFields::Source {
-  std::variant<NpzReader, DataFile> file;
-};
-
-BodyModelFields::BodyModelFields(const std::filesystem::path& path) : file_(path.string()) {
-  // Torch archives are also zip files; a .npz has the arrays as members.
-  if (IsZip(path)) {
-    NpzReader archive(path);
-    if (!archive.Keys().empty()) {
-      source_ = std::make_unique<const Source>(Source{std::move(archive)});
-      return;
-    }
-  }
-  source_ = std::make_unique<const Source>(Source{DataFile(path)});
+BodyModelParts ReadBodyModel(const std::filesystem::path& path) {
+  return ReadParts(BodyModelFields(path), path.stem().string());
 }
 
-BodyModelFields::BodyModelFields(NpzReader archive)
-    : file_(archive.Path().string()),
-      source_(std::make_unique<const Source>(Source{std::move(archive)})) {}
-
-BodyModelFields::~BodyModelFields() = default;
-BodyModelFields::BodyModelFields(BodyModelFields&&) noexcept = default;
-
-bool BodyModelFields::Has(std::string_view key) const {
-  return std::visit([&](const auto& file) { return file.Has(key); }, source_->file);
-}
-
-NpyMember BodyModelFields::Read(std::string_view key) const {
-  if (const auto* archive = std::get_if<NpzReader>(&source_->file)) return archive->Read(key);
-  return std::get<DataFile>(source_->file)[key].Array();
-}
-
-std::vector<double> BodyModelFields::ReadFinite(std::string_view key,
-                                                const std::vector<std::ptrdiff_t>& shape) const {
-  const NpyMember member = Read(key);
-  member.RequireShape(shape);
-  std::vector<double> values = member.AsDoubles();
-  if (const auto bad = FirstBeyond(std::span<const double>(values), kMaxMeters)) {
-    throw Error(member.where, fmt::format("holds {} at element {}", values[*bad], *bad),
-                "The model file is damaged: get it again");
-  }
-  return values;
-}
-
-std::string_view BodyModelFields::FirstOf(std::initializer_list<std::string_view> keys) const {
-  for (const std::string_view key : keys) {
-    if (Has(key)) return key;
-  }
-  return {};
-}
-
-// A range of ids without the vertices that MANO lacks.
-std::vector<int> SmplxHandVertices(Side side) {
-  static constexpr int kRightMissing[] = {7452, 7453, 7454, 7455, 7457, 7458, 7460,
-                                          7461, 7462, 7497, 7498, 7557, 7559, 7580,
-                                          7584, 7591, 7592, 7593, 7594, 7636};
-  static constexpr int kLeftMissing[] = {4716, 4717, 4718, 4719, 4721, 4722, 4724, 4725,
-                                         4726, 4761, 4762, 4821, 4823, 4844, 4848, 4855,
-                                         4856, 4857, 4858, 4900, 5349, 5350};
-  const bool right = side == Side::kRight;
-  const std::span<const int> missing =
-      right ? std::span<const int>(kRightMissing) : std::span<const int>(kLeftMissing);
-  std::vector<int> ids;
-  for (int v = right ? 7331 : 4595; v <= (right ? 8128 : 5394); ++v) {
-    if (std::find(missing.begin(), missing.end(), v) == missing.end()) ids.push_back(v);
-  }
-  return ids;
+BodyModelParts ReadBodyModel(NpzReader archive, std::string name) {
+  return ReadParts(BodyModelFields(std::move(archive)), std::move(name));
 }
 
 }  // namespace holdfast

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/body/body_kinematics.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 
@@ -151,24 +152,18 @@ HandModel::HandModel(std::shared_ptr<const BodyModel> model, const Eigen::Vector
   }
 
   for (const BodySurface::PoseDirBlock& block : surface_.PoseDirs()) {
-    const int k = finger_joint(block.joint);
-    if (k < 0) continue;
+    if (finger_joint(block.joint) < 0) continue;
     for (int g = 0; g < static_cast<int>(groups_.size()); ++g) {
-      FingerDirs part{k, g, {}, {}};
-      std::vector<std::size_t> rows;
-      for (std::size_t m = 0; m < block.vertices.size(); ++m) {
-        const Place& place = PlaceOf(block.vertices[m]);
-        if (place.group != g) continue;
-        part.member.push_back(place.member);
-        rows.push_back(m);
+      BodySurface::PoseDirBlock part{block.joint, {}, {}};
+      std::vector<int> rows;
+      for (int m = 0; m < static_cast<int>(block.vertices.size()); ++m) {
+        if (PlaceOf(block.vertices[m]).group != g) continue;
+        part.vertices.push_back(block.vertices[m]);
+        rows.insert(rows.end(), {3 * m, 3 * m + 1, 3 * m + 2});
       }
       if (rows.empty()) continue;
-      part.dirs.resize(3 * static_cast<Eigen::Index>(rows.size()), 9);
-      for (std::size_t r = 0; r < rows.size(); ++r) {
-        part.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(r)) =
-            block.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(rows[r]));
-      }
-      finger_dirs_.push_back(std::move(part));
+      part.dirs = block.dirs(rows, Eigen::all);
+      finger_dirs_.emplace_back(g, std::move(part));
     }
   }
 }
@@ -193,14 +188,8 @@ void HandState::SetBody(const JointPose& pose, const Eigen::Vector3d& trans) {
   body_.pose.middleCols<kJointsPerHand>(first_).setConstant(std::nan(""));
   base_ = hand_->surface_.RestVertices();
   for (const BodySurface::PoseDirBlock& block : hand_->surface_.PoseDirs()) {
-    if (block.joint >= first_ && block.joint < first_ + kJointsPerHand) continue;
-    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> difference =
-        body_.local_rotation[block.joint] - Eigen::Matrix3d::Identity();
-    const Eigen::Map<const Eigen::Matrix<double, 9, 1>> feature(difference.data());
-    for (std::size_t k = 0; k < block.vertices.size(); ++k) {
-      base_.col(block.vertices[k]).noalias() +=
-          block.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(k)) * feature;
-    }
+    if (IsFinger(block.joint, hand_->HandSide())) continue;
+    block.AddTo(base_, body_.local_rotation[block.joint]);
   }
 }
 
@@ -237,16 +226,8 @@ void HandState::Evaluate(const FingerPose& fingers, bool with_jacobian) {
     if (!moves[g] || all) continue;
     for (const int i : group.vertices) posed_rest_.col(i) = base_.col(i);
   }
-  for (const HandModel::FingerDirs& part : hand_->finger_dirs_) {
-    if (!moves[part.group]) continue;
-    const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> difference =
-        body_.local_rotation[first_ + part.finger_joint] - Eigen::Matrix3d::Identity();
-    const Eigen::Map<const Eigen::Matrix<double, 9, 1>> feature(difference.data());
-    const std::vector<int>& vertices = hand_->groups_[part.group].vertices;
-    for (std::size_t r = 0; r < part.member.size(); ++r) {
-      posed_rest_.col(vertices[part.member[r]]).noalias() +=
-          part.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(r)) * feature;
-    }
+  for (const auto& [group, block] : hand_->finger_dirs_) {
+    if (moves[group]) block.AddTo(posed_rest_, body_.local_rotation[block.joint]);
   }
   const SkinnedPose pose{surface.AllWeights().data(),
                          surface.WeightBegin().data(),
@@ -308,23 +289,19 @@ void HandState::EvaluateJacobians() {
     }
   }
 
-  for (const HandModel::FingerDirs& part : hand_->finger_dirs_) {
-    const int k = part.finger_joint;
-    Eigen::Matrix<double, 9, 3> J_rotation;
-    for (int c = 0; c < 3; ++c) {
-      const Eigen::Vector3d omega = left_jacobian[k].col(c);
-      const Eigen::Matrix<double, 3, 3, Eigen::RowMajor> dR =
-          Skew(omega) * body_.local_rotation[first_ + k];
-      J_rotation.col(c) = Eigen::Map<const Eigen::Matrix<double, 9, 1>>(dR.data());
-    }
-    const HandModel::Group& group = hand_->groups_[part.group];
-    const auto it = std::lower_bound(group.joints.begin(), group.joints.end(), k);
-    const auto column = static_cast<Eigen::Index>(3 * (it - group.joints.begin()));
-    for (std::size_t r = 0; r < part.member.size(); ++r) {
+  for (const auto& [group, block] : hand_->finger_dirs_) {
+    const int k = block.joint - first_;
+    const Eigen::Matrix<double, 9, 3> J_rotation =
+        RotationJacobian(left_jacobian[k], body_.local_rotation[block.joint]);
+    const std::vector<int>& joints = hand_->groups_[group].joints;
+    const auto column =
+        static_cast<Eigen::Index>(3 * (std::ranges::lower_bound(joints, k) - joints.begin()));
+    for (std::size_t r = 0; r < block.vertices.size(); ++r) {
+      const int vertex = block.vertices[r];
       const Eigen::Matrix3d moved =
-          part.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(r)) * J_rotation;
-      jacobians_[part.group].block<3, 3>(3 * part.member[r], column).noalias() +=
-          blend_[group.vertices[part.member[r]]] * moved;
+          block.dirs.middleRows<3>(3 * static_cast<Eigen::Index>(r)) * J_rotation;
+      jacobians_[group].block<3, 3>(3 * hand_->PlaceOf(vertex).member, column).noalias() +=
+          blend_[vertex] * moved;
     }
   }
 }
@@ -350,8 +327,7 @@ std::vector<int> StrongestHandJoints(const BodySurface& surface, Side side) {
     int joint = WristJoint(side);
     double most = 0.0;
     for (const auto& [j, weight] : surface.Weights(v)) {
-      const bool is_finger = j >= HandBegin(side) && j < HandBegin(side) + kJointsPerHand;
-      if ((is_finger || j == WristJoint(side)) && weight > most) {
+      if ((IsFinger(j, side) || j == WristJoint(side)) && weight > most) {
         joint = j;
         most = weight;
       }

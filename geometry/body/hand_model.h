@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -48,19 +49,12 @@ class HandModel {
  private:
   friend class HandState;
 
-  // Pose blend shapes of one finger joint on one group: 3 rows per vertex that it moves.
-  struct FingerDirs {
-    int finger_joint;
-    int group;
-    std::vector<int> member;  // index into the group's vertices
-    Eigen::Matrix<double, Eigen::Dynamic, 9, Eigen::RowMajor> dirs;
-  };
-
   Side side_;
   BodySurface surface_;
   std::vector<Group> groups_;
   std::vector<Place> places_;  // per vertex
-  std::vector<FingerDirs> finger_dirs_;
+  // Pose blend shapes of one finger joint on the vertices of one group.
+  std::vector<std::pair<int, BodySurface::PoseDirBlock>> finger_dirs_;
 };
 
 /// Scratch and result for one hand; one per thread, reused from frame to frame. No allocation after

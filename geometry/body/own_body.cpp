@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 #include <span>
+#include <tuple>
 
 #include <Eigen/Geometry>
 
@@ -23,8 +24,7 @@ constexpr int kFacesPerLeaf = 8;
 double ShareOfArm(const BodySurface& body, int vertex, Side side, int first) {
   double share = 0.0;
   for (const auto& [joint, weight] : body.Weights(vertex)) {
-    const bool finger = joint >= HandBegin(side) && joint < HandBegin(side) + kJointsPerHand;
-    bool arm = finger;
+    bool arm = IsFinger(joint, side);
     for (int k = first; k < 3; ++k) arm = arm || joint == WristJoint(side) - 4 + 2 * k;
     if (arm) share += weight;
   }
@@ -102,16 +102,8 @@ struct OwnBody::Tree {
         vertex_rim[low] = vertex_rim[high] = true;
       }
     });
-    around_begin.assign(static_cast<std::size_t>(num_vertices) + 1, 0);
-    for (const Eigen::Vector3i& f : faces) {
-      for (const int v : f) ++around_begin[v + 1];
-    }
-    std::partial_sum(around_begin.begin(), around_begin.end(), around_begin.begin());
-    around.resize(3 * faces.size());
-    std::vector<int> next(around_begin.begin(), around_begin.end() - 1);
-    for (std::size_t f = 0; f < faces.size(); ++f) {
-      for (const int v : faces[f]) around[next[v]++] = static_cast<int>(f);
-    }
+    std::tie(around_begin, around) = CornersByVertex(table, num_vertices);
+    for (int& corner : around) corner /= 3;
   }
 };
 
@@ -134,12 +126,13 @@ OwnBody::OwnBody(const BodySurface& body, std::uint8_t left_out) {
   tree_ = std::move(tree);
 }
 
-std::vector<int> OwnBody::ForearmAndHand(const BodySurface& body, Side side, double from_elbow_m) {
+std::vector<int> OwnBody::ForearmAndHand(const BodySurface& body, Side side) {
+  constexpr double kFromElbow_m = 0.08;
   const Eigen::Vector3d elbow = body.RestJoints().col(WristJoint(side) - 2);
   std::vector<int> vertices;
   for (int i = 0; i < body.NumVertices(); ++i) {
     if (ShareOfArm(body, i, side, 1) > 0.5 &&
-        (body.RestVertices().col(i) - elbow).norm() >= from_elbow_m) {
+        (body.RestVertices().col(i) - elbow).norm() >= kFromElbow_m) {
       vertices.push_back(i);
     }
   }
@@ -271,7 +264,6 @@ OwnBody::Posed::Posed(const OwnBody& body, const Eigen::Matrix3Xd& vertices,
 }
 
 OwnBody::Posed::~Posed() = default;
-OwnBody::Posed::Posed(Posed&&) noexcept = default;
 
 std::optional<OwnBody::Touch> OwnBody::Posed::Query(const Eigen::Vector3d& point,
                                                     double within_m) const {

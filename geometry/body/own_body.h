@@ -37,7 +37,6 @@ class OwnBody {
     Posed(const OwnBody& body, const Eigen::Matrix3Xd& vertices, const Eigen::Vector3d& low,
           const Eigen::Vector3d& high, double margin_m = 0.1);
     ~Posed();
-    Posed(Posed&&) noexcept;
 
     /// Depth of a point in the body (negative outside), with the nearest skin. Returns nothing if
     /// no skin is within the margin, or if the nearest skin is the rim of an excluded arm.
@@ -50,10 +49,9 @@ class OwnBody {
   };
 
   /// Skin of an arm that must not penetrate the body: vertices that move mostly with elbow, wrist
-  /// or fingers of `side` (forearm and hand), except those within `from_elbow_m` of the elbow in
-  /// the rest pose.
-  static std::vector<int> ForearmAndHand(const BodySurface& body, Side side,
-                                         double from_elbow_m = 0.08);
+  /// or fingers of `side` (forearm and hand), except those within 8 cm of the elbow in the rest
+  /// pose.
+  static std::vector<int> ForearmAndHand(const BodySurface& body, Side side);
 
  private:
   struct Tree;

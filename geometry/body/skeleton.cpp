@@ -36,30 +36,8 @@ int MirrorJoint(int joint) {
   if (joint >= kRightHandBegin) return joint - kJointsPerHand;
   if (joint >= kLeftHandBegin) return joint + kJointsPerHand;
   // Paired body joints are adjacent (left, right) in the list; the spine, head and jaw are single.
-  switch (joint) {
-    case 1:
-    case 4:
-    case 7:
-    case 10:
-    case 13:
-    case 16:
-    case 18:
-    case 20:
-    case 23:
-      return joint + 1;
-    case 2:
-    case 5:
-    case 8:
-    case 11:
-    case 14:
-    case 17:
-    case 19:
-    case 21:
-    case 24:
-      return joint - 1;
-    default:
-      return joint;
-  }
+  const std::string_view name = kJointNames[static_cast<std::size_t>(joint)];
+  return name.starts_with("left_") ? joint + 1 : name.starts_with("right_") ? joint - 1 : joint;
 }
 
 std::string_view SideName(Side side) { return side == Side::kRight ? "right" : "left"; }

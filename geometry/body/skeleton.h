@@ -65,6 +65,9 @@ inline constexpr int HandBegin(Side side) {
 inline constexpr int WristJoint(Side side) {
   return side == Side::kRight ? kRightWrist : kLeftWrist;
 }
+inline constexpr bool IsFinger(int joint, Side side) {
+  return joint >= HandBegin(side) && joint < HandBegin(side) + kJointsPerHand;
+}
 inline constexpr Side OtherSide(Side side) {
   return side == Side::kRight ? Side::kLeft : Side::kRight;
 }

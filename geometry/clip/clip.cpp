@@ -123,14 +123,6 @@ ContactLabels::Matrix ReadLabels(const NpzReader& archive, std::string_view key,
   return labels;
 }
 
-// Copies `part` (3k x T) into joints [begin, begin + k) of each pose.
-void SetJoints(std::vector<JointPose>& pose, int begin, const Eigen::MatrixXd& part) {
-  for (std::size_t t = 0; t < pose.size(); ++t) {
-    pose[t].middleCols(begin, part.rows() / 3) =
-        part.col(static_cast<Eigen::Index>(t)).reshaped(3, part.rows() / 3);
-  }
-}
-
 }  // namespace
 
 Eigen::Isometry3d ObjectTrack::Pose(Eigen::Index frame) const {
@@ -157,7 +149,10 @@ Clip ReadClip(const NpzReader& archive) {
   const auto read_joints = [&](std::string_view key, int begin, int count) {
     const Eigen::MatrixXd part = ReadRows(archive, key, 3 * count);
     RequireLength(archive, key, part.cols(), frames);
-    SetJoints(clip.pose, begin, part);
+    for (std::size_t t = 0; t < clip.pose.size(); ++t) {
+      clip.pose[t].middleCols(begin, count) =
+          part.col(static_cast<Eigen::Index>(t)).reshaped(3, count);
+    }
   };
   if (!archive.Has("root_orient") && archive.Has("poses")) {
     read_joints("poses", 0, kNumJoints);

@@ -22,6 +22,11 @@ namespace holdfast {
 inline constexpr std::uint8_t kHoldsRight = 1;  ///< bits of `holding_hand`
 inline constexpr std::uint8_t kHoldsLeft = 2;
 
+/// Bit of a hand in Clip::holding_hand.
+inline constexpr std::uint8_t HoldingBit(Side side) {
+  return side == Side::kRight ? kHoldsRight : kHoldsLeft;
+}
+
 class NpzReader;
 struct TriangleMesh;
 

@@ -87,8 +87,7 @@ ClipBody BodyOfClip(const std::string& source, const Clip& clip,
 
 void RequireHands(const BodyModel& model, std::uint8_t bits) {
   for (const Side side : {Side::kRight, Side::kLeft}) {
-    const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
-    if ((bits & bit) == 0 || model.HasHand(side)) continue;
+    if ((bits & HoldingBit(side)) == 0 || model.HasHand(side)) continue;
     throw Error(model.Source(), fmt::format("has no {} hand", SideName(side)),
                 model.LoneHand()
                     ? fmt::format("It is a {} hand alone: give a whole body, or that "

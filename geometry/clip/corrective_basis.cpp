@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
@@ -102,12 +103,8 @@ Eigen::MatrixXd SumOverChunks(int num_chunks, Eigen::Index rows, Eigen::Index co
 }
 
 // Principal directions in the space of sampled frames: D^T D = W diag(s^2) W^T, largest first.
-struct Spectrum {
-  Eigen::VectorXd singular_values;
-  Eigen::MatrixXd frames;  // W
-};
-
-Spectrum Decompose(const Eigen::MatrixXd& gram) {
+// Returns s and W.
+std::pair<Eigen::VectorXd, Eigen::MatrixXd> Decompose(const Eigen::MatrixXd& gram) {
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
   const Eigen::VectorXd values = solver.eigenvalues().reverse();
   // Smaller values of the Gram matrix are rounding noise.
@@ -119,12 +116,12 @@ Spectrum Decompose(const Eigen::MatrixXd& gram) {
 // The norm of a frame's residual is an upper bound of its worst vertex, and divided by the root of
 // the number of vertices a lower bound. Returns the smallest K for which `bound` times the residual
 // of every sampled frame is within the tolerance.
-Eigen::Index SizeByResidual(const Spectrum& spectrum, double bound, double tolerance_m) {
-  Eigen::ArrayXd residual = Eigen::ArrayXd::Zero(spectrum.frames.rows());
-  Eigen::Index size = spectrum.singular_values.size();
+Eigen::Index SizeByResidual(const Eigen::VectorXd& singular_values, const Eigen::MatrixXd& frames,
+                            double bound, double tolerance_m) {
+  Eigen::ArrayXd residual = Eigen::ArrayXd::Zero(frames.rows());
+  Eigen::Index size = singular_values.size();
   for (; size > 0; --size) {
-    residual +=
-        (spectrum.singular_values(size - 1) * spectrum.frames.col(size - 1)).array().square();
+    residual += (singular_values(size - 1) * frames.col(size - 1)).array().square();
     if (bound * std::sqrt(residual.maxCoeff()) > tolerance_m) break;
   }
   return size;
@@ -200,20 +197,20 @@ CorrectiveBasis ComputeCorrectiveBasis(const BodySurface& surface, const Clip& c
         sum.selfadjointView<Eigen::Lower>().rankUpdate(d.transpose());
       });
   gram = Eigen::MatrixXd(gram.selfadjointView<Eigen::Lower>());
-  const Spectrum spectrum = Decompose(gram);
+  const auto [singular_values, frames] = Decompose(gram);
 
-  Eigen::Index most =
-      std::min<Eigen::Index>(std::max(max_directions, 0), spectrum.singular_values.size());
+  Eigen::Index most = std::min<Eigen::Index>(std::max(max_directions, 0), singular_values.size());
   // Frames that were not sampled may need further directions.
   if (sampled.size() == all.size()) {
-    most = std::min(most, SizeByResidual(spectrum, 1.0, tolerance_m));
+    most = std::min(most, SizeByResidual(singular_values, frames, 1.0, tolerance_m));
   }
-  const Eigen::Index least = std::min(
-      most, SizeByResidual(spectrum, 1.0 / std::sqrt(3.0 * moved.NumMoved()), tolerance_m));
+  const Eigen::Index least =
+      std::min(most, SizeByResidual(singular_values, frames,
+                                    1.0 / std::sqrt(3.0 * moved.NumMoved()), tolerance_m));
 
   // Orthonormal directions of the moved vertices, then their coefficients in every frame.
-  const Eigen::MatrixXd combine = spectrum.frames.leftCols(most) *
-                                  spectrum.singular_values.head(most).cwiseInverse().asDiagonal();
+  const Eigen::MatrixXd combine =
+      frames.leftCols(most) * singular_values.head(most).cwiseInverse().asDiagonal();
   RowMatrix unit(3 * moved.NumMoved(), most);
   ParallelFor(moved.NumChunks(), threads, [&](int chunk) {
     const RowMatrix d = moved.OfChunk(chunk, sampled_features);

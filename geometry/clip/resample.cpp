@@ -28,92 +28,29 @@ struct Between {
   double share = 0.0;
 };
 
-// Samples translations and rotations at these times, in frames, with curves from `Curve`.
-template <typename Curve>
-Clip AtTimes(const Clip& clip, const std::vector<double>& at, double frame_rate) {
-  const int frames = clip.NumFrames(), count = static_cast<int>(at.size());
-  std::vector<Between> times(at.size());
-  std::vector<int> nearest(at.size());
-  for (int i = 0; i < count; ++i) {
-    times[i].before = std::min(static_cast<int>(at[i] + 1e-9), frames - 1);
-    times[i].after = std::min(times[i].before + 1, frames - 1);
-    times[i].share = std::clamp(at[i] - times[i].before, 0.0, 1.0);
-    if (times[i].share < 1e-9) times[i].share = 0.0;
-    nearest[i] = times[i].share < 0.5 ? times[i].before : times[i].after;
-  }
-  Clip out = clip;
-  out.frame_rate = frame_rate;
-  out.trans = Curve::Points(clip.trans, times);
-  out.pose.resize(count);
-  Matrix3Xd joint(3, frames);
-  for (int j = 0; j < kNumJoints; ++j) {
-    for (int t = 0; t < frames; ++t) joint.col(t) = clip.pose[t].col(j);
-    const Matrix3Xd turned = Curve::Rotations(joint, times);
-    for (int i = 0; i < count; ++i) out.pose[i].col(j) = turned.col(i);
-  }
-  for (const auto& [from, to] :
-       {std::pair{&clip.object, &out.object}, std::pair{&clip.table, &out.table}}) {
-    if (!*from) continue;
-    (*to)->trans = Curve::Points((*from)->trans, times);
-    (*to)->orient = Curve::Rotations((*from)->orient, times);
-  }
-  if (!clip.holding_hand.empty()) {
-    out.holding_hand.resize(count);
-    for (int i = 0; i < count; ++i) out.holding_hand[i] = clip.holding_hand[nearest[i]];
-  }
-  if (clip.contact) {
-    if (clip.contact->object.size() > 0) {
-      out.contact->object = clip.contact->object(Eigen::all, nearest);
-    }
-    if (clip.contact->body.size() > 0) out.contact->body = clip.contact->body(Eigen::all, nearest);
+Matrix3Xd ChordPoints(const Matrix3Xd& x, const std::vector<Between>& times) {
+  Matrix3Xd out(3, times.size());
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const Between& t = times[i];
+    out.col(i) = (1 - t.share) * x.col(t.before) + t.share * x.col(t.after);
   }
   return out;
 }
 
-template <typename Curve>
-Clip ResampleWith(const Clip& clip, double frame_rate) {
-  if (!(frame_rate > 0)) {
-    throw Error("resampling", "the frame rate is not positive", "Give frames per second");
+Matrix3Xd ChordRotations(const Matrix3Xd& x, const std::vector<Between>& times) {
+  Matrix3Xd out(3, times.size());
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const Vector3d a = x.col(times[i].before), b = x.col(times[i].after);
+    if (times[i].share == 0) {
+      out.col(i) = a;
+      continue;
+    }
+    const Matrix3d Ra = ExpSO3(a);
+    const Matrix3d R = Ra * ExpSO3(times[i].share * LogSO3(Ra.transpose() * ExpSO3(b)));
+    out.col(i) = UnwrapAxisAngle(LogSO3(R), a);
   }
-  const int frames = clip.NumFrames();
-  if (frames == 0 || std::abs(frame_rate - clip.frame_rate) < 1e-9) return clip;
-  const double step = clip.frame_rate / frame_rate;
-  const double frames_after = std::floor((frames - 1) / step + 1e-6) + 1;
-  if (!(frames_after <= kMaxFrames)) {
-    throw Error("resampling",
-                fmt::format("{} frames at {:g} Hz would be {:g} at {:g} Hz, more than {:g}", frames,
-                            clip.frame_rate, frames_after, frame_rate, kMaxFrames),
-                "Cut the clip into parts, or check the frame rates");
-  }
-  std::vector<double> at(static_cast<std::size_t>(frames_after));
-  for (std::size_t i = 0; i < at.size(); ++i) at[i] = static_cast<double>(i) * step;
-  return AtTimes<Curve>(clip, at, frame_rate);
+  return out;
 }
-
-struct Chords {
-  static Matrix3Xd Points(const Matrix3Xd& x, const std::vector<Between>& times) {
-    Matrix3Xd out(3, times.size());
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      const Between& t = times[i];
-      out.col(i) = (1 - t.share) * x.col(t.before) + t.share * x.col(t.after);
-    }
-    return out;
-  }
-  static Matrix3Xd Rotations(const Matrix3Xd& x, const std::vector<Between>& times) {
-    Matrix3Xd out(3, times.size());
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      const Vector3d a = x.col(times[i].before), b = x.col(times[i].after);
-      if (times[i].share == 0) {
-        out.col(i) = a;
-        continue;
-      }
-      const Matrix3d Ra = ExpSO3(a);
-      const Matrix3d R = Ra * ExpSO3(times[i].share * LogSO3(Ra.transpose() * ExpSO3(b)));
-      out.col(i) = UnwrapAxisAngle(LogSO3(R), a);
-    }
-    return out;
-  }
-};
 
 // Slopes at the frames from those of the intervals between them (3 x F-1): zero at the ends and
 // where a component reverses, otherwise their mean, limited to three times the smaller one.
@@ -131,53 +68,118 @@ Matrix3Xd Slopes(const Matrix3Xd& stretches) {
   return slopes;
 }
 
-struct Curves {
-  static Matrix3Xd Points(const Matrix3Xd& x, const std::vector<Between>& times) {
-    const Matrix3Xd stretches = x.rightCols(x.cols() - 1) - x.leftCols(x.cols() - 1);
-    const Matrix3Xd slopes = Slopes(stretches);
-    Matrix3Xd out(3, times.size());
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      const auto [before, after, s] = times[i];
-      out.col(i) = (1 + 2 * s) * (1 - s) * (1 - s) * x.col(before) +
-                   s * s * (3 - 2 * s) * x.col(after) + s * (1 - s) * (1 - s) * slopes.col(before) -
-                   s * s * (1 - s) * slopes.col(after);
-    }
-    return out;
+Matrix3Xd CurvePoints(const Matrix3Xd& x, const std::vector<Between>& times) {
+  const Matrix3Xd stretches = x.rightCols(x.cols() - 1) - x.leftCols(x.cols() - 1);
+  const Matrix3Xd slopes = Slopes(stretches);
+  Matrix3Xd out(3, times.size());
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const auto [before, after, s] = times[i];
+    out.col(i) = (1 + 2 * s) * (1 - s) * (1 - s) * x.col(before) +
+                 s * s * (3 - 2 * s) * x.col(after) + s * (1 - s) * (1 - s) * slopes.col(before) -
+                 s * s * (1 - s) * slopes.col(after);
   }
-  static Matrix3Xd Rotations(const Matrix3Xd& x, const std::vector<Between>& times) {
-    const Eigen::Index frames = x.cols();
-    std::vector<Matrix3d> R(frames);
-    for (Eigen::Index t = 0; t < frames; ++t) R[t] = ExpSO3(x.col(t));
-    // In the coordinates of the frame itself, so that the slopes of both sides are comparable.
-    Matrix3Xd stretches(3, frames - 1);
-    for (Eigen::Index t = 0; t + 1 < frames; ++t) {
-      stretches.col(t) = LogSO3(R[t].transpose() * R[t + 1]);
-    }
-    const Matrix3Xd slopes = Slopes(stretches);
-    const auto blend = [](const Matrix3d& a, const Matrix3d& b, double s) -> Matrix3d {
-      return a * ExpSO3(s * LogSO3(a.transpose() * b));
-    };
-    Matrix3Xd out(3, times.size());
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      const auto [before, after, s] = times[i];
-      if (s == 0) {
-        out.col(i) = x.col(before);
-        continue;
-      }
-      const Matrix3d second = R[before] * ExpSO3(slopes.col(before) / 3.0);
-      const Matrix3d third = R[after] * ExpSO3(-slopes.col(after) / 3.0);
-      const Matrix3d a = blend(R[before], second, s), b = blend(second, third, s),
-                     c = blend(third, R[after], s);
-      out.col(i) = UnwrapAxisAngle(LogSO3(blend(blend(a, b, s), blend(b, c, s), s)), x.col(before));
-    }
-    return out;
+  return out;
+}
+
+Matrix3Xd CurveRotations(const Matrix3Xd& x, const std::vector<Between>& times) {
+  const Eigen::Index frames = x.cols();
+  std::vector<Matrix3d> R(frames);
+  for (Eigen::Index t = 0; t < frames; ++t) R[t] = ExpSO3(x.col(t));
+  // In the coordinates of the frame itself, so that the slopes of both sides are comparable.
+  Matrix3Xd stretches(3, frames - 1);
+  for (Eigen::Index t = 0; t + 1 < frames; ++t) {
+    stretches.col(t) = LogSO3(R[t].transpose() * R[t + 1]);
   }
-};
+  const Matrix3Xd slopes = Slopes(stretches);
+  const auto blend = [](const Matrix3d& a, const Matrix3d& b, double s) -> Matrix3d {
+    return a * ExpSO3(s * LogSO3(a.transpose() * b));
+  };
+  Matrix3Xd out(3, times.size());
+  for (std::size_t i = 0; i < times.size(); ++i) {
+    const auto [before, after, s] = times[i];
+    if (s == 0) {
+      out.col(i) = x.col(before);
+      continue;
+    }
+    const Matrix3d second = R[before] * ExpSO3(slopes.col(before) / 3.0);
+    const Matrix3d third = R[after] * ExpSO3(-slopes.col(after) / 3.0);
+    const Matrix3d a = blend(R[before], second, s), b = blend(second, third, s),
+                   c = blend(third, R[after], s);
+    out.col(i) = UnwrapAxisAngle(LogSO3(blend(blend(a, b, s), blend(b, c, s), s)), x.col(before));
+  }
+  return out;
+}
+
+// Samples translations and rotations at these times, in frames, along curves or chords.
+Clip AtTimes(const Clip& clip, const std::vector<double>& at, double frame_rate, bool curved) {
+  const int frames = clip.NumFrames(), count = static_cast<int>(at.size());
+  std::vector<Between> times(at.size());
+  std::vector<int> nearest(at.size());
+  for (int i = 0; i < count; ++i) {
+    times[i].before = std::min(static_cast<int>(at[i] + 1e-9), frames - 1);
+    times[i].after = std::min(times[i].before + 1, frames - 1);
+    times[i].share = std::clamp(at[i] - times[i].before, 0.0, 1.0);
+    if (times[i].share < 1e-9) times[i].share = 0.0;
+    nearest[i] = times[i].share < 0.5 ? times[i].before : times[i].after;
+  }
+  const auto points = [&](const Matrix3Xd& x) {
+    return curved ? CurvePoints(x, times) : ChordPoints(x, times);
+  };
+  const auto rotations = [&](const Matrix3Xd& x) {
+    return curved ? CurveRotations(x, times) : ChordRotations(x, times);
+  };
+  Clip out = clip;
+  out.frame_rate = frame_rate;
+  out.trans = points(clip.trans);
+  out.pose.resize(count);
+  Matrix3Xd joint(3, frames);
+  for (int j = 0; j < kNumJoints; ++j) {
+    for (int t = 0; t < frames; ++t) joint.col(t) = clip.pose[t].col(j);
+    const Matrix3Xd turned = rotations(joint);
+    for (int i = 0; i < count; ++i) out.pose[i].col(j) = turned.col(i);
+  }
+  for (const auto& [from, to] :
+       {std::pair{&clip.object, &out.object}, std::pair{&clip.table, &out.table}}) {
+    if (!*from) continue;
+    (*to)->trans = points((*from)->trans);
+    (*to)->orient = rotations((*from)->orient);
+  }
+  if (!clip.holding_hand.empty()) {
+    out.holding_hand.resize(count);
+    for (int i = 0; i < count; ++i) out.holding_hand[i] = clip.holding_hand[nearest[i]];
+  }
+  if (clip.contact) {
+    if (clip.contact->object.size() > 0) {
+      out.contact->object = clip.contact->object(Eigen::all, nearest);
+    }
+    if (clip.contact->body.size() > 0) out.contact->body = clip.contact->body(Eigen::all, nearest);
+  }
+  return out;
+}
+
+Clip ResampleAlong(const Clip& clip, double frame_rate, bool curved) {
+  if (!(frame_rate > 0)) {
+    throw Error("resampling", "the frame rate is not positive", "Give frames per second");
+  }
+  const int frames = clip.NumFrames();
+  if (frames == 0 || std::abs(frame_rate - clip.frame_rate) < 1e-9) return clip;
+  const double step = clip.frame_rate / frame_rate;
+  const double frames_after = std::floor((frames - 1) / step + 1e-6) + 1;
+  if (!(frames_after <= kMaxFrames)) {
+    throw Error("resampling",
+                fmt::format("{} frames at {:g} Hz would be {:g} at {:g} Hz, more than {:g}", frames,
+                            clip.frame_rate, frames_after, frame_rate, kMaxFrames),
+                "Cut the clip into parts, or check the frame rates");
+  }
+  std::vector<double> at(static_cast<std::size_t>(frames_after));
+  for (std::size_t i = 0; i < at.size(); ++i) at[i] = static_cast<double>(i) * step;
+  return AtTimes(clip, at, frame_rate, curved);
+}
 
 }  // namespace
 
 Clip Resample(const Clip& clip, double frame_rate) {
-  return ResampleWith<Chords>(clip, frame_rate);
+  return ResampleAlong(clip, frame_rate, false);
 }
 
 Clip ResampleAt(const Clip& clip, const std::vector<double>& frames) {
@@ -187,11 +189,11 @@ Clip ResampleAt(const Clip& clip, const std::vector<double>& frames) {
                 fmt::format("frame {:g} does not exist: there are {} frames", at, clip.NumFrames()),
                 "Give times from 0 to the last frame");
   }
-  return AtTimes<Chords>(clip, frames, clip.frame_rate);
+  return AtTimes(clip, frames, clip.frame_rate, false);
 }
 
 Clip ResampleSmoothly(const Clip& clip, double frame_rate) {
-  return ResampleWith<Curves>(clip, frame_rate);
+  return ResampleAlong(clip, frame_rate, true);
 }
 
 Clip TakeFrames(const Clip& clip, const std::vector<int>& frames) {

@@ -13,14 +13,10 @@ namespace {
 
 constexpr int kMaxEvidence = 3000;
 
-// Wrist poses of some frames, and the object relative to them.
-struct WristTrack {
-  std::vector<Eigen::Matrix3d> rotation;
-  std::vector<Eigen::Vector3d> object;  // in the wrist's frame, meters
-};
-
+// Poses of the wrists (right, left) and of the object in some frames.
 struct Tracks {
-  std::array<WristTrack, 2> wrist;  // right, left
+  std::array<std::vector<Eigen::Matrix3d>, 2> wrist_rotation;
+  std::array<std::vector<Eigen::Vector3d>, 2> in_wrist;  // the object in the wrist's frame, meters
   std::vector<Eigen::Matrix3d> rotation;
   std::vector<Eigen::Vector3d> position;
   int lag = 1;  // samples in a fifth of a second
@@ -39,11 +35,11 @@ Tracks Follow(const LooseMotion& motion, const BodyModel& body, double meters_pe
     tracks.position.push_back(position);
     tracks.rotation.push_back(motion.object_rotation[t]);
     for (const Side side : {Side::kRight, Side::kLeft}) {
-      WristTrack& wrist = tracks.wrist[side == Side::kLeft];
+      const auto h = static_cast<std::size_t>(side);
       const int joint = WristJoint(side);
-      wrist.rotation.push_back(state.world_rotation[joint]);
-      wrist.object.push_back(state.world_rotation[joint].transpose() *
-                             (position - state.joints.col(joint)));
+      tracks.wrist_rotation[h].push_back(state.world_rotation[joint]);
+      tracks.in_wrist[h].push_back(state.world_rotation[joint].transpose() *
+                                   (position - state.joints.col(joint)));
     }
   }
   return tracks;
@@ -110,7 +106,7 @@ ObjectEvidence JudgeObject(const LooseMotion& motion, const BodyModel& body,
   std::array<int, 2> turning = {0, 0};
   std::array<std::vector<double>, 2> distance;
   for (std::size_t t = 0; t < tracks.position.size(); ++t) {
-    for (const int h : {0, 1}) distance[h].push_back(tracks.wrist[h].object[t].norm());
+    for (const int h : {0, 1}) distance[h].push_back(tracks.in_wrist[h][t].norm());
     if (t + lag >= tracks.position.size()) continue;
     const std::size_t u = t + lag;
     const double turn = AngleBetween(tracks.rotation[t], tracks.rotation[u]);
@@ -118,22 +114,22 @@ ObjectEvidence JudgeObject(const LooseMotion& motion, const BodyModel& body,
     if (move < kMoved_m && turn < kTurned_rad) continue;
     ++moving;
     for (const int h : {0, 1}) {
-      const WristTrack& wrist = tracks.wrist[h];
-      if ((wrist.object[t] - wrist.object[u]).norm() > kStays_m ||
-          wrist.object[t].norm() > kReach_m) {
+      const std::vector<Eigen::Vector3d>& object = tracks.in_wrist[h];
+      if ((object[t] - object[u]).norm() > kStays_m || object[t].norm() > kReach_m) {
         continue;
       }
       ++carried[h];
       if (turn < kTurned_rad) continue;
       ++turning[h];
       // The object in the wrist's frame, its rotation as stored or transposed.
+      const std::vector<Eigen::Matrix3d>& wrist = tracks.wrist_rotation[h];
       const auto drift = [&](bool transposed) {
         Eigen::Matrix3d a = tracks.rotation[t], b = tracks.rotation[u];
         if (transposed) {
           a.transposeInPlace();
           b.transposeInPlace();
         }
-        return AngleBetween(wrist.rotation[t].transpose() * a, wrist.rotation[u].transpose() * b);
+        return AngleBetween(wrist[t].transpose() * a, wrist[u].transpose() * b);
       };
       column[h] += drift(false);
       row[h] += drift(true);

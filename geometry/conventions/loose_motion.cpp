@@ -2,9 +2,11 @@
 #include "geometry/conventions/loose_motion.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <initializer_list>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
@@ -18,18 +20,12 @@ namespace holdfast {
 namespace {
 
 std::string TypeName(const NpyArray& array) {
-  switch (array.kind) {
-    case 'f':
-      return fmt::format("float{}", 8 * array.item_size);
-    case 'i':
-      return fmt::format("int{}", 8 * array.item_size);
-    case 'u':
-      return fmt::format("uint{}", 8 * array.item_size);
-    case 'b':
-      return "bool";
-    default:
-      return "text";
-  }
+  if (array.kind == 'b') return "bool";
+  const char* const name = array.kind == 'f'   ? "float"
+                           : array.kind == 'i' ? "int"
+                           : array.kind == 'u' ? "uint"
+                                               : nullptr;
+  return name != nullptr ? fmt::format("{}{}", name, 8 * array.item_size) : "text";
 }
 
 Eigen::Matrix3d Rotation(const double* p, RotationForm form) {
@@ -59,29 +55,30 @@ constexpr int kSmplJoints = 24;
 
 // Tries a width against the numbers per rotation of each form, in this order.
 std::optional<RotationForm> FormOf(std::size_t width, std::size_t joints) {
-  if (width == 3 * joints) return RotationForm::kAxisAngle;
-  if (width == 9 * joints) return RotationForm::kMatrix;
-  if (width == 4 * joints) return RotationForm::kQuaternion;
-  if (width == 6 * joints) return RotationForm::kSixD;
-  return std::nullopt;
-}
-
-int Numbers(RotationForm form) {
-  switch (form) {
-    case RotationForm::kMatrix:
-      return 9;
-    case RotationForm::kQuaternion:
-      return 4;
-    case RotationForm::kSixD:
-      return 6;
-    default:
-      return 3;
+  constexpr std::pair<RotationForm, std::size_t> kNumbers[] = {{RotationForm::kAxisAngle, 3},
+                                                               {RotationForm::kMatrix, 9},
+                                                               {RotationForm::kQuaternion, 4},
+                                                               {RotationForm::kSixD, 6}};
+  for (const auto& [form, numbers] : kNumbers) {
+    if (width == numbers * joints) return form;
   }
+  return std::nullopt;
 }
 
 class Reader {
  public:
   Reader(const NpzReader& archive, LooseMotion& motion) : archive_(archive), motion_(motion) {}
+
+  // Calls use(member) for an array of the archive, if present. Errors are added to the problems.
+  template <typename Use>
+  void Try(const char* key, const Use& use) {
+    if (!archive_.Has(key)) return;
+    try {
+      use(archive_.Read(key));
+    } catch (const Error& error) {
+      motion_.problems.push_back(fmt::format("{} {}", key, error.Problem()));
+    }
+  }
 
   // The first of these keys that is present, with its numbers; NaN, infinite and out-of-range
   // numbers become 0.
@@ -91,39 +88,36 @@ class Reader {
     std::vector<double> values;
   };
   std::optional<Rows> Find(std::initializer_list<const char*> keys, const char* role) {
-    for (const char* key : keys) {
-      if (!archive_.Has(key)) continue;
-      try {
-        const NpyMember member = archive_.Read(key);
-        Rows rows;
-        rows.array.key = key;
-        rows.array.role = role;
-        rows.array.shape = member.ShapeText();
-        rows.array.type = TypeName(member.array);
-        rows.values = member.AsDoubles();
-        if (member.array.shape.empty() || rows.values.empty()) {
-          motion_.problems.push_back(
-              fmt::format("{} has shape {}, no frames", key, rows.array.shape));
-          return std::nullopt;
-        }
-        // (3,) is one frame.
-        const std::size_t frames = member.array.shape.size() == 1 ? 1 : member.array.shape[0];
-        rows.array.frames = static_cast<int>(std::min(frames, kMaxLooseFrames));
-        rows.width = rows.values.size() / frames;
-        for (std::size_t i = 0; i < rows.values.size(); ++i) {
-          if (std::abs(rows.values[i]) <= kMaxMeters) continue;
-          if (rows.array.out_of_range++ == 0) {
-            rows.array.first_out_of_range = static_cast<int>(i / rows.width);
-          }
-          rows.values[i] = 0.0;
-        }
-        return rows;
-      } catch (const Error& error) {
-        motion_.problems.push_back(fmt::format("{} {}", key, error.Problem()));
-        return std::nullopt;
+    std::optional<Rows> found;
+    const auto* const key =
+        std::ranges::find_if(keys, [&](const char* name) { return archive_.Has(name); });
+    if (key == keys.end()) return found;
+    Try(*key, [&](const NpyMember& member) {
+      Rows rows;
+      rows.array.key = *key;
+      rows.array.role = role;
+      rows.array.shape = member.ShapeText();
+      rows.array.type = TypeName(member.array);
+      rows.values = member.AsDoubles();
+      if (member.array.shape.empty() || rows.values.empty()) {
+        motion_.problems.push_back(
+            fmt::format("{} has shape {}, no frames", *key, rows.array.shape));
+        return;
       }
-    }
-    return std::nullopt;
+      // (3,) is one frame.
+      const std::size_t frames = member.array.shape.size() == 1 ? 1 : member.array.shape[0];
+      rows.array.frames = static_cast<int>(std::min(frames, kMaxLooseFrames));
+      rows.width = rows.values.size() / frames;
+      for (std::size_t i = 0; i < rows.values.size(); ++i) {
+        if (std::abs(rows.values[i]) <= kMaxMeters) continue;
+        if (rows.array.out_of_range++ == 0) {
+          rows.array.first_out_of_range = static_cast<int>(i / rows.width);
+        }
+        rows.values[i] = 0.0;
+      }
+      found = std::move(rows);
+    });
+    return found;
   }
 
   void Keep(Rows rows) {
@@ -132,12 +126,8 @@ class Reader {
   }
 
   // Rotations of `joints` joints; nothing for another width (kept as coefficients).
-  struct Rotations {
-    RotationForm form;
-    Rows rows;
-  };
-  std::optional<Rotations> FindRotations(std::initializer_list<const char*> keys, const char* role,
-                                         std::size_t joints) {
+  std::optional<Rows> FindRotations(std::initializer_list<const char*> keys, const char* role,
+                                    std::size_t joints) {
     auto rows = Find(keys, role);
     if (!rows) return std::nullopt;
     const auto form = FormOf(rows->width, joints);
@@ -154,33 +144,31 @@ class Reader {
       Keep(std::move(*rows));
       return std::nullopt;
     }
-    return Rotations{*form, std::move(*rows)};
+    return rows;
   }
 
-  // Copies joints [from, from + count) of an array of `width` joints into joints [to, ...).
-  struct Part {
-    int from, to, count;
-  };
+  // Copies parts (from, to, count) of an array of `joints` joints: joints [from, from + count) into
+  // joints [to, ...).
   bool Joints(std::initializer_list<const char*> keys, const char* role, std::size_t joints,
-              std::initializer_list<Part> parts) {
+              std::initializer_list<std::array<int, 3>> parts) {
     auto found = FindRotations(keys, role, joints);
     if (!found) return false;
-    const int numbers = Numbers(found->form);
-    const auto frames = static_cast<std::size_t>(found->rows.array.frames);
+    const RotationForm form = found->array.form;
+    const auto numbers = static_cast<std::ptrdiff_t>(found->width / joints);
+    const auto frames = static_cast<std::size_t>(found->array.frames);
     if (motion_.pose.size() < frames) motion_.pose.resize(frames, JointPose::Zero());
     for (std::size_t t = 0; t < frames; ++t) {
-      const double* row = found->rows.values.data() + t * found->rows.width;
-      for (const Part& part : parts) {
-        for (int k = 0; k < part.count; ++k) {
-          const double* p = row + static_cast<std::ptrdiff_t>(numbers) * (part.from + k);
-          motion_.pose[t].col(part.to + k) =
-              found->form == RotationForm::kAxisAngle
-                  ? Eigen::Vector3d(p[0], p[1], p[2])
-                  : LogSO3(NearestRotation(Rotation(p, found->form)));
+      const double* row = found->values.data() + t * found->width;
+      for (const auto& [from, to, count] : parts) {
+        for (int k = 0; k < count; ++k) {
+          const double* p = row + numbers * (from + k);
+          motion_.pose[t].col(to + k) = form == RotationForm::kAxisAngle
+                                            ? Eigen::Vector3d(p[0], p[1], p[2])
+                                            : LogSO3(NearestRotation(Rotation(p, form)));
         }
       }
     }
-    Keep(std::move(found->rows));
+    Keep(std::move(*found));
     return true;
   }
 
@@ -207,53 +195,50 @@ class Reader {
       motion_.has_object = false;
       return;
     }
-    for (int t = 0; t < found->rows.array.frames; ++t) {
-      const Eigen::Matrix3d R = Rotation(
-          found->rows.values.data() + static_cast<std::size_t>(t) * found->rows.width, found->form);
-      motion_.object_rotation.push_back(found->form == RotationForm::kMatrix ? NearestRotation(R)
-                                                                             : R);
+    const RotationForm form = found->array.form;
+    for (int t = 0; t < found->array.frames; ++t) {
+      const Eigen::Matrix3d R =
+          Rotation(found->values.data() + static_cast<std::size_t>(t) * found->width, form);
+      motion_.object_rotation.push_back(form == RotationForm::kMatrix ? NearestRotation(R) : R);
     }
-    Keep(std::move(found->rows));
+    Keep(std::move(*found));
   }
 
   double Number(std::initializer_list<const char*> keys) {
+    std::optional<double> number;
     for (const char* key : keys) {
-      if (!archive_.Has(key)) continue;
-      try {
-        const std::vector<double> values = archive_.Read(key).AsDoubles();
-        if (values.size() == 1) return values[0];
-        motion_.problems.push_back(fmt::format("{} is not one number", key));
-      } catch (const Error& error) {
-        motion_.problems.push_back(fmt::format("{} {}", key, error.Problem()));
-      }
+      if (number) break;
+      Try(key, [&](const NpyMember& member) {
+        const std::vector<double> values = member.AsDoubles();
+        if (values.size() == 1) {
+          number = values[0];
+        } else {
+          motion_.problems.push_back(fmt::format("{} is not one number", key));
+        }
+      });
     }
-    return 0.0;
+    return number.value_or(0.0);
   }
 
   void Texts(std::initializer_list<const char*> keys) {
     for (const char* key : keys) {
-      if (!archive_.Has(key)) continue;
-      try {
-        motion_.texts[key] = archive_.Read(key).AsText();
-      } catch (const Error& error) {
-        motion_.problems.push_back(fmt::format("{} {}", key, error.Problem()));
-      }
+      Try(key, [&](const NpyMember& member) { motion_.texts[key] = member.AsText(); });
     }
   }
 
   // Numbers per frame of the first present array; 0 if there is none.
   std::size_t Width(std::initializer_list<const char*> keys) {
+    std::optional<std::size_t> width;
     for (const char* key : keys) {
-      if (!archive_.Has(key)) continue;
-      try {
-        const NpyArray array = archive_.Read(key).array;
-        if (array.shape.empty() || array.shape[0] == 0) return 0;
-        return array.NumElements() / (array.shape.size() == 1 ? 1 : array.shape[0]);
-      } catch (const Error& error) {
-        motion_.problems.push_back(fmt::format("{} {}", key, error.Problem()));
-      }
+      if (width) break;
+      Try(key, [&](const NpyMember& member) {
+        const std::vector<std::size_t>& shape = member.array.shape;
+        width = shape.empty() || shape[0] == 0
+                    ? 0
+                    : member.array.NumElements() / (shape.size() == 1 ? 1 : shape[0]);
+      });
     }
-    return 0;
+    return width.value_or(0);
   }
 
   // Truncates all arrays to the shortest length.
@@ -283,19 +268,9 @@ class Reader {
 }  // namespace
 
 std::string_view Describe(RotationForm form) {
-  switch (form) {
-    case RotationForm::kAxisAngle:
-      return "axis-angle";
-    case RotationForm::kMatrix:
-      return "matrices";
-    case RotationForm::kQuaternion:
-      return "quaternions";
-    case RotationForm::kSixD:
-      return "6D";
-    case RotationForm::kCoefficients:
-      break;
-  }
-  return "coefficients";
+  constexpr std::array<std::string_view, 5> kNames = {"axis-angle", "matrices", "quaternions", "6D",
+                                                      "coefficients"};
+  return kNames[static_cast<std::size_t>(form)];
 }
 
 LooseMotion LooseMotionOf(const Clip& clip) {
@@ -362,24 +337,16 @@ LooseMotion ReadLooseMotion(const NpzReader& archive) {
   }
   read.Object();
   read.Texts({"gender", "surface_model_type", "body_model", "object_name", "object_mesh"});
-  if (archive.Has("betas")) {
-    try {
-      const NpyArray betas = archive.Read("betas").array;
-      motion.num_betas =
-          static_cast<int>(betas.shape.size() > 1 ? betas.shape.back() : betas.NumElements());
-    } catch (const Error& error) {
-      motion.problems.push_back(fmt::format("betas {}", error.Problem()));
+  read.Try("betas", [&](const NpyMember& member) {
+    const NpyArray& betas = member.array;
+    motion.num_betas =
+        static_cast<int>(betas.shape.size() > 1 ? betas.shape.back() : betas.NumElements());
+  });
+  read.Try("holding_hand", [&](const NpyMember& member) {
+    for (const std::int64_t bits : member.AsIntegers()) {
+      motion.holding_hand.push_back(static_cast<int>(bits & 3));
     }
-  }
-  if (archive.Has("holding_hand")) {
-    try {
-      for (const std::int64_t bits : archive.Read("holding_hand").AsIntegers()) {
-        motion.holding_hand.push_back(static_cast<int>(bits & 3));
-      }
-    } catch (const Error& error) {
-      motion.problems.push_back(fmt::format("holding_hand {}", error.Problem()));
-    }
-  }
+  });
   read.Cut();
   return motion;
 }

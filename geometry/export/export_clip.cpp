@@ -110,9 +110,9 @@ std::string ObjectPrim(const Clip& clip, const TriangleMesh& object,
 }  // namespace
 
 void WriteUsda(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
-               const UsdaOptions& options, const std::filesystem::path& path) {
-  std::vector<int> frames;
-  for (int t = 0; t < clip.NumFrames(); t += options.every) frames.push_back(t);
+               const ExportOptions& options, const std::filesystem::path& path,
+               const StagedProgress& progress) {
+  const std::vector<int> frames = EveryFrame(clip.NumFrames(), options.every);
   const auto num_frames = static_cast<int>(frames.size());
   WriteAtomically(path, [&](const std::filesystem::path& temporary) {
     std::ofstream file(temporary, std::ios::binary);
@@ -141,7 +141,7 @@ void WriteUsda(const Clip& clip, const BodySurface& surface, const TriangleMesh*
         const int t = frames[begin + k];
         file << "            " << t << ": [" << points[k] << "],\n";
         extents += fmt::format("            {}: [{}],\n", t, ranges[k]);
-        if (options.progress) options.progress(begin + k + 1, num_frames);
+        if (progress) progress("export", begin + k + 1, num_frames);
       }
     }
     file << "        }\n        float3[] extent.timeSamples = {\n"
@@ -186,7 +186,7 @@ class Exporter {
         WriteBvh(scene_.clip, scene_.Surface(), output_);
         break;
       case ExportFormat::kUsda:
-        WriteUsdaFile();
+        WriteUsda(scene_.clip, scene_.Surface(), object_, options_, output_, progress_);
         break;
       case ExportFormat::kMjcf:
         WriteMjcfFile();
@@ -262,22 +262,11 @@ class Exporter {
     if (object_ != nullptr) plain = PlainMesh(*object_, ObjectMaterial());
     const TexturedMesh* look = plain ? &*plain : nullptr;
     if (plain && options_.object_look != nullptr) look = options_.object_look;
-    WriteGltfOnto(options_.onto, asset, rig, motion, map.source[0], look,
-                  {options_.name, options_.generator}, output_);
+    WriteGltfOnto(options_.onto, asset, rig, motion, map.source[0], look, options_.name,
+                  options_.generator, output_);
     report_.skeleton = map.name;
     report_.joints = rig.motion.NumJoints();
     report_.joints_moved = map.NumMapped();
-  }
-
-  void WriteUsdaFile() {
-    UsdaOptions usda;
-    usda.generator = options_.generator;
-    usda.every = options_.every;
-    usda.threads = options_.threads;
-    usda.progress = [this](int done, int total) {
-      if (progress_) progress_("export", done, total);
-    };
-    WriteUsda(scene_.clip, scene_.Surface(), object_, usda, output_);
   }
 
   void WriteMjcfFile() {

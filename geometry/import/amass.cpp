@@ -160,19 +160,19 @@ void ListUnused(const Fields& fields, bool parts, ImportedClip& imported) {
 }
 
 // AMASS is z-up. For a file with only AMASS's field names, up is the axis the body stands along.
-WorldUp UpOfNames(const Fields& fields, const ParameterOptions& options, ImportedClip& imported) {
-  if (options.up || imported.clip.surface_model_type == "mano") return WorldUp::kPlusZ;
-  const std::optional<WorldUp> upright = UprightAxis(imported.clip, *options.body);
-  if (!upright || *upright == WorldUp::kPlusZ) return WorldUp::kPlusZ;
+UpAxis UpOfNames(const Fields& fields, const ParameterOptions& options, ImportedClip& imported) {
+  if (options.up || imported.clip.surface_model_type == "mano") return UpAxis::kZ;
+  const std::optional<UpAxis> upright = UprightAxis(imported.clip, *options.body);
+  if (!upright || *upright == UpAxis::kZ) return UpAxis::kZ;
   const bool own = fields.Has("mocap_frame_rate") || fields.Has("mocap_framerate");
   imported.notes.push_back(
       own ? fmt::format("warning: the body stands along {0}, but AMASS is z-up: if the file is not "
                         "from AMASS, use 'holdfast import --up={0}'",
-                        WorldUpName(*upright))
+                        UpAxisName(*upright))
           : fmt::format("warning: the field names are AMASS's, but the body stands along {}, not "
                         "z: that axis is used as up ('holdfast import --up' overrides this)",
-                        WorldUpName(*upright)));
-  return own ? WorldUp::kPlusZ : *upright;
+                        UpAxisName(*upright)));
+  return own ? UpAxis::kZ : *upright;
 }
 
 // Whether the fingers keep one pose. In a long clip this means that they were not captured.

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <initializer_list>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -106,6 +107,51 @@ constexpr std::size_t kMaxJsonBytes = std::size_t{64} << 20;
 constexpr int kMaxDepth = 200;
 constexpr std::size_t kShownKeys = 8;
 
+constexpr std::pair<FileKind, std::string_view> kDescriptions[] = {
+    {FileKind::kMissing, "no such file"},
+    {FileKind::kFolder, "folder"},
+    {FileKind::kResultFolder, "result folder of Holdfast"},
+    {FileKind::kSpecial, "not a regular file"},
+    {FileKind::kUnreadable, "file that cannot be read"},
+    {FileKind::kEmpty, "empty file"},
+    {FileKind::kDamagedArchive, "damaged archive"},
+    {FileKind::kClip, "SMPL-X motion (.npz)"},
+    {FileKind::kSmplhMotion, "SMPL-H motion, as in AMASS (.npz)"},
+    {FileKind::kSmplMotion, "SMPL motion (.npz)"},
+    {FileKind::kParameters, "SMPL-X parameters in smplx's names (.npz)"},
+    {FileKind::kGrab, "GRAB sequence (.npz)"},
+    {FileKind::kBodyModel, "body model (.npz)"},
+    {FileKind::kNpz, "numpy archive (.npz)"},
+    {FileKind::kNpy, "numpy array (.npy)"},
+    {FileKind::kPickle, "Python pickle"},
+    {FileKind::kTorch, "torch archive"},
+    {FileKind::kSafetensors, "network weights (safetensors)"},
+    {FileKind::kZip, "zip archive"},
+    {FileKind::kBvh, "motion: BVH"},
+    {FileKind::kAmc, "motion: Acclaim (.amc)"},
+    {FileKind::kAsf, "skeleton: Acclaim (.asf)"},
+    {FileKind::kMarkers, "marker recording"},
+    {FileKind::kFbx, "FBX scene"},
+    {FileKind::kObj, "mesh: Wavefront (.obj)"},
+    {FileKind::kPly, "mesh: .ply"},
+    {FileKind::kPlyPoints, "point cloud: .ply"},
+    {FileKind::kStl, "mesh: .stl"},
+    {FileKind::kOff, "mesh: .off"},
+    {FileKind::kGlb, "scene: glTF binary (.glb)"},
+    {FileKind::kGltf, "scene: glTF (.gltf)"},
+    {FileKind::kUsd, "scene: USD"},
+    {FileKind::kMetrics, "Holdfast's metrics (JSON)"},
+    {FileKind::kSkeletonMap, "skeleton map for import (JSON)"},
+    {FileKind::kJson, "JSON"},
+    {FileKind::kHtml, "web page (HTML)"},
+    {FileKind::kGitLfsPointer, "Git LFS pointer"},
+    {FileKind::kHdf5, "HDF5"},
+    {FileKind::kMatlab, "MATLAB data"},
+    {FileKind::kPicture, "picture"},
+    {FileKind::kVideo, "video"},
+    {FileKind::kText, "text"},
+};
+
 // Nesting depth of brackets. A recursive parser must not get input that nests too deep.
 int Depth(const std::string& text) {
   int depth = 0, deepest = 0;
@@ -185,93 +231,8 @@ void IdentifyJson(const std::filesystem::path& path, Identity& identity) {
 }
 
 std::string_view Describe(FileKind kind) {
-  switch (kind) {
-    case FileKind::kMissing:
-      return "no such file";
-    case FileKind::kFolder:
-      return "folder";
-    case FileKind::kResultFolder:
-      return "result folder of Holdfast";
-    case FileKind::kSpecial:
-      return "not a regular file";
-    case FileKind::kUnreadable:
-      return "file that cannot be read";
-    case FileKind::kEmpty:
-      return "empty file";
-    case FileKind::kDamagedArchive:
-      return "damaged archive";
-    case FileKind::kClip:
-      return "SMPL-X motion (.npz)";
-    case FileKind::kSmplhMotion:
-      return "SMPL-H motion, as in AMASS (.npz)";
-    case FileKind::kSmplMotion:
-      return "SMPL motion (.npz)";
-    case FileKind::kParameters:
-      return "SMPL-X parameters in smplx's names (.npz)";
-    case FileKind::kGrab:
-      return "GRAB sequence (.npz)";
-    case FileKind::kBodyModel:
-      return "body model (.npz)";
-    case FileKind::kNpz:
-      return "numpy archive (.npz)";
-    case FileKind::kNpy:
-      return "numpy array (.npy)";
-    case FileKind::kPickle:
-      return "Python pickle";
-    case FileKind::kTorch:
-      return "torch archive";
-    case FileKind::kSafetensors:
-      return "network weights (safetensors)";
-    case FileKind::kZip:
-      return "zip archive";
-    case FileKind::kBvh:
-      return "motion: BVH";
-    case FileKind::kAmc:
-      return "motion: Acclaim (.amc)";
-    case FileKind::kAsf:
-      return "skeleton: Acclaim (.asf)";
-    case FileKind::kMarkers:
-      return "marker recording";
-    case FileKind::kFbx:
-      return "FBX scene";
-    case FileKind::kObj:
-      return "mesh: Wavefront (.obj)";
-    case FileKind::kPly:
-      return "mesh: .ply";
-    case FileKind::kPlyPoints:
-      return "point cloud: .ply";
-    case FileKind::kStl:
-      return "mesh: .stl";
-    case FileKind::kOff:
-      return "mesh: .off";
-    case FileKind::kGlb:
-      return "scene: glTF binary (.glb)";
-    case FileKind::kGltf:
-      return "scene: glTF (.gltf)";
-    case FileKind::kUsd:
-      return "scene: USD";
-    case FileKind::kMetrics:
-      return "Holdfast's metrics (JSON)";
-    case FileKind::kSkeletonMap:
-      return "skeleton map for import (JSON)";
-    case FileKind::kJson:
-      return "JSON";
-    case FileKind::kHtml:
-      return "web page (HTML)";
-    case FileKind::kGitLfsPointer:
-      return "Git LFS pointer";
-    case FileKind::kHdf5:
-      return "HDF5";
-    case FileKind::kMatlab:
-      return "MATLAB data";
-    case FileKind::kPicture:
-      return "picture";
-    case FileKind::kVideo:
-      return "video";
-    case FileKind::kText:
-      return "text";
-    case FileKind::kUnknown:
-      break;
+  for (const auto& [known, text] : kDescriptions) {
+    if (kind == known) return text;
   }
   return "unknown";
 }

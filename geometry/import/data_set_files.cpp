@@ -43,16 +43,6 @@ std::string Lower(std::string text) {
   return text;
 }
 
-bool HasDataExtension(const fs::path& path) {
-  return std::ranges::find(kDataExtensions, Lower(path.extension().string())) !=
-         kDataExtensions.end();
-}
-
-bool IsFileToRead(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored) && fs::file_size(path, ignored) <= kMaxObjectFile;
-}
-
 // Possible stems of an object's file, in lower case, from the stem of the body's file:
 // "object_fit_all" for "smpl_fit_all".
 std::vector<std::string> ObjectStems(const std::string& stem) {
@@ -77,7 +67,11 @@ std::vector<fs::path> ObjectCandidates(const fs::path& body) {
   const fs::path folder = body.has_parent_path() ? body.parent_path() : fs::path(".");
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
-    if (entry->path().filename() == body.filename() || !HasDataExtension(entry->path())) continue;
+    const std::string extension = Lower(entry->path().extension().string());
+    if (entry->path().filename() == body.filename() ||
+        std::ranges::find(kDataExtensions, extension) == kDataExtensions.end()) {
+      continue;
+    }
     others.push_back(entry->path());
     if (others.size() > kMaxFilesBeside) return {};
   }
@@ -92,7 +86,9 @@ std::vector<fs::path> ObjectCandidates(const fs::path& body) {
     }
   }
   std::vector<fs::path> candidates = !named.empty() ? named : others.size() == 1 ? others : called;
-  std::erase_if(candidates, [](const fs::path& path) { return !IsFileToRead(path); });
+  std::erase_if(candidates, [&](const fs::path& path) {
+    return !fs::is_regular_file(path, error) || fs::file_size(path, error) > kMaxObjectFile;
+  });
   return candidates;
 }
 
@@ -147,7 +143,8 @@ fs::path FindInDataSet(const fs::path& from, const std::string& name,
   };
   if (!options.data_root.empty()) {
     // `data_root` may be the root itself or the folder of sequences in it.
-    for (const fs::path& folder : {options.data_root, options.data_root.parent_path()}) {
+    const fs::path root = options.data_root;
+    for (const fs::path& folder : {root, root.parent_path()}) {
       if (const fs::path found = in(folder); !found.empty()) return found;
     }
   }
@@ -228,10 +225,6 @@ void NoteTemplate(const BodyModel& body, ImportedClip& imported) {
 
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr std::array<std::string_view, 6> kExtensions = {".pkl",  ".npz", ".npy",
-                                                         ".json", ".pt",  ".pth"};
 constexpr std::size_t kMaxFiles = 200'000;
 
 bool IsDigit(char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; }
@@ -257,7 +250,7 @@ std::string CommonExtension(const std::vector<fs::path>& files) {
   std::map<std::string, int> count;
   for (const fs::path& file : files) {
     const std::string extension = file.extension().string();
-    if (std::ranges::find(kExtensions, extension) != kExtensions.end()) ++count[extension];
+    if (std::ranges::find(kDataExtensions, extension) != kDataExtensions.end()) ++count[extension];
   }
   std::string common;
   for (const auto& [extension, n] : count) {
@@ -320,14 +313,16 @@ bool NaturalLess(const std::string& a, const std::string& b) {
   return i == a.size();
 }
 
-FrameFiles FindFrameFiles(const fs::path& folder, int person) {
+std::vector<fs::path> FindFrameFiles(const fs::path& folder, int person,
+                                     std::vector<std::string>& notes) {
   std::vector<fs::path> files, folders;
   for (const fs::path& entry : Sorted(folder)) {
     std::error_code ignored;
     (fs::is_directory(entry, ignored) ? folders : files).push_back(entry);
   }
-  FrameFiles found;
+  std::vector<fs::path> found;
   std::vector<std::string> frames;
+  int most = 1;  // people in a frame
   const auto no_person = [&](const std::string& frame, std::size_t people) {
     return Error(folder.string(),
                  fmt::format("has no person {} in frame {}, only {}", person, frame, people),
@@ -343,10 +338,10 @@ FrameFiles FindFrameFiles(const fs::path& folder, int person) {
         if (!extension.empty() && file.extension() == extension) people.push_back(file);
       }
       if (people.empty()) continue;
-      found.people = std::max(found.people, static_cast<int>(people.size()));
+      most = std::max(most, static_cast<int>(people.size()));
       const std::string name = frame.filename().string();
       if (static_cast<std::size_t>(person) >= people.size()) throw no_person(name, people.size());
-      found.files.push_back(people[static_cast<std::size_t>(person)]);
+      found.push_back(people[person]);
       frames.push_back(name);
     }
   } else {
@@ -360,24 +355,33 @@ FrameFiles FindFrameFiles(const fs::path& folder, int person) {
       if (parts) ++people[parts->first];
     }
     for (const auto& [frame, count] : people) {
-      if (numbered) found.people = std::max(found.people, count);
+      if (numbered) most = std::max(most, count);
     }
     for (const fs::path& file : files) {
       const std::string stem = file.stem().string();
       const auto parts = FrameAndPerson(stem);
-      if (found.people > 1 && parts->second != person) continue;
-      found.files.push_back(file);
-      frames.push_back(found.people > 1 ? parts->first : stem);
+      if (most > 1 && parts->second != person) continue;
+      found.push_back(file);
+      frames.push_back(most > 1 ? parts->first : stem);
     }
-    if (found.files.empty() && !files.empty()) {
-      throw no_person(frames.empty() ? "any" : frames[0], static_cast<std::size_t>(found.people));
+    if (found.empty() && !files.empty()) {
+      throw no_person(frames.empty() ? "any" : frames[0], static_cast<std::size_t>(most));
     }
   }
-  if (found.files.empty()) {
+  if (found.empty()) {
     throw Error(folder.string(), "is a folder without parameter files (.pkl .npz .npy .json)",
                 "Give a file, or a folder with one file per frame");
   }
-  found.missing = CountMissing(frames);
+  if (most > 1) {
+    notes.push_back(fmt::format(
+        "up to {} people per frame: person {} is used (choose with --person)", most, person));
+  }
+  if (const int missing = CountMissing(frames); missing > 0) {
+    notes.push_back(
+        fmt::format("frames missing between the first and the last number: {}; the others were "
+                    "joined without a gap",
+                    missing));
+  }
   return found;
 }
 

@@ -38,17 +38,12 @@ void NoteTemplate(const BodyModel& body, ImportedClip& imported);
 /// Whether `a` comes before `b` in natural order: "frame_9" before "frame_10".
 bool NaturalLess(const std::string& a, const std::string& b);
 
-/// The files of a folder that hold one clip, one file per frame.
-struct FrameFiles {
-  std::vector<std::filesystem::path> files;  ///< in natural order
-  int people = 1;                            ///< largest number of people in a frame
-  int missing = 0;                           ///< numbers missing between the first and the last
-};
-
-/// Finds the frame files of a folder: `000001.pkl ...`; with several people `00001_0.npz,
-/// 00001_1.npz` (frame, person); or `<frame>/000.pkl` (SMPLify-X). All have the most common
-/// extension among .pkl .npz .npy .json .pt .pth. `person` selects one of several people. Throws
+/// Finds the files of a folder that hold one clip, one file per frame, in natural order:
+/// `000001.pkl ...`; with several people `00001_0.npz, 00001_1.npz` (frame, person); or
+/// `<frame>/000.pkl` (SMPLify-X). All have the most common extension among .pkl .npz .npy .json .pt
+/// .pth. `person` selects one of several people; `notes` reports these, and missing numbers. Throws
 /// Error for a folder without such files and for a person that is not there.
-FrameFiles FindFrameFiles(const std::filesystem::path& folder, int person);
+std::vector<std::filesystem::path> FindFrameFiles(const std::filesystem::path& folder, int person,
+                                                  std::vector<std::string>& notes);
 
 }  // namespace holdfast

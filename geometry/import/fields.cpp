@@ -2,21 +2,17 @@
 #include "geometry/import/fields.h"
 
 #include <algorithm>
-#include <cctype>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/text_scanner.h"
 
 namespace holdfast {
 namespace {
 
 constexpr int kMaxPacked = 8;  // deeper packing is hostile
-
-bool IsNamed(const DataValue& value) {
-  return value.Kind() == DataKind::kDict || value.Kind() == DataKind::kObject;
-}
 
 }  // namespace
 
@@ -25,7 +21,10 @@ DataValue Unpacked(DataValue value) {
   for (int i = 0; i < kMaxPacked && inner.Kind() == DataKind::kList && inner.Size() == 1; ++i) {
     inner = inner[std::size_t{0}];
   }
-  return IsNamed(inner) || inner.Kind() == DataKind::kText ? inner : value;
+  const DataKind kind = inner.Kind();
+  const bool is_alone =
+      kind == DataKind::kDict || kind == DataKind::kObject || kind == DataKind::kText;
+  return is_alone ? inner : value;
 }
 
 Fields::Fields(const DataFile& file) : where_(file.Path().string()) {
@@ -67,12 +66,13 @@ std::vector<std::string> Fields::Names() const {
   return file_ != nullptr ? file_->Names() : value_->Names();
 }
 
-std::string UnusedNames(const Fields& fields, std::span<const std::string_view> used) {
+void DropUnused(const Fields& fields, std::span<const std::string_view> used,
+                ImportedClip& imported) {
   std::vector<std::string> unused;
   for (std::string& name : fields.Names()) {
     if (std::ranges::find(used, name) == used.end()) unused.push_back(std::move(name));
   }
-  return fmt::format("{}", fmt::join(unused, ", "));
+  if (!unused.empty()) imported.dropped.push_back(fmt::format("{}", fmt::join(unused, ", ")));
 }
 
 std::string TextOf(const Fields& fields, std::string_view name) {
@@ -104,9 +104,8 @@ std::optional<std::string> GenderOf(const DataValue& value) {
   }
   // Old archives hold bytes in printed form: b'male'.
   if (text.size() > 3 && text.starts_with("b'")) text = text.substr(2, text.size() - 3);
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
   for (const std::string_view gender : {"male", "female", "neutral"}) {
-    if (text == gender) return std::string(gender);
+    if (EqualIgnoringCase(text, gender)) return std::string(gender);
   }
   return std::nullopt;
 }

@@ -13,6 +13,7 @@
 #include "geometry/clip/clip.h"
 #include "geometry/io/mesh/textured_mesh.h"
 #include "geometry/io/pickle/data_file.h"
+#include "geometry/retarget/retarget.h"
 
 namespace holdfast {
 
@@ -45,10 +46,6 @@ class Fields {
   std::string where_;
 };
 
-/// Returns the names in `fields` that are not in `used` as one text, empty if there are none: the
-/// fields that an importer ignores.
-std::string UnusedNames(const Fields& fields, std::span<const std::string_view> used);
-
 /// Returns a text; empty if it does not exist or is not a text.
 std::string TextOf(const Fields& fields, std::string_view name);
 
@@ -56,19 +53,23 @@ std::string TextOf(const Fields& fields, std::string_view name);
 /// (1 male, 2 female); nullopt for anything else.
 std::optional<std::string> GenderOf(const DataValue& value);
 
-/// The axis that points up in a file's world.
-enum class WorldUp { kPlusX, kMinusX, kPlusY, kMinusY, kPlusZ, kMinusZ };
-
-/// Converts to and from "y", "-y", ...; nullopt for any other text.
-std::string_view WorldUpName(WorldUp up);
-std::optional<WorldUp> ParseWorldUp(std::string_view text);
+/// Converts "y", "-y", ...; nullopt for any other text.
+std::optional<UpAxis> ParseUpAxis(std::string_view text);
 
 /// Which hands of a file to import: those of the body, one alone (a MANO hand in the world, if the
 /// file has it), or none (fingers keep the body model's relaxed hand).
 enum class ImportedHands { kOfBody, kRightAlone, kLeftAlone, kNone };
 
+/// What the user specifies about a file of any kind that does not state it.
+struct FileFacts {
+  std::optional<double> source_frame_rate;  ///< Hz; empty: the format's usual one
+  std::optional<double> meters_per_unit;    ///< of positions; empty: the format's convention
+  std::optional<UpAxis> up;  ///< empty: by the format's convention, else by the posture
+  bool keep_ground = false;  ///< do not move the floor to z = 0
+};
+
 /// What the user specifies where a file of body parameters does not.
-struct ParameterOptions {
+struct ParameterOptions : FileFacts {
   /// Supplies the pelvis that a root rotates about and the mean hand, and is used to judge the
   /// posture. ImportFile sets the embedded body if this is null; the importers need one.
   std::shared_ptr<const BodyModel> body;
@@ -77,19 +78,15 @@ struct ParameterOptions {
   /// Whether finger angles are complete (true) or differences from the mean hand (false); empty: by
   /// the convention of the format, else judged from the fingers.
   std::optional<bool> flat_hand_mean;
-  std::optional<WorldUp> up;        ///< empty: by the format's convention, else by posture
-  double source_frame_rate = 0;     ///< Hz, for files without one; 0: the format's
-  double meters_per_unit = 1;       ///< of positions, if a file is not in meters
-  std::filesystem::path data_root;  ///< root of the data set (GRAB: contains `tools`)
+  std::string data_root;  ///< root of the data set (GRAB: contains `tools`)
   ImportedHands hands = ImportedHands::kOfBody;
-  bool find_ground = true;  ///< move the floor to z = 0 for formats that have it at any height
-  int person = 0;           ///< which one in a folder with several people per frame
+  int person = 0;  ///< which one in a folder with several people per frame
 };
 
 /// How far matrices that represent rotations are from being rotations.
 struct RotationDefects {
   int matrices = 0;  ///< number of matrices read; 0: the file has axis-angle
-  int bad = 0;       ///< with a singular value off one by more than kRotationTolerance
+  int bad = 0;       ///< with a singular value off one by more than 1e-3
   int frames = 0;    ///< frames with a bad matrix
   int first_frame = -1;
   int reflections = 0;  ///< matrices with a negative determinant
@@ -113,5 +110,9 @@ struct ImportedClip {
   double object_mesh_scale = 1;                ///< meters per unit of that mesh
   RotationDefects object_defects, body_defects;
 };
+
+/// Adds the names in `fields` that are not in `used`, as one text, to those that are dropped.
+void DropUnused(const Fields& fields, std::span<const std::string_view> used,
+                ImportedClip& imported);
 
 }  // namespace holdfast

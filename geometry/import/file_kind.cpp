@@ -23,12 +23,6 @@ namespace fs = std::filesystem;
 
 constexpr std::size_t kHeadBytes = 1 << 16;
 
-std::uint32_t Little32(std::string_view bytes, std::size_t at) {
-  std::uint32_t value = 0;
-  for (std::size_t k = 4; k-- > 0;) value = value << 8 | static_cast<unsigned char>(bytes[at + k]);
-  return value;
-}
-
 // Returns `count` characters from `at`, fewer at the end of the head.
 std::string_view Part(std::string_view head, std::size_t at, std::size_t count) {
   return at < head.size() ? head.substr(at, count) : std::string_view();
@@ -73,7 +67,7 @@ bool IsOldTorch(std::string_view head) {
 
 bool IsSafetensors(std::string_view head, std::size_t bytes) {
   if (head.size() < 10 || head[8] != '{') return false;
-  const std::uint64_t length = Little32(head, 0) | std::uint64_t{Little32(head, 4)} << 32;
+  const std::uint64_t length = FromLittleEndian(head.substr(0, 8));
   return length >= 2 && length <= bytes - 8;
 }
 
@@ -98,15 +92,15 @@ FileKind BinaryKind(std::string_view head, std::size_t bytes) {
     return FileKind::kVideo;
   }
   if (IsSafetensors(head, bytes)) return FileKind::kSafetensors;
-  if (head.size() >= 84 && bytes == 84 + 50 * std::size_t{Little32(head, 80)}) {
+  if (head.size() >= 84 && bytes == 84 + 50 * FromLittleEndian(head.substr(80, 4))) {
     return FileKind::kStl;
   }
   if (IsPickle(head)) return FileKind::kPickle;
   if (LooksLikeC3d(head)) return FileKind::kMarkers;
   // Some bytes may follow the triangles.
   constexpr std::size_t kTrailing = 4096;
-  if (head.size() > 84 && Little32(head, 80) > 0) {
-    const std::size_t end = 84 + 50 * std::size_t{Little32(head, 80)};
+  if (head.size() > 84 && FromLittleEndian(head.substr(80, 4)) > 0) {
+    const std::size_t end = 84 + 50 * FromLittleEndian(head.substr(80, 4));
     if (bytes >= end && bytes - end <= kTrailing && !IsText(head)) return FileKind::kStl;
   }
   return FileKind::kUnknown;
@@ -140,19 +134,8 @@ bool IsObj(std::string_view start) {
 }
 
 FileKind TextKind(std::string_view head) {
-  if (MarkerFormatOf(head)) return FileKind::kMarkers;
-  TextScanner words("", head, '#');
-  const std::string_view first = words.Next();
-  if (EqualIgnoringCase(first, "HIERARCHY")) return FileKind::kBvh;
-  for (const std::string_view word :
-       {":FULLY-SPECIFIED", ":DEGREES", ":RADIANS", ":SAMPLES-PER-SECOND"}) {
-    if (EqualIgnoringCase(first, word)) return FileKind::kAmc;
-  }
-  for (const std::string_view word : {":version", ":name", ":units", ":root", ":documentation"}) {
-    if (EqualIgnoringCase(first, word)) return FileKind::kAsf;
-  }
-  double number = 0;
-  if (ParseNumber(first, number) && EqualIgnoringCase(words.Peek(), "root")) return FileKind::kAmc;
+  if (!MarkerFormatOf(head).empty()) return FileKind::kMarkers;
+  if (const FileKind motion = MotionTextKind(head); motion != FileKind::kUnknown) return motion;
   const std::string_view text = TrimLeft(head);
   if (text.starts_with("version https://git-lfs.github.com/spec/")) return FileKind::kGitLfsPointer;
   if (StartsWithIgnoringCase(text, "<!doctype html") || StartsWithIgnoringCase(text, "<html")) {
@@ -163,6 +146,7 @@ FileKind TextKind(std::string_view head) {
   if (StartsWithIgnoringCase(text, "solid") && text.find("facet") != std::string_view::npos) {
     return FileKind::kStl;
   }
+  const std::string_view first = TextScanner("", head, '#').Next();
   const std::size_t digits = std::min(first.find_first_of("0123456789"), first.size());
   if (first.substr(0, digits) == "OFF" || first == "OFF" || first == "COFF" || first == "NOFF" ||
       first == "STOFF" || first == "4OFF") {
@@ -208,6 +192,22 @@ std::optional<FileKind> KindByStatus(const fs::path& path) {
 }
 
 }  // namespace
+
+FileKind MotionTextKind(std::string_view text) {
+  TextScanner words("", text, '#');
+  const std::string_view first = words.Next();
+  if (EqualIgnoringCase(first, "HIERARCHY")) return FileKind::kBvh;
+  for (const std::string_view word :
+       {":FULLY-SPECIFIED", ":DEGREES", ":RADIANS", ":SAMPLES-PER-SECOND"}) {
+    if (EqualIgnoringCase(first, word)) return FileKind::kAmc;
+  }
+  for (const std::string_view word : {":version", ":name", ":units", ":root", ":documentation"}) {
+    if (EqualIgnoringCase(first, word)) return FileKind::kAsf;
+  }
+  double number = 0;
+  if (ParseNumber(first, number) && EqualIgnoringCase(words.Peek(), "root")) return FileKind::kAmc;
+  return FileKind::kUnknown;
+}
 
 bool IsMesh(FileKind kind) {
   return kind == FileKind::kObj || kind == FileKind::kPly || kind == FileKind::kStl ||

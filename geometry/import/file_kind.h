@@ -71,6 +71,9 @@ enum class FileKind {
 /// One-line description: "SMPL-X motion (.npz)".
 std::string_view Describe(FileKind kind);
 
+/// kBvh, kAmc or kAsf for a text that begins like one of them, else kUnknown.
+FileKind MotionTextKind(std::string_view text);
+
 /// Whether the kind is a mesh that ReadMeshFile reads.
 bool IsMesh(FileKind kind);
 

@@ -24,19 +24,6 @@ using Eigen::Index;
 constexpr double kGrabFrameRate = 120;  // Hz, of the capture
 constexpr int kLabels = 256;
 
-// Row vectors: v R(w) + t = R(w)^T v + t = R(-w) v + t.
-ObjectTrack ReadTrack(const Fields& thing, std::string_view name, Index frames,
-                      ImportedClip& imported) {
-  const Fields params = thing.In("params");
-  ObjectTrack track;
-  track.trans = ReadFrameRows(params["transl"], 3);
-  track.orient = -ReadObjectRotations(params["global_orient"], imported, frames);
-  RequireFrames(params.Where(), "transl", track.trans.cols(), frames);
-  RequireFrames(params.Where(), "global_orient", track.orient.cols(), frames);
-  track.name = name;
-  return track;
-}
-
 // Reads labels (T, V) of any integer type into a (V x T) matrix.
 ContactLabels::Matrix ReadLabels(const DataValue& value, Index frames) {
   const NpyMember member = value.Array();
@@ -73,7 +60,7 @@ double ReadGrabFrameRate(const Fields& fields, const ParameterOptions& options,
     }
     return value;
   }
-  if (options.source_frame_rate > 0) return options.source_frame_rate;
+  if (options.source_frame_rate) return *options.source_frame_rate;
   imported.notes.push_back(
       "warning: the file has no framerate: assuming GRAB's 120 Hz (--source-fps overrides this)");
   return kGrabFrameRate;
@@ -108,14 +95,7 @@ void ReadBody(const Fields& fields, const ParameterOptions& options, ImportedCli
   } else {
     imported.notes.push_back(
         "the file has no `fullpose`: the pose is read from its parts, the hands from coefficients");
-    for (const auto& [name, begin, count] : {std::tuple{"global_orient", 0, 1},
-                                             {"body_pose", 1, 21},
-                                             {"jaw_pose", 22, 1},
-                                             {"leye_pose", 23, 1},
-                                             {"reye_pose", 24, 1}}) {
-      SetJoints(clip.pose, begin, ReadRotations(params[name], count, imported, clip.trans.cols()),
-                params[name].Where());
-    }
+    ReadBodyJoints(params, true, imported);
     if (options.hands != ImportedHands::kNone) {
       FingerAngles fingers(options);
       for (const Side side : {Side::kLeft, Side::kRight}) {
@@ -187,9 +167,9 @@ ImportedClip ImportGrab(const Fields& fields, const std::filesystem::path& path,
   }
   const Index frames = clip.trans.cols();
 
-  const std::string object_name = TextOf(fields, "obj_name");
   const Fields object = fields.In("object");
-  clip.object = ReadTrack(object, object_name, frames, imported);
+  clip.object = ReadRowTrack(object.In("params"), frames, imported);
+  clip.object->name = TextOf(fields, "obj_name");
   imported.conventions.push_back(
       "rotations of object and table act on row vectors (v R + t): transposed for column vectors");
   const auto find_mesh = [&](const Fields& thing, std::string_view key) {
@@ -206,7 +186,8 @@ ImportedClip ImportGrab(const Fields& fields, const std::filesystem::path& path,
   imported.object_mesh = find_mesh(object, "object_mesh");
   if (fields.Has("table")) {
     const Fields table = fields.In("table");
-    clip.table = ReadTrack(table, "table", frames, imported);
+    clip.table = ReadRowTrack(table.In("params"), frames, imported);
+    clip.table->name = "table";
     imported.table_mesh = FindInDataSet(path, TextOf(table, "table_mesh"), options);
   }
 
@@ -244,17 +225,14 @@ ImportedClip ImportGrab(const Fields& fields, const std::filesystem::path& path,
   constexpr std::array<std::string_view, 13> kUsed = {
       "gender", "sbj_id", "obj_name", "motion_intent", "framerate", "body",   "rhand",
       "lhand",  "object", "table",    "contact",       "n_frames",  "n_comps"};
-  if (std::string unused = UnusedNames(fields, kUsed); !unused.empty()) {
-    imported.dropped.push_back(std::move(unused));
-  }
-  SettleWorld(imported, options, WorldUp::kPlusZ, false);
+  DropUnused(fields, kUsed, imported);
+  SettleWorld(imported, options, UpAxis::kZ, false);
   return imported;
 }
 
 namespace {
 
 namespace fs = std::filesystem;
-using Eigen::Index;
 
 constexpr double kArcticFrameRate = 30;
 constexpr double kMillimeter = 1e-3;
@@ -275,17 +253,6 @@ bool HasHands(const Fields& fields) {
 std::string SequenceOf(const fs::path& path) {
   const std::string name = path.filename().string();
   return name.substr(0, name.find('.'));
-}
-
-std::string SubjectOf(const fs::path& path) { return path.parent_path().filename().string(); }
-
-ImportedClip ImportHandAlone(const Fields& fields, Side side, const ParameterOptions& options) {
-  constexpr std::array<std::string_view, 1> kTransName = {"trans"}, kBetasName = {"shape"};
-  ImportedClip imported =
-      ReadHandAlone(fields.In(SideName(side)), {"rot", "pose", kTransName, kBetasName}, side,
-                    options.flat_hand_mean.value_or(false), options);
-  imported.clip.frame_rate = options.source_frame_rate;
-  return imported;
 }
 
 void ReadObject(const fs::path& path, ImportedClip& imported) {
@@ -362,7 +329,7 @@ ImportedClip ImportArctic(const Fields& fields, const fs::path& path,
                      : "Choose one with --hands rhand or lhand, or give the .smplx.npy beside it");
   }
   ParameterOptions known = options;
-  const bool rate_known = known.source_frame_rate > 0;
+  const bool rate_known = known.source_frame_rate.has_value();
   if (!rate_known) known.source_frame_rate = kArcticFrameRate;
   ImportedClip imported;
   if (body) {
@@ -370,7 +337,11 @@ ImportedClip ImportArctic(const Fields& fields, const fs::path& path,
     collector.Add(fields);
     imported = collector.Collect(true);
   } else {
-    imported = ImportHandAlone(fields, right ? Side::kRight : Side::kLeft, known);
+    constexpr std::array<std::string_view, 1> kTransName = {"trans"}, kBetasName = {"shape"};
+    const Side side = right ? Side::kRight : Side::kLeft;
+    imported = ReadHandAlone(fields.In(SideName(side)), {"rot", "pose", kTransName, kBetasName},
+                             side, known.flat_hand_mean.value_or(false), known);
+    imported.clip.frame_rate = *known.source_frame_rate;
   }
   imported.format = body ? "ARCTIC sequence" : "ARCTIC sequence, a hand alone";
   if (!rate_known) {
@@ -379,7 +350,7 @@ ImportedClip ImportArctic(const Fields& fields, const fs::path& path,
   }
   Clip& clip = imported.clip;
   const std::string sequence = SequenceOf(path);
-  clip.subject = SubjectOf(path);
+  clip.subject = path.parent_path().filename().string();
   if (const std::size_t word = sequence.find('_'); word != std::string::npos) {
     clip.action = sequence.substr(word + 1, sequence.find('_', word + 1) - word - 1);
   }
@@ -395,7 +366,7 @@ ImportedClip ImportArctic(const Fields& fields, const fs::path& path,
     NoteTemplate(*options.body, imported);
   }
   // The rotation of a wrist does not show which axis is up.
-  SettleWorld(imported, options, body ? std::nullopt : std::optional(WorldUp::kPlusZ), body);
+  SettleWorld(imported, options, body ? std::nullopt : std::optional(UpAxis::kZ), body);
   return imported;
 }
 

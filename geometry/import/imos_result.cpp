@@ -12,12 +12,13 @@
 #include "geometry/import/mano_parameters.h"
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/import/world_frame.h"
-#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
 
-using Eigen::Index;
+// Key frame rate assumed for IMoS, Hz, since its files state none. Its 15 frames, drawn at this
+// rate, are a 20th of the time of contact apart; the paper quotes 8 to 10 Hz (section 4).
+constexpr double kImosFrameRate = 10;
 
 std::vector<std::string> Words(const std::string& text) {
   std::vector<std::string> words(1);
@@ -88,20 +89,6 @@ void ReadHands(const Fields& subject, const ParameterOptions& options, ImportedC
   }
 }
 
-void ReadObject(const Fields& object, ImportedClip& imported) {
-  Clip& clip = imported.clip;
-  ObjectTrack track;
-  track.trans = ReadFrameRows(object["transl"], 3);
-  // v R + t: transposing negates the axis-angle, also that of the nearest rotation.
-  const Index frames = clip.trans.cols();
-  track.orient = -ReadObjectRotations(object["global_orient"], imported, frames);
-  RequireFrames(object.Where(), "transl", track.trans.cols(), frames);
-  RequireFrames(object.Where(), "global_orient", track.orient.cols(), frames);
-  clip.object = std::move(track);
-  imported.conventions.push_back(
-      "the object's rotations act on row vectors (v R + t): transposed for column vectors");
-}
-
 }  // namespace
 
 bool LooksLikeImos(const Fields& fields) { return fields.Has("sbj_p") && fields.Has("obj_p"); }
@@ -111,27 +98,20 @@ ImportedClip ImportImos(const Fields& fields, const std::filesystem::path& path,
   ImportedClip imported;
   imported.format = "IMoS result";
   Clip& clip = imported.clip;
-  clip.frame_rate = options.source_frame_rate > 0 ? options.source_frame_rate : kImosFrameRate;
+  clip.frame_rate = options.source_frame_rate.value_or(kImosFrameRate);
   const Fields subject = fields.In("sbj_p");
   clip.trans = ReadFrameRows(subject["transl"], 3);
   clip.pose = RestPoses(clip.trans.cols(), subject["body_pose"], 63);
-  for (const auto& [name, begin, joints, needed] : {std::tuple{"global_orient", 0, 1, true},
-                                                    {"body_pose", 1, 21, true},
-                                                    {"jaw_pose", 22, 1, false},
-                                                    {"leye_pose", 23, 1, false},
-                                                    {"reye_pose", 24, 1, false}}) {
-    if (!needed && !subject.Has(name)) continue;
-    const DataValue value = subject[name];
-    SetJoints(clip.pose, begin, ReadRotations(value, joints, imported, clip.trans.cols()),
-              value.Where());
-  }
+  ReadBodyJoints(subject, false, imported);
   if (options.hands == ImportedHands::kNone) {
     for (JointPose& pose : clip.pose) pose = AddHandMean(*options.body, pose);
   } else {
     ReadHands(subject, options, imported);
   }
-  ReadObject(fields.In("obj_p"), imported);
+  clip.object = ReadRowTrack(fields.In("obj_p"), clip.trans.cols(), imported);
   clip.object->name = TextOf(fields, "obj_name");
+  imported.conventions.push_back(
+      "the object's rotations act on row vectors (v R + t): transposed for column vectors");
 
   const auto surface = fields.Has("sbj_vtemp")     ? fields.Find("sbj_vtemp")
                        : subject.Has("v_template") ? subject.Find("v_template")
@@ -164,7 +144,7 @@ ImportedClip ImportImos(const Fields& fields, const std::filesystem::path& path,
   }
   imported.conventions.push_back(
       fmt::format("{} key frames at {:g} Hz", clip.NumFrames(), clip.frame_rate));
-  if (options.source_frame_rate == 0) {
+  if (!options.source_frame_rate) {
     imported.notes.push_back(
         fmt::format("warning: no frame rate in the file: assuming {:g} Hz, the paper has 8 to 10 "
                     "('holdfast import --source-fps' overrides this)",
@@ -172,10 +152,8 @@ ImportedClip ImportImos(const Fields& fields, const std::filesystem::path& path,
   }
   constexpr std::array<std::string_view, 6> kUsed = {"sbj_p",     "obj_p",  "obj_name",
                                                      "sbj_vtemp", "gender", "sequence_name"};
-  if (std::string unused = UnusedNames(fields, kUsed); !unused.empty()) {
-    imported.dropped.push_back(std::move(unused));
-  }
-  SettleWorld(imported, options, WorldUp::kPlusZ, true);
+  DropUnused(fields, kUsed, imported);
+  SettleWorld(imported, options, UpAxis::kZ, true);
   return imported;
 }
 

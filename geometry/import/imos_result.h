@@ -5,10 +5,6 @@
 
 namespace holdfast {
 
-/// Key frame rate assumed for IMoS, Hz, since its files state none. Its 15 frames, drawn at this
-/// rate, are a 20th of the time of contact apart; the paper quotes 8 to 10 Hz (section 4).
-inline constexpr double kImosFrameRate = 10;
-
 /// Whether these are the fields of a result of the IMoS code: dicts `sbj_p` and `obj_p`.
 bool LooksLikeImos(const Fields& fields);
 

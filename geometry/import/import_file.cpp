@@ -21,53 +21,54 @@
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/import/smplx_parameters.h"
 #include "geometry/import/world_frame.h"
+#include "geometry/io/container/text_scanner.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "geometry/retarget/skeleton_map.h"
 
 namespace holdfast {
 namespace {
 
 namespace fs = std::filesystem;
 
-// An open data file and its fields.
-struct OpenFile {
-  const fs::path& path;
-  const DataFile& file;
-  Fields fields;
-};
-
-bool IsClip(const OpenFile& open) {
-  return open.file.Format() == DataFormat::kNpz && IsHoldfastClip(open.fields.Names()) &&
-         !NeedsImport(NpzReader(open.path));
+bool IsClip(const DataFile& file, const Fields& fields) {
+  return file.Format() == DataFormat::kNpz && IsHoldfastClip(fields.Names()) &&
+         !NeedsImport(NpzReader(file.Path()));
 }
 
-ImportedClip ImportClip(const OpenFile& open, const ParameterOptions& options) {
+ImportedClip ImportClip(const DataFile& file, const Fields& fields,
+                        const ParameterOptions& options) {
+  const fs::path& path = file.Path();
   ImportedClip imported;
   imported.format = "clip";
-  imported.clip = ReadClip(open.path);
-  imported.object_mesh = MeshBeside(open.path, imported.clip.object);
-  if (!imported.object_mesh.empty() && open.fields.Has("object_checksum")) {
-    RequireMeshOf(open.path, ReadMesh(imported.object_mesh), imported.object_mesh.string());
+  imported.clip = ReadClip(path);
+  imported.object_mesh = MeshBeside(path, imported.clip.object);
+  if (!imported.object_mesh.empty() && fields.Has("object_checksum")) {
+    RequireMeshOf(path, ReadMesh(imported.object_mesh), imported.object_mesh.string());
   }
-  imported.table_mesh = MeshBeside(open.path, imported.clip.table);
-  if (auto note = OldPelvisNote(NpzReader(open.path))) imported.notes.push_back(std::move(*note));
-  SettleWorld(imported, options, WorldUp::kPlusZ, false);
+  imported.table_mesh = MeshBeside(path, imported.clip.table);
+  if (auto note = OldPelvisNote(NpzReader(path))) imported.notes.push_back(std::move(*note));
+  SettleWorld(imported, options, UpAxis::kZ, false);
   return imported;
 }
 
 // Values without names: an array, or a list with the parameters of one frame per item.
-bool IsArray(const OpenFile& open) {
-  return open.file.Format() != DataFormat::kNpz && open.file.Root().Kind() == DataKind::kArray;
+bool IsArray(const DataFile& file, const Fields&) {
+  return file.Format() != DataFormat::kNpz && file.Root().Kind() == DataKind::kArray;
 }
 
-bool IsListOfParameters(const OpenFile& open) {
-  if (open.file.Format() == DataFormat::kNpz) return false;
-  const DataValue root = open.file.Root();
+ImportedClip ImportArray(const DataFile& file, const Fields&, const ParameterOptions& options) {
+  return ImportParameterArray(file.Root(), options);
+}
+
+bool IsListOfParameters(const DataFile& file, const Fields&) {
+  if (file.Format() == DataFormat::kNpz) return false;
+  const DataValue root = file.Root();
   return root.Kind() == DataKind::kList && root.Size() > 1 &&
          LooksLikeParameters(Fields(root[std::size_t{0}]));
 }
 
-ImportedClip ImportList(const OpenFile& open, const ParameterOptions& options) {
-  const DataValue root = open.file.Root();
+ImportedClip ImportList(const DataFile& file, const Fields&, const ParameterOptions& options) {
+  const DataValue root = file.Root();
   ParameterCollector collector(options);
   for (std::size_t i = 0; i < root.Size(); ++i) collector.Add(Fields(root[i]));
   ImportedClip imported = collector.Collect();
@@ -77,23 +78,24 @@ ImportedClip ImportList(const OpenFile& open, const ParameterOptions& options) {
 }
 
 // {0: {...}, 1: {...}}: one track per person.
-bool IsPeople(const OpenFile& open) {
-  const std::vector<std::string> names = open.fields.Names();
+bool IsPeople(const DataFile&, const Fields& fields) {
+  const std::vector<std::string> names = fields.Names();
   const auto is_number = [](const std::string& name) {
     return !name.empty() && std::ranges::all_of(name, [](char c) { return c >= '0' && c <= '9'; });
   };
   return !names.empty() && std::ranges::all_of(names, is_number) &&
-         LooksLikeParameters(open.fields.In(names[0]));
+         LooksLikeParameters(fields.In(names[0]));
 }
 
-ImportedClip ImportPerson(const OpenFile& open, const ParameterOptions& options) {
-  const std::vector<std::string> names = open.fields.Names();
+ImportedClip ImportPerson(const DataFile& file, const Fields& fields,
+                          const ParameterOptions& options) {
+  const std::vector<std::string> names = fields.Names();
   if (static_cast<std::size_t>(options.person) >= names.size()) {
-    throw Error(open.path.string(), fmt::format("has {} people", names.size()),
+    throw Error(file.Path().string(), fmt::format("has {} people", names.size()),
                 "Choose one with --person, counted from 0");
   }
-  const std::string& name = names[static_cast<std::size_t>(options.person)];
-  ImportedClip imported = ImportParameters(open.fields.In(name), open.path, options);
+  const std::string& name = names[options.person];
+  ImportedClip imported = ImportParameters(fields.In(name), file.Path(), options);
   imported.format = "SMPL-X parameters by person";
   imported.notes.push_back(
       fmt::format("person '{}' of {} is used (choose with --person)", name, names.size()));
@@ -104,46 +106,34 @@ ImportedClip ImportPerson(const OpenFile& open, const ParameterOptions& options)
 // line here and one file in this folder.
 struct Importer {
   std::string_view reads;
-  bool (*recognizes)(const OpenFile&);
-  ImportedClip (*import)(const OpenFile&, const ParameterOptions&);
+  bool (*recognizes)(const DataFile&, const Fields&);
+  ImportedClip (*import)(const DataFile&, const Fields&, const ParameterOptions&);
 };
 
-constexpr std::array kImporters = {
-    Importer{"GRAB sequence", [](const OpenFile& f) { return LooksLikeGrab(f.fields); },
-             [](const OpenFile& f, const ParameterOptions& o) {
-               return ImportGrab(f.fields, f.path, o);
-             }},
-    Importer{"IMoS result", [](const OpenFile& f) { return LooksLikeImos(f.fields); },
-             [](const OpenFile& f, const ParameterOptions& o) {
-               return ImportImos(f.fields, f.path, o);
-             }},
-    Importer{"Holdfast clip", IsClip, ImportClip},
-    Importer{"AMASS (SMPL-X, SMPL-H, SMPL)",
-             [](const OpenFile& f) { return LooksLikeAmass(f.fields); },
-             [](const OpenFile& f, const ParameterOptions& o) {
-               return ImportAmass(f.fields, f.path, o);
-             }},
-    Importer{"ARCTIC .smplx.npy, .mano.npy",
-             [](const OpenFile& f) { return LooksLikeArctic(f.file, f.fields); },
-             [](const OpenFile& f, const ParameterOptions& o) {
-               return ImportArctic(f.fields, f.path, o);
-             }},
-    Importer{"SMPL-X parameters (.npz .pkl .npy .json .pt; names of the smplx package and others)",
-             [](const OpenFile& f) { return LooksLikeParameters(f.fields); },
-             [](const OpenFile& f, const ParameterOptions& o) {
-               return ImportParameters(f.fields, f.path, o);
-             }},
-    Importer{"MANO parameters (the smplx package's names)",
-             [](const OpenFile& f) { return LooksLikeMano(f.fields); },
-             [](const OpenFile& f, const ParameterOptions& o) {
-               return ImportMano(f.fields, f.path, o);
-             }},
-    Importer{"a list of such parameters, one per frame", IsListOfParameters, ImportList},
-    Importer{"such parameters by person", IsPeople, ImportPerson},
-    Importer{"Motion-X (frames, 322), poses (frames, 165 or 156)", IsArray,
-             [](const OpenFile& f, const ParameterOptions& o) {
-               return ImportParameterArray(f.file.Root(), o);
-             }},
+// Those that need only the fields of a file, and its path.
+template <auto kLooksLike>
+bool TellsByFields(const DataFile&, const Fields& fields) {
+  return kLooksLike(fields);
+}
+template <auto kImport>
+ImportedClip FromFields(const DataFile& file, const Fields& fields,
+                        const ParameterOptions& options) {
+  return kImport(fields, file.Path(), options);
+}
+
+constexpr Importer kImporters[] = {
+    {"GRAB sequence", TellsByFields<LooksLikeGrab>, FromFields<ImportGrab>},
+    {"IMoS result", TellsByFields<LooksLikeImos>, FromFields<ImportImos>},
+    {"Holdfast clip", IsClip, ImportClip},
+    {"AMASS (SMPL-X, SMPL-H, SMPL)", TellsByFields<LooksLikeAmass>, FromFields<ImportAmass>},
+    {"ARCTIC .smplx.npy, .mano.npy", LooksLikeArctic, FromFields<ImportArctic>},
+    {"SMPL-X parameters (.npz .pkl .npy .json .pt; names of the smplx package and others)",
+     TellsByFields<LooksLikeParameters>, FromFields<ImportParameters>},
+    {"MANO parameters (the smplx package's names)", TellsByFields<LooksLikeMano>,
+     FromFields<ImportMano>},
+    {"a list of such parameters, one per frame", IsListOfParameters, ImportList},
+    {"such parameters by person", IsPeople, ImportPerson},
+    {"Motion-X (frames, 322), poses (frames, 165 or 156)", IsArray, ImportArray},
 };
 
 // Names in the first of a list of dicts, which stands for all.
@@ -155,16 +145,16 @@ std::vector<std::string> NamesOfItems(const DataValue& root) {
 
 ImportedClip ImportDataFile(const fs::path& path, const ParameterOptions& options) {
   const DataFile file(path);
-  const OpenFile open{path, file, Fields(file)};
+  const Fields fields(file);
   for (const Importer& importer : kImporters) {
-    if (importer.recognizes(open)) return importer.import(open, options);
+    if (importer.recognizes(file, fields)) return importer.import(file, fields, options);
   }
-  std::vector<std::string> names = open.fields.Names();
-  const auto has = [&](std::string_view name) { return open.fields.Has(name); };
+  std::vector<std::string> names = fields.Names();
+  const auto has = [&](std::string_view name) { return fields.Has(name); };
   if (has("v_template") && (has("weights") || has("kintree_table"))) {
     throw Error(path.string(), "is a body model, not a motion", "Give it with --body");
   }
-  if (LooksLikeObjectPoses(open.fields)) {
+  if (LooksLikeObjectPoses(fields)) {
     throw Error(path.string(), "holds the poses of an object, but of no person or hand",
                 "Give the file of the person beside it: the object is imported with it");
   }
@@ -174,14 +164,10 @@ ImportedClip ImportDataFile(const fs::path& path, const ParameterOptions& option
   }
   if (names.empty() && file.Format() != DataFormat::kNpz) names = NamesOfItems(file.Root());
   constexpr std::size_t kMaxNamed = 12;
-  const std::vector<std::string> some(
-      names.begin(), names.begin() + std::min<std::ptrdiff_t>(
-                                         kMaxNamed, static_cast<std::ptrdiff_t>(names.size())));
   throw Error(path.string(),
               fmt::format("is {} without a known motion ({})", DataFormatName(file.Format()),
                           names.empty() ? std::string("no names")
-                                        : fmt::format("it has: {}{}", fmt::join(some, ", "),
-                                                      names.size() > kMaxNamed ? ", ..." : "")),
+                                        : "it has: " + SomeNames(names, kMaxNamed)),
               fmt::format("Supported: {}", fmt::join(ImportableFormats(), "; ")));
 }
 
@@ -191,25 +177,16 @@ ImportedClip ImportFolder(const fs::path& folder, const ParameterOptions& option
     throw Error(folder.string(), "is a result folder: its clip needs no import",
                 "Give the folder directly to fit, report, export or score");
   }
-  const FrameFiles frames = FindFrameFiles(folder, options.person);
+  std::vector<std::string> notes;
+  const std::vector<fs::path> files = FindFrameFiles(folder, options.person, notes);
   ParameterCollector collector(options);
-  for (const fs::path& path : frames.files) {
+  for (const fs::path& path : files) {
     const DataFile file(path);
     collector.Add(Fields(file));
   }
   ImportedClip imported = collector.Collect();
-  imported.format = fmt::format("SMPL-X parameters, a folder of {} files", frames.files.size());
-  if (frames.people > 1) {
-    imported.notes.push_back(
-        fmt::format("up to {} people per frame: person {} is used (choose with --person)",
-                    frames.people, options.person));
-  }
-  if (frames.missing > 0) {
-    imported.notes.push_back(
-        fmt::format("frames missing between the first and the last number: {}; the others were "
-                    "joined without a gap",
-                    frames.missing));
-  }
+  imported.format = fmt::format("SMPL-X parameters, a folder of {} files", files.size());
+  Append(imported.notes, std::move(notes));
   SettleWorld(imported, options, {}, true);
   return imported;
 }
@@ -217,6 +194,7 @@ ImportedClip ImportFolder(const fs::path& folder, const ParameterOptions& option
 ImportedFile ImportRetargeted(const fs::path& path, const ImportFileOptions& options) {
   ImportedFile imported;
   ImportOptions motion = options.motion;
+  static_cast<FileFacts&>(motion) = options.parameters;
   motion.frame_rate = options.frame_rate.value_or(30.0);
   imported.motion.emplace();
   const SourceMotion source = ReadMotion(path, motion);
@@ -276,6 +254,61 @@ std::optional<TriangleMesh> ObjectMeshOf(const ImportedClip& imported) {
   } catch (const Error&) {
     return std::nullopt;
   }
+}
+
+OptionTable OptionsOf(ImportFileOptions& options) {
+  ParameterOptions& parameters = options.parameters;
+  ImportOptions& motion = options.motion;
+  OptionTable table;
+  table.Number("fps", "", options.frame_rate, {0.0, 1000.0},
+               "BVH, AMC, glTF: 30; parameters: the file's",
+               "Frame rate of the clip; 0 keeps the file's");
+  table.Number("source_fps", "", parameters.source_frame_rate, {1.0, 1000.0},
+               "AMC: 120; IMoS: 10; others: 30", "Frame rate of a file that does not state it");
+  table.Number("meters_per_unit", "", parameters.meters_per_unit, {1e-6, 1e3},
+               "BVH: 0.01; ASF: its own; parameters: 1", "Length unit of the file");
+  std::vector<std::pair<std::string, std::optional<UpAxis>>> axes = {{"auto", std::nullopt}};
+  for (const UpAxis up :
+       {UpAxis::kX, UpAxis::kY, UpAxis::kZ, UpAxis::kMinusX, UpAxis::kMinusY, UpAxis::kMinusZ}) {
+    axes.emplace_back(UpAxisName(up), up);
+  }
+  table.Choice("up", parameters.up, axes,
+               "Up axis of the file (write negative ones as --up=-y); auto: the format's "
+               "convention, else detected from the posture");
+  table.Flag("keep_ground", parameters.keep_ground,
+             "Keep the heights; do not shift the feet to z = 0");
+  table.Group("Motions with their own skeleton");
+  table.Text(
+      "map", motion.map,
+      fmt::format(
+          "JSON map of joint names {{\"source joint\": \"smplx joint\"}}; not needed for: {}",
+          fmt::join(KnownSkeletons(), "; ")));
+  table.Text("asf", motion.skeleton,
+             "Skeleton of an .amc file; if left out, it is searched in its folder");
+  table.Text("animation", motion.animation,
+             "Animation of a glTF with several; if left out, the longest one of the character");
+  table.Text("character", motion.character, "Character of a glTF with several");
+  table.Text("prop", motion.prop,
+             "Node of a glTF to use as the object; if left out, the only moving one");
+  table.Group("Parameters of a body model");
+  table.Choice("hands", parameters.hands,
+               {{"body", ImportedHands::kOfBody},
+                {"rhand", ImportedHands::kRightAlone},
+                {"lhand", ImportedHands::kLeftAlone},
+                {"none", ImportedHands::kNone}},
+               "body: hands of the body; rhand, lhand: this hand alone (MANO), if the file has it; "
+               "none: relaxed hands instead of the file's");
+  using Known = std::optional<bool>;
+  table.Choice("flat_hand_mean", parameters.flat_hand_mean,
+               {{"auto", Known()}, {"yes", true}, {"no", false}},
+               "Whether finger angles are complete (yes) or relative to the mean hand (no); auto: "
+               "the format's convention, else detected from the fingers");
+  table.Text("data_root", parameters.data_root,
+             "Folder of the data set (with GRAB's 'tools', ARCTIC's 'meta') for meshes that the "
+             "file references; if left out, the parent folders are searched");
+  table.Number("person", "", parameters.person, kNonNegative,
+               "Index of the person in a file or folder with several, from 0");
+  return table;
 }
 
 ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) {

@@ -8,18 +8,23 @@
 
 #include "geometry/import/fields.h"
 #include "geometry/import/import_motion.h"
+#include "geometry/options.h"
 
 namespace holdfast {
 
 struct ImportFileOptions {
   ParameterOptions parameters;
-  /// For motions that are retargeted to the body (BVH, ASF/AMC, glTF). Its frame rate is not used.
+  /// For motions that are retargeted to the body (BVH, ASF/AMC, glTF). Its frame rate and facts are
+  /// not used, but those above and below.
   /// Without betas, the shape is the file's if the file has one for `parameters.body`.
   ImportOptions motion;
   /// Frame rate of the clip, Hz. 0 keeps the file's; empty: 30 for retargeted motions, the file's
   /// for parameters.
   std::optional<double> frame_rate;
 };
+
+/// Options of `import`.
+OptionTable OptionsOf(ImportFileOptions& options);
 
 /// Result of importing a file.
 struct ImportedFile : ImportedClip {

@@ -8,6 +8,7 @@
 
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
+#include "geometry/import/file_kind.h"
 #include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/gltf/gltf_reader.h"
@@ -25,28 +26,13 @@ namespace {
 
 constexpr std::size_t kMotionHeadBytes = 4096;
 
-enum class MotionFormat { kUnknown, kBvh, kAmc, kAsf, kGltf, kSkillMimic, kMarkers, kFbx };
-
-MotionFormat Recognize(std::string_view text) {
-  if (LooksLikeGltf(text.substr(0, kMotionHeadBytes))) return MotionFormat::kGltf;
-  if (MarkerFormatOf(text)) return MotionFormat::kMarkers;
-  if (text.starts_with("Kaydara FBX Binary") || text.starts_with("; FBX")) {
-    return MotionFormat::kFbx;
-  }
-  TextScanner scanner("", text, '#');
-  const std::string_view first = scanner.Next();
-  if (EqualIgnoringCase(first, "HIERARCHY")) return MotionFormat::kBvh;
-  for (const std::string_view word :
-       {":FULLY-SPECIFIED", ":DEGREES", ":RADIANS", ":SAMPLES-PER-SECOND"}) {
-    if (EqualIgnoringCase(first, word)) return MotionFormat::kAmc;
-  }
-  if (first.starts_with(':')) return MotionFormat::kAsf;
-  // An AMC without header: a frame number alone, then "root" and numbers.
-  double number = 0;
-  if (ParseNumber(first, number) && EqualIgnoringCase(scanner.Next(), "root")) {
-    return MotionFormat::kAmc;
-  }
-  return MotionFormat::kUnknown;
+FileKind RecognizeMotion(std::string_view text) {
+  if (LooksLikeGltf(text.substr(0, kMotionHeadBytes))) return FileKind::kGltf;
+  if (!MarkerFormatOf(text).empty()) return FileKind::kMarkers;
+  if (text.starts_with("Kaydara FBX Binary") || text.starts_with("; FBX")) return FileKind::kFbx;
+  const FileKind kind = MotionTextKind(text);
+  const bool acclaim = TextScanner("", text, '#').Next().starts_with(':');
+  return kind == FileKind::kUnknown && acclaim ? FileKind::kAsf : kind;
 }
 
 // A SkillMimic tensor is recognized by its shape, which is stored inside the archive.
@@ -63,68 +49,66 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
   std::vector<std::string> notes;
   std::string text = PlainText(ReadGzipText(path), notes);
   const std::string where = path.string();
-  const MotionFormat format =
-      HoldsSkillMimic(path, text) ? MotionFormat::kSkillMimic : Recognize(text);
-  if (format != MotionFormat::kGltf &&
+  const FileKind kind = HoldsSkillMimic(path, text) ? FileKind::kTorch : RecognizeMotion(text);
+  if (kind != FileKind::kGltf &&
       !(options.animation.empty() && options.character.empty() && options.prop.empty())) {
     throw Error(where, "holds one motion of one skeleton",
                 "Omit the choice of animation, character and object: it applies only to glTF");
   }
-  switch (format) {
-    case MotionFormat::kBvh: {
-      SourceMotion motion =
-          ParseBvh(text, where, options.meters_per_unit > 0 ? options.meters_per_unit : 0.01);
-      if (options.source_frame_rate > 0) motion.frame_rate = options.source_frame_rate;
+  switch (kind) {
+    case FileKind::kBvh: {
+      SourceMotion motion = ParseBvh(text, where, options.meters_per_unit.value_or(0.01));
+      if (options.source_frame_rate) motion.frame_rate = *options.source_frame_rate;
       motion.notes.insert(motion.notes.begin(), notes.begin(), notes.end());
       return motion;
     }
-    case MotionFormat::kAmc: {
-      AmcOptions amc;
-      amc.skeleton = options.skeleton.empty() ? FindAsfBeside(path) : options.skeleton;
-      amc.meters_per_unit = options.meters_per_unit;
-      if (options.source_frame_rate > 0) amc.frame_rate = options.source_frame_rate;
-      SourceMotion motion = ParseAmc(PlainText(ReadGzipText(amc.skeleton), notes),
-                                     amc.skeleton.string(), text, where, amc);
+    case FileKind::kAmc: {
+      const std::filesystem::path skeleton =
+          options.skeleton.empty() ? FindAsfBeside(path) : fs::path(options.skeleton);
+      const std::string asf = PlainText(ReadGzipText(skeleton), notes);
+      SourceMotion motion =
+          ParseAmc(asf, skeleton.string(), text, where, options.meters_per_unit.value_or(0.0),
+                   options.source_frame_rate.value_or(kAmcFrameRate));
       motion.notes = std::move(notes);
-      if (options.source_frame_rate == 0) {
+      if (!options.source_frame_rate) {
         motion.notes.push_back(
             fmt::format("warning: AMC files have no frame rate: assuming CMU's {:g} Hz ('holdfast "
                         "import --source-fps' overrides this)",
-                        amc.frame_rate));
+                        kAmcFrameRate));
       }
       return motion;
     }
-    case MotionFormat::kGltf: {
+    case FileKind::kGltf: {
       GltfMotionOptions gltf;
-      gltf.frame_rate = options.source_frame_rate;
-      if (options.meters_per_unit > 0) gltf.meters_per_unit = options.meters_per_unit;
+      gltf.frame_rate = options.source_frame_rate.value_or(0.0);
+      if (options.meters_per_unit) gltf.meters_per_unit = *options.meters_per_unit;
       gltf.animation = options.animation;
       gltf.character = options.character;
       gltf.prop = options.prop;
       return ParseGltfMotion(std::move(text), where, path.parent_path(), gltf);
     }
-    case MotionFormat::kSkillMimic: {
-      SourceMotion motion = ReadSkillMimic(path);
-      if (options.source_frame_rate > 0) {
-        motion.frame_rate = options.source_frame_rate;
+    case FileKind::kTorch: {  // of SkillMimic
+      SourceMotion motion = ReadSkillMimic(DataFile(path).Root());
+      if (options.source_frame_rate) {
+        motion.frame_rate = *options.source_frame_rate;
       } else {
         motion.notes.push_back(fmt::format(
             "no frame rate in the file: assuming SkillMimic's {:g} Hz", motion.frame_rate));
       }
       return motion;
     }
-    case MotionFormat::kAsf:
+    case FileKind::kAsf:
       throw Error(where, "is an Acclaim skeleton (.asf), which holds no motion",
                   "Give the .amc, and this file with --asf if it is in another folder");
-    case MotionFormat::kMarkers:
+    case FileKind::kMarkers:
       throw Error(
           where,
           "is a marker recording: it holds paths of points on the skin, not joint rotations, and "
           "does not state where each marker is attached",
           "Fit a body to it with 'holdfast solve', or list its content with 'holdfast doctor'");
-    case MotionFormat::kFbx:
+    case FileKind::kFbx:
       throw Error(where, kFbxProblem, "Export .glb from Blender, and import that");
-    case MotionFormat::kUnknown:
+    default:
       break;
   }
   throw Error(where, "is not a BVH, ASF/AMC or glTF motion (judged by its first words)",
@@ -162,8 +146,8 @@ bool LooksLikeMotionFile(const std::filesystem::path& path) {
   std::vector<std::string> ignored;
   const std::string head = PlainText(ReadGzipHead(path, kMotionHeadBytes), ignored);
   if (HoldsSkillMimic(path, head)) return true;
-  const MotionFormat format = Recognize(head);
-  return format != MotionFormat::kUnknown && format != MotionFormat::kAsf;
+  const FileKind kind = RecognizeMotion(head);
+  return kind != FileKind::kUnknown && kind != FileKind::kAsf;
 }
 
 SourceMotion ReadMotion(const std::filesystem::path& path, const ImportOptions& options) {
@@ -200,7 +184,7 @@ Clip ImportMotion(const SourceMotion& motion, const std::string& where, const Re
                       UpAxisName(up.axis), 100 * up.share));
     }
   }
-  retarget.find_ground = options.find_ground;
+  retarget.find_ground = !options.keep_ground;
   RetargetReport retarget_report;
   Clip clip = Retarget(motion, map, body, retarget, &retarget_report);
   AddDoubts(retarget_report, notes);

@@ -9,18 +9,15 @@
 #include <Eigen/Core>
 
 #include "geometry/clip/clip.h"
+#include "geometry/import/fields.h"
 #include "geometry/retarget/retarget.h"
 
 namespace holdfast {
 
-struct ImportOptions {
-  double frame_rate = 30;        ///< Hz, of the clip; 0 keeps the file's
-  double source_frame_rate = 0;  ///< Hz, for files without one (AMC: 120); 0: the file's
-  double meters_per_unit = 0;  ///< 0: 0.01 for BVH, 1 for glTF, the skeleton's own unit for ASF/AMC
-  std::optional<UpAxis> up;    ///< up axis of the file's world; empty: judged from the posture
-  std::filesystem::path map;   ///< JSON map of joint names; empty: recognized
-  std::filesystem::path skeleton;          ///< `.asf` of an `.amc`; empty: searched next to it
-  bool find_ground = true;                 ///< see RetargetOptions
+struct ImportOptions : FileFacts {
+  double frame_rate = 30;                  ///< Hz, of the clip; 0 keeps the file's
+  std::string map;                         ///< JSON map of joint names; empty: recognized
+  std::string skeleton;                    ///< `.asf` of an `.amc`; empty: searched next to it
   Eigen::VectorXd betas;                   ///< shape of the given body, stored in the clip
   std::string animation, character, prop;  ///< choices within a glTF, see GltfMotionOptions
 };

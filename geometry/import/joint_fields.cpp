@@ -2,6 +2,7 @@
 #include "geometry/import/joint_fields.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -33,8 +34,22 @@ void SetJoints(std::vector<JointPose>& pose, int begin, const Eigen::MatrixXd& r
   }
   const Eigen::Index joints = rotations.rows() / 3;
   for (Eigen::Index t = 0; t < frames; ++t) {
-    pose[static_cast<std::size_t>(t)].middleCols(begin, joints) =
+    pose[t].middleCols(begin, joints) =
         rotations.col(rotations.cols() == 1 ? 0 : t).reshaped(3, joints);
+  }
+}
+
+void ReadBodyJoints(const Fields& params, bool needs_face, ImportedClip& imported) {
+  const auto frames = static_cast<Eigen::Index>(imported.clip.pose.size());
+  for (const auto& [name, begin, joints] : {std::tuple{"global_orient", 0, 1},
+                                            {"body_pose", 1, 21},
+                                            {"jaw_pose", 22, 1},
+                                            {"leye_pose", 23, 1},
+                                            {"reye_pose", 24, 1}}) {
+    if (begin >= kNumBodyJoints && !needs_face && !params.Has(name)) continue;
+    const DataValue value = params[name];
+    SetJoints(imported.clip.pose, begin, ReadRotations(value, joints, imported, frames),
+              value.Where());
   }
 }
 
@@ -44,6 +59,16 @@ void RequireFrames(std::string_view where, std::string_view name, Eigen::Index f
   throw Error(fmt::format("{}[{}]", where, name),
               fmt::format("has {} frames where the body has {}", found, frames),
               "All motion arrays of a file have the same length: cut the longer ones");
+}
+
+ObjectTrack ReadRowTrack(const Fields& params, Eigen::Index frames, ImportedClip& imported) {
+  ObjectTrack track;
+  track.trans = ReadFrameRows(params["transl"], 3);
+  // Row vectors: v R(w) + t = R(w)^T v + t = R(-w) v + t, also for the nearest rotation.
+  track.orient = -ReadObjectRotations(params["global_orient"], imported, frames);
+  RequireFrames(params.Where(), "transl", track.trans.cols(), frames);
+  RequireFrames(params.Where(), "global_orient", track.orient.cols(), frames);
+  return track;
 }
 
 Eigen::MatrixXd ReadBetas(const DataValue& value) {
@@ -82,32 +107,27 @@ constexpr double kMotionXFrameRate = 30;
 constexpr int kArraySmplhJoints = 52;
 
 [[noreturn]] void Refuse(const DataValue& value, const NpyMember& member, Index width) {
-  const auto refuse = [&](const char* problem, const char* remedy) {
-    throw Error(value.Where(), fmt::format("has shape {}: {}", member.ShapeText(), problem),
-                remedy);
-  };
-  const std::vector<std::size_t>& shape = member.array.shape;
+  const char* problem = "not a known layout of body parameters without names";
+  const char* remedy =
+      "Give (frames, 322) of Motion-X, (frames, 165) of SMPL-X, (frames, 156) of SMPL-H, or "
+      "arrays with names in a .npz";
   if (width == 263 || width == 251) {
-    refuse(
-        "features of HumanML3D (263) or KIT-ML (251), which hold no rotations of SMPL-X's joints",
+    problem =
+        "features of HumanML3D (263) or KIT-ML (251), which hold no rotations of SMPL-X's joints";
+    remedy =
         "Give the AMASS file that they were made from, or joints fitted by an inverse-kinematics "
-        "code");
+        "code";
+  } else if (width == 623) {
+    problem = "features of HumanTOMATO, which hold no rotations of SMPL-X's joints";
+    remedy = "Give the Motion-X file (frames, 322) that they were made from";
+  } else if (width == 7) {
+    problem = "an object of ARCTIC: articulation, rotation, translation";
+    remedy = "Give the .smplx.npy beside it: the object is imported with it";
+  } else if (member.array.shape.size() == 3 && width == 3) {
+    problem = "positions of joints, not rotations";
+    remedy = "Fit a body to them first";
   }
-  if (width == 623) {
-    refuse("features of HumanTOMATO, which hold no rotations of SMPL-X's joints",
-           "Give the Motion-X file (frames, 322) that they were made from");
-  }
-  if (width == 7) {
-    refuse("an object of ARCTIC: articulation, rotation, translation",
-           "Give the .smplx.npy beside it: the object is imported with it");
-  }
-  if (shape.size() == 3 && shape[2] == 3) {
-    refuse("positions of joints, not rotations", "Fit a body to them first");
-  }
-  refuse("not a known layout of body parameters without names",
-         "Give (frames, 322) of Motion-X, (frames, 165) of SMPL-X, (frames, 156) of SMPL-H, or "
-         "arrays with names in a .npz");
-  throw std::logic_error("unreachable");
+  throw Error(value.Where(), fmt::format("has shape {}: {}", member.ShapeText(), problem), remedy);
 }
 
 }  // namespace
@@ -124,9 +144,9 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
 
   ImportedClip imported;
   Clip& clip = imported.clip;
-  const double rate = options.source_frame_rate > 0 ? options.source_frame_rate : kMotionXFrameRate;
+  const double rate = options.source_frame_rate.value_or(kMotionXFrameRate);
   clip.frame_rate = rate;
-  std::optional<WorldUp> up;
+  std::optional<UpAxis> up;
   if (width == kMotionX) {
     imported.format = "Motion-X";
     const Eigen::MatrixXd rows = ReadFrameRows(value, kMotionX);
@@ -137,14 +157,14 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
     SetJoints(clip.pose, 22, rows.middleRows(kJawAt, 3), value.Where());
     SetBetas(rows.middleRows(kBetasAt, kNumBetas), imported);
     imported.conventions.push_back("finger angles are complete");
-    if (options.source_frame_rate == 0) {
+    if (!options.source_frame_rate) {
       imported.notes.push_back(
           fmt::format("no frame rate in the file: assuming Motion-X's {:g} Hz", rate));
     }
     if (!rows.middleRows(kExpressionAt, kTransAt - kExpressionAt).isZero(0.0)) {
       imported.dropped.push_back("expression and face shape: clips store neither");
     }
-    up = WorldUp::kPlusY;
+    up = UpAxis::kY;
   } else {
     imported.format = smplx ? "SMPL-X poses, one array" : "SMPL-H poses, one array";
     const Eigen::MatrixXd rows =

@@ -23,9 +23,18 @@ std::vector<JointPose> RestPoses(Eigen::Index frames, const DataValue& main, Eig
 void SetJoints(std::vector<JointPose>& pose, int begin, const Eigen::MatrixXd& rotations,
                std::string_view where);
 
+/// Reads `global_orient`, `body_pose` and, if `needs_face` or if the file has them, `jaw_pose`,
+/// `leye_pose` and `reye_pose` into the clip's poses.
+void ReadBodyJoints(const Fields& params, bool needs_face, ImportedClip& imported);
+
 /// Throws Error unless `found` equals `frames`.
 void RequireFrames(std::string_view where, std::string_view name, Eigen::Index found,
                    Eigen::Index frames);
+
+/// Reads the track of a thing that acts on row vectors, v_world = v R + t, from `transl` and
+/// `global_orient`: its rotations are transposed by negating the axis-angle. Throws Error unless it
+/// has `frames` frames.
+ObjectTrack ReadRowTrack(const Fields& params, Eigen::Index frames, ImportedClip& imported);
 
 /// Reads shape coefficients (B x rows): one set (B), (1,B), (B,1), or one per frame (T,B). No
 /// columns for an empty array.

@@ -27,6 +27,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// Of the distance from hand to object.
+constexpr std::size_t kSamples = 40;
+constexpr double kAwayMm = 10.0;
+
 // Whether a file is a clip already: it has only arrays that WriteClip writes, or some that only
 // Holdfast's clips have.
 bool IsClipFile(const fs::path& path) {
@@ -88,10 +92,6 @@ LoadedClip ReadFile(const fs::path& path, const ImportFileOptions& options) {
       fmt::format("{}: {}, imported automatically (for options, use 'holdfast import')",
                   path.string(), loaded.format));
   return loaded;
-}
-
-const std::string& MadeWith(const LoadedClip& loaded) {
-  return loaded.change ? loaded.change->from : loaded.clip.body_model;
 }
 
 // Reads the mesh file that a clip names. A substitute would be another object.
@@ -170,7 +170,8 @@ ClipObject FindClipObject(const LoadedClip& loaded, double scale) {
       found.mesh = LoadObject(name, scale).mesh;
       found.source = name;
       found.by_name = name != track.mesh;
-      if (found.by_name && MadeWith(loaded) != BodyModel::kDefaultName) {
+      const std::string& made_with = loaded.change ? loaded.change->from : loaded.clip.body_model;
+      if (found.by_name && made_with != BodyModel::kDefaultName) {
         found.warning = fmt::format(
             "the mesh of its object was not found: Holdfast's own '{}' is used instead, which has "
             "another shape (give the clip's mesh as the object)",
@@ -186,15 +187,8 @@ ClipObject FindClipObject(const LoadedClip& loaded, double scale) {
   return found;
 }
 
-namespace {
-
-constexpr std::size_t kSamples = 40;
-constexpr double kAwayMm = 10.0;
-
-}  // namespace
-
-std::optional<HeldDistance> MeasureHeldDistance(const Clip& clip, const ClipBody& body,
-                                                const TriangleMesh& object) {
+std::optional<double> MeasureHeldDistance(const Clip& clip, const ClipBody& body,
+                                          const TriangleMesh& object) {
   if (!clip.object || object.NumFaces() == 0) return std::nullopt;
   const std::vector<std::uint8_t>& holding = clip.holding_hand;
   std::vector<int> held;
@@ -202,8 +196,6 @@ std::optional<HeldDistance> MeasureHeldDistance(const Clip& clip, const ClipBody
     if (holding[t] != 0) held.push_back(static_cast<int>(t));
   }
   if (held.empty()) return std::nullopt;
-  HeldDistance result;
-  result.frames = static_cast<int>(held.size());
   const SignedDistance surface(object);
   std::vector<double> nearest(std::min(kSamples, held.size()),
                               std::numeric_limits<double>::infinity());
@@ -225,32 +217,30 @@ std::optional<HeldDistance> MeasureHeldDistance(const Clip& clip, const ClipBody
   }
   const auto middle = nearest.begin() + static_cast<std::ptrdiff_t>(nearest.size() / 2);
   std::ranges::nth_element(nearest, middle);
-  result.median_mm = 1e3 * *middle;
-  return std::isfinite(result.median_mm) ? std::optional(result) : std::nullopt;
+  return std::isfinite(*middle) ? std::optional(1e3 * *middle) : std::nullopt;
 }
 
-std::optional<HeldWarning> WarnOfHeldDistance(const Clip& clip, const ClipBody& body,
+std::optional<std::string> WarnOfHeldDistance(const Clip& clip, const ClipBody& body,
                                               const TriangleMesh& object) {
-  const std::optional<HeldDistance> held = MeasureHeldDistance(clip, body, object);
-  if (!held || held->median_mm <= kAwayMm) return std::nullopt;
-  return HeldWarning{
-      fmt::format("the clip says that a hand holds the object in {} of {} frames, but the hand of "
-                  "{} is {:.0f} mm from it (median)",
-                  held->frames, clip.NumFrames(), body.model->Name(), held->median_mm),
-      "give the body model that the clip was made with (--body MODEL.npz), or make a new grasp "
-      "('holdfast fit CLIP OBJECT --regrasp')"};
+  const std::optional<double> median_mm = MeasureHeldDistance(clip, body, object);
+  if (!median_mm || *median_mm <= kAwayMm) return std::nullopt;
+  return fmt::format(
+      "the clip says that a hand holds the object in {} of {} frames, but the hand of {} is {:.0f} "
+      "mm from it (median)",
+      clip.holding_hand.size() - std::ranges::count(clip.holding_hand, 0), clip.NumFrames(),
+      body.model->Name(), *median_mm);
 }
 
-BodyNotes NotesOnBody(const Clip& clip, const std::shared_ptr<const BodyModel>& model,
-                      const TriangleMesh* object) {
-  BodyNotes notes;
+std::pair<std::string, std::optional<std::string>> NotesOnBody(
+    const Clip& clip, const std::shared_ptr<const BodyModel>& model, const TriangleMesh* object) {
+  std::pair<std::string, std::optional<std::string>> notes;
   if (IsHandAlone(clip) != model->LoneHand().has_value()) return notes;
   Clip moved = clip;
   std::vector<std::string> ignored;
   const ClipBody body = BodyOfClip("", moved, model, ignored);
   const std::optional<BodyChange> change = BringOntoBody(moved, body);
-  if (change) notes.change = Describe(*change, *body.model);
-  if (object != nullptr) notes.held = WarnOfHeldDistance(moved, body, *object);
+  if (change) notes.first = Describe(*change, *body.model);
+  if (object != nullptr) notes.second = WarnOfHeldDistance(moved, body, *object);
   return notes;
 }
 

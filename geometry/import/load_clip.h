@@ -5,6 +5,8 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <Eigen/Core>
 
@@ -45,31 +47,23 @@ struct ClipObject {
 /// Throws Error for a file that is unreadable, has another checksum, or is missing from a result.
 ClipObject FindClipObject(const LoadedClip& loaded, double scale = 1.0);
 
-/// Distance from hand to object in the frames in which the clip marks the hand as holding.
-struct HeldDistance {
-  int frames = 0;          ///< frames with a holding hand
-  double median_mm = 0.0;  ///< over at most 40 of them, of the nearest hand vertex; 0 inside
-};
-
-/// Returns nullopt for a clip without labels or object. `object` is in its own frame.
-std::optional<HeldDistance> MeasureHeldDistance(const Clip& clip, const ClipBody& body,
-                                                const TriangleMesh& object);
+/// Median distance, millimeters, from hand to object over at most 40 of the frames in which the
+/// clip marks the hand as holding, of the nearest hand vertex; 0 inside. nullopt for a clip without
+/// labels or object. `object` is in its own frame.
+std::optional<double> MeasureHeldDistance(const Clip& clip, const ClipBody& body,
+                                          const TriangleMesh& object);
 
 /// Warning that holding hands are more than a centimeter from the object, since another body than
-/// the clip's has other limbs.
-struct HeldWarning {
-  std::string seen, advice;
-};
-std::optional<HeldWarning> WarnOfHeldDistance(const Clip& clip, const ClipBody& body,
+/// the clip's has other limbs; `kHeldRemedy` belongs to it.
+std::optional<std::string> WarnOfHeldDistance(const Clip& clip, const ClipBody& body,
                                               const TriangleMesh& object);
+inline constexpr std::string_view kHeldRemedy =
+    "give the body model that the clip was made with (--body MODEL.npz), or make a new grasp "
+    "('holdfast fit CLIP OBJECT --regrasp')";
 
 /// Reports how an imported clip changes on `model`, without changing it: a note if it was made with
 /// another kind of model (else empty), and the warning above if its object is present.
-struct BodyNotes {
-  std::string change;
-  std::optional<HeldWarning> held;
-};
-BodyNotes NotesOnBody(const Clip& clip, const std::shared_ptr<const BodyModel>& model,
-                      const TriangleMesh* object);
+std::pair<std::string, std::optional<std::string>> NotesOnBody(
+    const Clip& clip, const std::shared_ptr<const BodyModel>& model, const TriangleMesh* object);
 
 }  // namespace holdfast

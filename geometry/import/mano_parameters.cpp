@@ -10,6 +10,7 @@
 
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/conventions/hand_evidence.h"
+#include "geometry/conventions/loose_motion.h"
 #include "geometry/error.h"
 #include "geometry/import/data_set_files.h"
 #include "geometry/import/fields.h"
@@ -169,7 +170,7 @@ ImportedClip ImportMano(const Fields& packed, const std::filesystem::path& path,
   }
   ListUnusedOfHand(packed, fields, imported);
   AddObjectBeside(path, options, imported);
-  SettleWorld(imported, options, WorldUp::kPlusZ, false);
+  SettleWorld(imported, options, UpAxis::kZ, false);
   return imported;
 }
 
@@ -178,13 +179,6 @@ namespace {
 constexpr int kFingers = kJointsPerHand;
 
 int RowOf(Side side) { return side == Side::kRight ? 0 : 1; }
-
-// Reads K components, one per row, as (K x 45).
-Eigen::MatrixXd ReadComponents(const DataValue& value) {
-  const NpyMember member = value.Array();
-  member.RequireShape({-1, kHandDofs});
-  return ReadFrameRows(value, kHandDofs).transpose();
-}
 
 Side SideOfName(const std::filesystem::path& path) {
   std::string name = path.filename().string();
@@ -206,7 +200,9 @@ void FingerAngles::Load(const std::filesystem::path& path) {
   const DataFile file(path);
   const Fields fields(file);
   const auto load = [&](Side side, std::string_view components, std::string_view mean) {
-    spaces_[RowOf(side)] = HandSpace{ReadComponents(fields[components]),
+    const DataValue rows = fields[components];
+    rows.Array().RequireShape({-1, kHandDofs});
+    spaces_[RowOf(side)] = HandSpace{ReadFrameRows(rows, kHandDofs).transpose(),
                                      ReadFrameRows(fields[mean], kHandDofs).col(0)};
   };
   if (fields.Has("hands_componentsl") && fields.Has("hands_componentsr")) {
@@ -306,14 +302,11 @@ int NumbersPerHand(const DataValue& value, Eigen::Index frames) {
 }
 
 std::optional<bool> FingersLookFlat(const Clip& clip, const BodyModel& body) {
-  LooseMotion motion;
-  motion.has_hands = true;
-  motion.frames = clip.NumFrames();
   Clip wrapped;
+  wrapped.trans = clip.trans;
   wrapped.pose = clip.pose;
   WrapJointAngles(wrapped);
-  motion.pose = std::move(wrapped.pose);
-  const HandMeanEvidence evidence = JudgeHandMean(motion, body);
+  const HandMeanEvidence evidence = JudgeHandMean(LooseMotionOf(wrapped), body);
   using Reading = HandMeanEvidence::Reading;
   if (!evidence.certain) return std::nullopt;
   if (evidence.reading == Reading::kFull) return true;

@@ -17,6 +17,11 @@ namespace {
 
 using Eigen::Index;
 
+// A matrix whose singular values are all this close to one is a rotation in single precision.
+constexpr double kRotationTolerance = 1e-3;
+// A matrix farther off than this was not meant as a rotation.
+constexpr double kMaxRotationDefect = 0.1;
+
 Index SizeOf(const NpyMember& member) { return static_cast<Index>(member.array.NumElements()); }
 
 // Shape without dimensions of size one, but at least one dimension.
@@ -64,45 +69,44 @@ bool IsRotation(const Eigen::Matrix3d& M) {
 
 // How an array stores its rotations.
 struct RotationLayout {
-  enum class Form { kAxisAngle, kMatrix, kSixD, kSixDColumns, kSixDRows };
-  Form form;
+  int numbers;  // per rotation: 3 for axis-angle, 6 for 6D, 9 for a matrix
   Index frames;
+  // Of 6D: the first two columns in rows of two, or the first two rows; empty: the numbers decide.
+  std::optional<bool> interleaved;
 
-  int Numbers() const { return form == Form::kAxisAngle ? 3 : form == Form::kMatrix ? 9 : 6; }
+  bool operator==(const RotationLayout&) const = default;
 };
 
 // All possible readings of the shape, axis-angle first.
 std::vector<RotationLayout> LayoutsOf(const NpyMember& member, int joints) {
-  using Form = RotationLayout::Form;
   const std::vector<Index> shape = TrueShape(member);
   const Index J = joints;
   std::vector<RotationLayout> layouts;
-  const auto add = [&](Form form, std::initializer_list<Index> lengths) {
+  const auto add = [&](int numbers, std::initializer_list<Index> lengths,
+                       std::optional<bool> interleaved = {}) {
     std::vector<Index> frame(lengths);
     std::erase(frame, Index{1});
     const bool one = shape == frame;
     const bool many = shape.size() == frame.size() + 1 &&
                       std::equal(frame.begin(), frame.end(), shape.begin() + 1);
-    const Index frames = one ? 1 : shape[0];
-    const auto same = [&](const RotationLayout& other) {
-      return other.form == form && other.frames == frames;
-    };
-    if ((one || many) && std::ranges::none_of(layouts, same)) layouts.push_back({form, frames});
+    const RotationLayout layout{numbers, many ? shape[0] : 1, interleaved};
+    if ((one || many) && std::ranges::find(layouts, layout) == layouts.end()) {
+      layouts.push_back(layout);
+    }
   };
-  add(Form::kAxisAngle, {3 * J});
-  add(Form::kAxisAngle, {J, 3});
-  add(Form::kMatrix, {J, 3, 3});
-  add(Form::kMatrix, {J, 9});
-  add(Form::kMatrix, {9 * J});
-  add(Form::kSixDColumns, {J, 3, 2});
-  add(Form::kSixDRows, {J, 2, 3});
-  add(Form::kSixD, {J, 6});
-  add(Form::kSixD, {6 * J});
+  add(3, {3 * J});
+  add(3, {J, 3});
+  add(9, {J, 3, 3});
+  add(9, {J, 9});
+  add(9, {9 * J});
+  add(6, {J, 3, 2}, true);
+  add(6, {J, 2, 3}, false);
+  add(6, {J, 6});
+  add(6, {6 * J});
   return layouts;
 }
 
 std::optional<RotationLayout> LayoutOf(const NpyMember& member, int joints, Index frames) {
-  using Form = RotationLayout::Form;
   if (SizeOf(member) == 0) return std::nullopt;
   const std::vector<RotationLayout> layouts = LayoutsOf(member, joints);
   if (layouts.size() < 2) return layouts.empty() ? std::nullopt : std::optional(layouts.front());
@@ -113,7 +117,7 @@ std::optional<RotationLayout> LayoutOf(const NpyMember& member, int joints, Inde
     }
   }
   const std::vector<std::size_t>& whole = member.array.shape;
-  const auto matrix = std::ranges::find(layouts, Form::kMatrix, &RotationLayout::form);
+  const auto matrix = std::ranges::find(layouts, 9, &RotationLayout::numbers);
   if (matrix == layouts.end() || whole.size() < 2 || whole[whole.size() - 2] != 3) {
     return layouts.front();
   }
@@ -204,72 +208,6 @@ Eigen::Vector3d AxisAngleOf(const Eigen::Matrix3d& M, Index frame, RotationDefec
   return LogSO3(NearestRotation(M));
 }
 
-struct RotationsRead {
-  Eigen::MatrixXd axis_angle;
-  RotationLayout::Form form = RotationLayout::Form::kAxisAngle;
-  bool interleaved = false;  // for 6D
-};
-
-// `strict`: throw Error for a matrix that is far from a rotation.
-RotationsRead ReadAnyRotations(const DataValue& value, int joints, RotationDefects& defects,
-                               Index frames, bool strict,
-                               std::optional<bool> known_interleaved = {}) {
-  using Form = RotationLayout::Form;
-  const NpyMember member = value.Array();
-  const std::optional<RotationLayout> layout = LayoutOf(member, joints, frames);
-  if (!layout) {
-    throw Error(member.where,
-                fmt::format("has shape {}{}", member.ShapeText(),
-                            EndsWithQuaternions(TrueShape(member), joints)
-                                ? ": quaternions, whose order the file does not state"
-                                : ""),
-                joints == 1
-                    ? std::string("Give axis-angle (frames, 3) or matrices (frames, 3, 3)")
-                    : fmt::format("Give axis-angle (frames, {}) or matrices (frames, {}, 3, 3)",
-                                  3 * joints, joints));
-  }
-  const int numbers = layout->Numbers();
-  RotationsRead read{FiniteColumns(member, Index{numbers} * joints), layout->form};
-  if (numbers == 3) return read;
-  const Eigen::MatrixXd stored = std::move(read.axis_angle);
-  read.axis_angle.resize(3 * joints, stored.cols());
-  if (numbers == 6) {
-    read.interleaved =
-        layout->form == Form::kSixDColumns ||
-        (layout->form == Form::kSixD && IsInterleaved(stored, member, known_interleaved));
-  }
-  for (Index t = 0; t < stored.cols(); ++t) {
-    const int bad_before = defects.bad;
-    for (Index j = 0; j < joints; ++j) {
-      const double* const p = stored.col(t).data() + numbers * j;
-      Eigen::Matrix3d M;
-      if (numbers == 9) {
-        M = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(p);
-      } else {
-        M = SixDMatrix(p, read.interleaved, member, t);
-        // The first two rows are the first two columns of the transpose.
-        if (!read.interleaved) M.transposeInPlace();
-      }
-      const RotationDefects before = defects;
-      read.axis_angle.col(t).segment<3>(3 * j) = AxisAngleOf(M, t, defects);
-      const bool reflected = defects.reflections > before.reflections;
-      const double off = (M.transpose() * M - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
-      if (!strict || (!reflected && off <= 2 * kMaxRotationDefect)) continue;
-      throw Error(member.where,
-                  fmt::format("holds a matrix that is {} in frame {}{}",
-                              reflected ? "a reflection, not a rotation,"
-                                        : fmt::format("not a rotation (R'R is off by {:.3g})", off),
-                              t, joints > 1 ? fmt::format(", joint {}", j) : ""),
-                  "Give rotation matrices, row-major, or axis-angle");
-    }
-    if (defects.bad > bad_before) {
-      if (defects.first_frame < 0) defects.first_frame = static_cast<int>(t);
-      ++defects.frames;
-    }
-  }
-  return read;
-}
-
 constexpr std::string_view kSixDColumnsNote =
     "6D rotations are the first two columns of each matrix, in rows of two";
 constexpr std::string_view kSixDRowsNote =
@@ -288,12 +226,66 @@ std::optional<bool> KnownInterleaved(const ImportedClip& imported) {
   return std::nullopt;
 }
 
-void NoteSixD(const RotationsRead& read, ImportedClip& imported) {
-  using Form = RotationLayout::Form;
-  if (read.form == Form::kAxisAngle || read.form == Form::kMatrix) return;
-  std::vector<std::string>& texts = read.interleaved ? imported.conventions : imported.notes;
-  const std::string_view note = read.interleaved ? kSixDColumnsNote : kSixDRowsNote;
-  if (!Says(texts, note)) texts.emplace_back(note);
+// `defects`: those of the body or the object of `imported`. `strict`: throw Error for a matrix that
+// is far from a rotation.
+Eigen::MatrixXd ReadAnyRotations(const DataValue& value, int joints, Index frames, bool strict,
+                                 RotationDefects& defects, ImportedClip& imported) {
+  const NpyMember member = value.Array();
+  const std::optional<RotationLayout> layout = LayoutOf(member, joints, frames);
+  if (!layout) {
+    throw Error(member.where,
+                fmt::format("has shape {}{}", member.ShapeText(),
+                            EndsWithQuaternions(TrueShape(member), joints)
+                                ? ": quaternions, whose order the file does not state"
+                                : ""),
+                joints == 1
+                    ? std::string("Give axis-angle (frames, 3) or matrices (frames, 3, 3)")
+                    : fmt::format("Give axis-angle (frames, {}) or matrices (frames, {}, 3, 3)",
+                                  3 * joints, joints));
+  }
+  const int numbers = layout->numbers;
+  Eigen::MatrixXd stored = FiniteColumns(member, Index{numbers} * joints);
+  if (numbers == 3) return stored;
+  Eigen::MatrixXd axis_angle(3 * joints, stored.cols());
+  bool interleaved = layout->interleaved.value_or(false);
+  if (numbers == 6 && !layout->interleaved) {
+    interleaved = IsInterleaved(stored, member, KnownInterleaved(imported));
+  }
+  for (Index t = 0; t < stored.cols(); ++t) {
+    const int bad_before = defects.bad;
+    for (Index j = 0; j < joints; ++j) {
+      const double* const p = stored.col(t).data() + numbers * j;
+      Eigen::Matrix3d M;
+      if (numbers == 9) {
+        M = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(p);
+      } else {
+        M = SixDMatrix(p, interleaved, member, t);
+        // The first two rows are the first two columns of the transpose.
+        if (!interleaved) M.transposeInPlace();
+      }
+      const RotationDefects before = defects;
+      axis_angle.col(t).segment<3>(3 * j) = AxisAngleOf(M, t, defects);
+      const bool reflected = defects.reflections > before.reflections;
+      const double off = (M.transpose() * M - Eigen::Matrix3d::Identity()).cwiseAbs().maxCoeff();
+      if (!strict || (!reflected && off <= 2 * kMaxRotationDefect)) continue;
+      throw Error(member.where,
+                  fmt::format("holds a matrix that is {} in frame {}{}",
+                              reflected ? "a reflection, not a rotation,"
+                                        : fmt::format("not a rotation (R'R is off by {:.3g})", off),
+                              t, joints > 1 ? fmt::format(", joint {}", j) : ""),
+                  "Give rotation matrices, row-major, or axis-angle");
+    }
+    if (defects.bad > bad_before) {
+      if (defects.first_frame < 0) defects.first_frame = static_cast<int>(t);
+      ++defects.frames;
+    }
+  }
+  if (numbers == 6) {
+    std::vector<std::string>& texts = interleaved ? imported.conventions : imported.notes;
+    const std::string_view note = interleaved ? kSixDColumnsNote : kSixDRowsNote;
+    if (!Says(texts, note)) texts.emplace_back(note);
+  }
+  return axis_angle;
 }
 
 }  // namespace
@@ -314,49 +306,32 @@ Eigen::MatrixXd ReadFrameRows(const DataValue& value, Index columns) {
 
 std::optional<int> NumbersPerRotation(const NpyMember& member, int joints, Index frames) {
   const std::optional<RotationLayout> layout = LayoutOf(member, joints, frames);
-  return layout ? std::optional(layout->Numbers()) : std::nullopt;
-}
-
-Eigen::MatrixXd ReadRotations(const DataValue& value, int joints, RotationDefects& defects,
-                              Index frames) {
-  return ReadAnyRotations(value, joints, defects, frames, false).axis_angle;
+  return layout ? std::optional(layout->numbers) : std::nullopt;
 }
 
 Eigen::MatrixXd ReadRotations(const DataValue& value, int joints, ImportedClip& imported,
                               Index frames) {
-  RotationsRead read = ReadAnyRotations(value, joints, imported.body_defects, frames, true,
-                                        KnownInterleaved(imported));
-  NoteSixD(read, imported);
-  return std::move(read.axis_angle);
+  return ReadAnyRotations(value, joints, frames, true, imported.body_defects, imported);
 }
 
 Eigen::MatrixXd ReadObjectRotations(const DataValue& value, ImportedClip& imported, Index frames) {
-  RotationsRead read = ReadAnyRotations(value, 1, imported.object_defects, frames, false,
-                                        KnownInterleaved(imported));
-  NoteSixD(read, imported);
-  return std::move(read.axis_angle);
+  return ReadAnyRotations(value, 1, frames, false, imported.object_defects, imported);
 }
 
 void NoteRotationDefects(ImportedClip& imported) {
   for (const auto& [whose, defects] :
        {std::pair{"body", imported.body_defects}, {"object", imported.object_defects}}) {
-    if (const std::string text = Describe(defects); !text.empty()) {
-      imported.notes.push_back(fmt::format(
-          "warning: the {}: {}; replaced by the nearest rotations (SVD, determinant +1)", whose,
-          text));
-    }
+    if (defects.bad == 0) continue;
+    imported.notes.push_back(fmt::format(
+        "warning: the {}: {} of {} matrices are not rotations (from frame {} on, the worst in "
+        "frame {}): singular values {:.3g} to {:.3g}, determinants {:.3g} to {:.3g}{}; replaced "
+        "by the nearest rotations (SVD, determinant +1)",
+        whose, defects.bad, defects.matrices, defects.first_frame, defects.worst_frame,
+        defects.min_singular, defects.max_singular, defects.min_determinant,
+        defects.max_determinant,
+        defects.reflections > 0 ? fmt::format(", {} of them reflections", defects.reflections)
+                                : ""));
   }
-}
-
-std::string Describe(const RotationDefects& defects) {
-  if (defects.bad == 0) return {};
-  std::string text = fmt::format(
-      "{} of {} matrices are not rotations (from frame {} on, the worst in frame {}): singular "
-      "values {:.3g} to {:.3g}, determinants {:.3g} to {:.3g}",
-      defects.bad, defects.matrices, defects.first_frame, defects.worst_frame, defects.min_singular,
-      defects.max_singular, defects.min_determinant, defects.max_determinant);
-  if (defects.reflections > 0) text += fmt::format(", {} of them reflections", defects.reflections);
-  return text;
 }
 
 }  // namespace holdfast

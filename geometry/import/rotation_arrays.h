@@ -2,7 +2,6 @@
 #pragma once
 
 #include <optional>
-#include <string>
 
 #include <Eigen/Core>
 
@@ -10,11 +9,6 @@
 #include "geometry/io/container/data_value.h"
 
 namespace holdfast {
-
-/// A matrix whose singular values are all this close to one is a rotation in single precision.
-inline constexpr double kRotationTolerance = 1e-3;
-/// A matrix farther off than this was not meant as a rotation.
-inline constexpr double kMaxRotationDefect = 0.1;
 
 /// More frames are rejected: no clip has two million (a day at 120 Hz is ten million).
 inline constexpr Eigen::Index kMaxImportFrames = 2'000'000;
@@ -33,14 +27,10 @@ Eigen::MatrixXd ReadFrameRows(const DataValue& value, Eigen::Index columns);
 /// A single frame may lack T. `frames` is the number of frames of the motion, 0 if unknown; it
 /// decides between two readings of a shape. Without it, a single (3,3) of one joint is a matrix if
 /// it is a rotation, else three frames of axis-angle.
-/// Matrices become the nearest rotation (Frobenius norm, determinant +1), and `defects` accumulates
-/// their deviations. Throws Error for other shapes, naming what they look like (quaternions,
-/// ambiguous 6D, joint positions), and for numbers that are not finite.
-Eigen::MatrixXd ReadRotations(const DataValue& value, int joints, RotationDefects& defects,
-                              Eigen::Index frames = 0);
-
-/// Same for the body of an import: extends `body_defects`, adds doubts about 6D to `notes`. Also
-/// throws Error for a matrix far from any rotation, naming field, frame and joint.
+/// Matrices become the nearest rotation (Frobenius norm, determinant +1); `body_defects`
+/// accumulates their deviations, and doubts about 6D are added to `notes`. Throws Error for other
+/// shapes, naming what they look like (quaternions, ambiguous 6D, joint positions), for numbers
+/// that are not finite, and for a matrix far from any rotation, naming field, frame and joint.
 Eigen::MatrixXd ReadRotations(const DataValue& value, int joints, ImportedClip& imported,
                               Eigen::Index frames = 0);
 
@@ -55,9 +45,5 @@ void NoteRotationDefects(ImportedClip& imported);
 /// Numbers that ReadRotations would read per rotation: 3, 6 or 9; nullopt for a shape that it
 /// rejects.
 std::optional<int> NumbersPerRotation(const NpyMember& member, int joints, Eigen::Index frames = 0);
-
-/// Description for people: "12 of 15 matrices are not rotations ...: singular values 0.34 to 2.07,
-/// determinants -1.03 to 4.10, 1 of them reflections"; empty if all are rotations.
-std::string Describe(const RotationDefects& defects);
 
 }  // namespace holdfast

@@ -77,8 +77,8 @@ bool HasParameters(const Fields& fields) {
          (fields.FirstOf(kFull) && fields.FirstOf(kTrans));
 }
 
-}  // namespace
-
+// Finds the dict of parameters in a value that packs it: the value itself, one person of a list, or
+// a dict below a name such as `smplx` or `params`. nullopt if there is none.
 std::optional<Fields> FindParameters(const Fields& fields) {
   if (HasParameters(fields)) return fields;
   for (const std::string_view name : kInside) {
@@ -88,6 +88,31 @@ std::optional<Fields> FindParameters(const Fields& fields) {
   }
   return std::nullopt;
 }
+
+// Frame rate in Hz under any of its common names, in `fields` or in a dict below (MoSh++ has it in
+// stageii_debug_details); nullopt if there is none. Throws Error for a rate that is not positive.
+std::optional<double> FrameRateOf(const Fields& fields) {
+  constexpr int kDepth = 3;
+  const auto rate = FindBelow(fields, kFrameRate, kDepth);
+  if (!rate) return std::nullopt;
+  std::vector<double> values;
+  if (rate->HoldsNumbers()) {
+    values = rate->Array().AsDoubles();
+  } else if (rate->Kind() == DataKind::kText) {
+    double number = 0;
+    if (ParseNumber(rate->Text(), number)) values = {number};
+  }
+  const bool one = !values.empty() &&
+                   std::ranges::all_of(values, [&](double value) { return value == values[0]; });
+  if (!one || !(values[0] > 0) || !std::isfinite(values[0])) {
+    throw Error(rate->Where(),
+                one ? fmt::format("is {}", values[0]) : std::string("is not one number"),
+                "Give frames per second");
+  }
+  return values[0];
+}
+
+}  // namespace
 
 bool LooksLikeParameters(const Fields& fields) { return FindParameters(fields).has_value(); }
 
@@ -110,27 +135,6 @@ bool IsFrameRateName(std::string_view name) {
   return std::ranges::find(kFrameRate, name) != kFrameRate.end();
 }
 
-std::optional<double> FrameRateOf(const Fields& fields) {
-  constexpr int kDepth = 3;
-  const auto rate = FindBelow(fields, kFrameRate, kDepth);
-  if (!rate) return std::nullopt;
-  std::vector<double> values;
-  if (rate->HoldsNumbers()) {
-    values = rate->Array().AsDoubles();
-  } else if (rate->Kind() == DataKind::kText) {
-    double number = 0;
-    if (ParseNumber(rate->Text(), number)) values = {number};
-  }
-  const bool one = !values.empty() &&
-                   std::ranges::all_of(values, [&](double value) { return value == values[0]; });
-  if (!one || !(values[0] > 0) || !std::isfinite(values[0])) {
-    throw Error(rate->Where(),
-                one ? fmt::format("is {}", values[0]) : std::string("is not one number"),
-                "Give frames per second");
-  }
-  return values[0];
-}
-
 void SettleFrameRate(const Fields& fields, const ParameterOptions& options, double assumed,
                      ImportedClip& imported) {
   Clip& clip = imported.clip;
@@ -138,8 +142,8 @@ void SettleFrameRate(const Fields& fields, const ParameterOptions& options, doub
     clip.frame_rate = *rate;
     return;
   }
-  if (options.source_frame_rate > 0) {
-    clip.frame_rate = options.source_frame_rate;
+  if (options.source_frame_rate) {
+    clip.frame_rate = *options.source_frame_rate;
     return;
   }
   clip.frame_rate = assumed;
@@ -166,7 +170,7 @@ std::optional<bool> FlatHandMeanOf(const Fields& fields) {
 ParameterCollector::ParameterCollector(const ParameterOptions& options)
     : options_(options), fingers_(options) {
   imported_.format = "SMPL-X parameters";
-  imported_.clip.frame_rate = options.source_frame_rate;
+  imported_.clip.frame_rate = options.source_frame_rate.value_or(0.0);
 }
 
 Eigen::MatrixXd ParameterCollector::ReadBody(const DataValue& value, Index frames) {
@@ -207,8 +211,8 @@ void ParameterCollector::AddHands(const Fields& fields, std::vector<JointPose>& 
 void ParameterCollector::AddBetas(const Fields& fields) {
   const auto value = fields.Find(kBetas);
   if (!value || !value->HoldsNumbers()) return;
-  const Eigen::MatrixXd rows = ReadBetas(*value);
-  for (Index t = 0; t < rows.cols(); ++t) betas_.push_back(rows.col(t));
+  Eigen::MatrixXd rows = ReadBetas(*value);
+  if (rows.cols() > 0) betas_.push_back(std::move(rows));
 }
 
 void ParameterCollector::AddTrans(const Fields& fields, Index frames) {
@@ -348,20 +352,15 @@ void ParameterCollector::DecideFlat(std::optional<bool> known_flat) {
 
 void ParameterCollector::DecideBetas() {
   if (betas_.empty()) return;
-  const Index count = betas_[0].size();
-  for (const Eigen::VectorXd& betas : betas_) {
-    if (betas.size() != count) {
-      imported_.notes.push_back("betas have different lengths: ignored, the mean shape is used");
-      return;
-    }
-  }
-  if (is_smpl_) {
+  const bool same_count = std::ranges::all_of(
+      betas_, [&](const Eigen::MatrixXd& part) { return part.rows() == betas_[0].rows(); });
+  if (!same_count) {
+    imported_.notes.push_back("betas have different lengths: ignored, the mean shape is used");
+  } else if (is_smpl_) {
     imported_.notes.push_back("betas are SMPL's, which do not apply to SMPL-X: ignored");
-    return;
+  } else {
+    SetBetas(Joined(betas_), imported_);
   }
-  Eigen::MatrixXd all(count, static_cast<Index>(betas_.size()));
-  for (Index t = 0; t < all.cols(); ++t) all.col(t) = betas_[static_cast<std::size_t>(t)];
-  SetBetas(all, imported_);
 }
 
 ImportedClip ParameterCollector::Collect(std::optional<bool> known_flat) {
@@ -390,14 +389,12 @@ ImportedClip ParameterCollector::Collect(std::optional<bool> known_flat) {
 }
 
 ImportedClip ImportParameters(const Fields& fields, const std::filesystem::path& path,
-                              const ParameterOptions& options, std::optional<WorldUp> known_up,
-                              std::optional<bool> known_flat) {
+                              const ParameterOptions& options) {
   ParameterCollector collector(options);
   collector.Add(fields);
-  if (!known_flat) known_flat = FlatHandMeanOf(fields);
-  ImportedClip imported = collector.Collect(known_flat);
+  ImportedClip imported = collector.Collect(FlatHandMeanOf(fields));
   AddObjectBeside(path, options, imported);
-  SettleWorld(imported, options, known_up, !known_up);
+  SettleWorld(imported, options, {}, true);
   return imported;
 }
 

@@ -14,20 +14,13 @@
 
 namespace holdfast {
 
-/// Finds the dict of parameters in a value that packs it: the value itself, one person of a list,
-/// or a dict below a name such as `smplx` or `params`. nullopt if there is none.
-std::optional<Fields> FindParameters(const Fields& fields);
-
 /// Whether these are parameters of a body, by the names of the smplx package or related codes:
 /// global_orient, body_pose (smplx_root_pose, smplx_body_pose; root_orient, pose_body; ...), or
 /// `fullpose` with `transl`.
 bool LooksLikeParameters(const Fields& fields);
 
-/// Frame rate in Hz under any of its common names, in `fields` or in a dict below (MoSh++ has it in
-/// stageii_debug_details); nullopt if there is none. Throws Error for a rate that is not positive.
-std::optional<double> FrameRateOf(const Fields& fields);
 /// Sets the clip's frame rate once its frames are read: from the file, else the options, else
-/// mocap_time_length, else `assumed`, with a warning.
+/// mocap_time_length, else `assumed`, with a warning. Throws Error for a rate that is not positive.
 void SettleFrameRate(const Fields& fields, const ParameterOptions& options, double assumed,
                      ImportedClip& imported);
 /// Whether a name is one of the names of a frame rate.
@@ -67,17 +60,14 @@ class ParameterCollector {
   const ParameterOptions& options_;
   ImportedClip imported_;
   FingerAngles fingers_;
-  std::vector<Eigen::MatrixXd> trans_;
-  std::vector<Eigen::VectorXd> betas_;
+  std::vector<Eigen::MatrixXd> trans_, betas_;  // of the parts
   int frames_without_trans_ = 0;
   bool has_fingers_ = false, is_smpl_ = false;
 };
 
 /// Imports one file and the object in a file next to it (AddObjectBeside), in a clip's world.
-/// `known_up` is the format's up axis, if known; otherwise the posture decides, with a note, and
-/// the floor is at the feet.
+/// The posture decides which axis is up, with a note, and the floor is at the feet.
 ImportedClip ImportParameters(const Fields& fields, const std::filesystem::path& path,
-                              const ParameterOptions& options, std::optional<WorldUp> known_up = {},
-                              std::optional<bool> known_flat = {});
+                              const ParameterOptions& options);
 
 }  // namespace holdfast

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/import/world_frame.h"
 
-#include <array>
 #include <cmath>
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
 #include "geometry/body/skeleton.h"
+#include "geometry/conventions/loose_motion.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
@@ -15,17 +15,8 @@
 namespace holdfast {
 namespace {
 
-constexpr std::array<std::string_view, 6> kNames = {"x", "-x", "y", "-y", "z", "-z"};
-
-LooseMotion MotionOf(const Clip& clip) {
-  LooseMotion motion;
-  motion.frames = clip.NumFrames();
-  motion.frame_rate = clip.frame_rate;
-  motion.has_trans = motion.has_root = motion.has_body = true;
-  motion.num_joints = kNumJoints;
-  motion.trans = clip.trans;
-  motion.pose = clip.pose;
-  return motion;
+UpAxis AxisOf(const Posture& posture) {
+  return static_cast<UpAxis>(2 * posture.axis + (posture.sign < 0 ? 1 : 0));
 }
 
 void Turn(ObjectTrack& track, const Eigen::Matrix3d& Q) {
@@ -37,20 +28,19 @@ void Turn(ObjectTrack& track, const Eigen::Matrix3d& Q) {
 
 }  // namespace
 
-std::string_view WorldUpName(WorldUp up) { return kNames[static_cast<std::size_t>(up)]; }
-
-std::optional<WorldUp> ParseWorldUp(std::string_view text) {
-  for (std::size_t i = 0; i < kNames.size(); ++i) {
-    if (kNames[i] == text) return static_cast<WorldUp>(i);
+std::optional<UpAxis> ParseUpAxis(std::string_view text) {
+  for (const UpAxis up :
+       {UpAxis::kX, UpAxis::kMinusX, UpAxis::kY, UpAxis::kMinusY, UpAxis::kZ, UpAxis::kMinusZ}) {
+    if (UpAxisName(up) == text) return up;
   }
   return std::nullopt;
 }
 
-Eigen::Matrix3d ZUpFrom(WorldUp up) {
+Eigen::Matrix3d ZUpFrom(UpAxis up) {
   const int axis = static_cast<int>(up) / 2;
   const double sign = static_cast<int>(up) % 2 == 0 ? 1 : -1;
   // A half turn has no unique axis: turn about x, so that left stays left.
-  if (up == WorldUp::kMinusZ) return Eigen::Vector3d(1, -1, -1).asDiagonal();
+  if (up == UpAxis::kMinusZ) return Eigen::Vector3d(1, -1, -1).asDiagonal();
   return RotationBetween(sign * Eigen::Vector3d::Unit(axis), Eigen::Vector3d::UnitZ())
       .toRotationMatrix()
       .unaryExpr([](double x) { return std::round(x); });  // exact: entries are 0 and +-1
@@ -58,18 +48,12 @@ Eigen::Matrix3d ZUpFrom(WorldUp up) {
 
 void TurnWorld(Clip& clip, const Eigen::Matrix3d& Q, const Eigen::Vector3d& pelvis) {
   for (int t = 0; t < clip.NumFrames(); ++t) {
-    JointPose& pose = clip.pose[static_cast<std::size_t>(t)];
+    JointPose& pose = clip.pose[t];
     pose.col(0) = LogSO3(Q * ExpSO3(pose.col(0)));
     clip.trans.col(t) = Q * (pelvis + clip.trans.col(t)) - pelvis;
   }
   if (clip.object) Turn(*clip.object, Q);
   if (clip.table) Turn(*clip.table, Q);
-}
-
-void MoveWorld(Clip& clip, const Eigen::Vector3d& offset) {
-  clip.trans.colwise() += offset;
-  if (clip.object) clip.object->trans.colwise() += offset;
-  if (clip.table) clip.table->trans.colwise() += offset;
 }
 
 Eigen::Vector3d PelvisOf(const Clip& clip, const BodyModel& body) {
@@ -91,32 +75,30 @@ Eigen::Vector3d PelvisOf(const Clip& clip, const BodyModel& body) {
   return body.RestJoints(body.Template()).col(0);
 }
 
-std::optional<WorldUp> UprightAxis(const Clip& clip, const BodyModel& body) {
-  const Posture posture = MeasurePosture(MotionOf(clip), body);
-  if (!posture.up_is_certain) return std::nullopt;
-  return static_cast<WorldUp>(2 * posture.axis + (posture.sign < 0 ? 1 : 0));
+std::optional<UpAxis> UprightAxis(const Clip& clip, const BodyModel& body) {
+  const Posture posture = MeasurePosture(LooseMotionOf(clip), body);
+  return posture.up_is_certain ? std::optional(AxisOf(posture)) : std::nullopt;
 }
 
 void SettleWorld(ImportedClip& imported, const ParameterOptions& options,
-                 std::optional<WorldUp> known, bool find_ground) {
+                 std::optional<UpAxis> known, bool find_ground) {
   Clip& clip = imported.clip;
-  if (options.meters_per_unit != 1) {
-    clip.trans *= options.meters_per_unit;
-    if (clip.object) clip.object->trans *= options.meters_per_unit;
-    if (clip.table) clip.table->trans *= options.meters_per_unit;
-    imported.conventions.push_back(
-        fmt::format("positions multiplied by {:g}", options.meters_per_unit));
+  if (const double unit = options.meters_per_unit.value_or(1.0); unit != 1.0) {
+    clip.trans *= unit;
+    if (clip.object) clip.object->trans *= unit;
+    if (clip.table) clip.table->trans *= unit;
+    imported.conventions.push_back(fmt::format("positions multiplied by {:g}", unit));
   }
-  std::optional<WorldUp> up = options.up ? options.up : known;
+  std::optional<UpAxis> up = options.up ? options.up : known;
   if (!up) {
-    const Posture posture = MeasurePosture(MotionOf(clip), *options.body);
-    up = static_cast<WorldUp>(2 * posture.axis + (posture.sign < 0 ? 1 : 0));
+    const Posture posture = MeasurePosture(LooseMotionOf(clip), *options.body);
+    up = AxisOf(posture);
     imported.notes.push_back(
         fmt::format("the file does not state the up axis: {} is used, along which the head is "
                     "above the feet{} (--up overrides this)",
-                    WorldUpName(*up), posture.up_is_certain ? "" : ", though not in all frames"));
+                    UpAxisName(*up), posture.up_is_certain ? "" : ", though not in all frames"));
   }
-  if (*up != WorldUp::kPlusZ) {
+  if (*up != UpAxis::kZ) {
     if (clip.surface_model_type == "mano" && !options.body->LoneHand()) {
       throw Error("--up",
                   "a hand alone rotates about its wrist, whose position only its own model has",
@@ -125,12 +107,12 @@ void SettleWorld(ImportedClip& imported, const ParameterOptions& options,
     TurnWorld(clip, ZUpFrom(*up), PelvisOf(clip, *options.body));
     imported.conventions.push_back(
         fmt::format("the file's world is {}-up: rotated to z-up about the pelvis of the rest pose",
-                    WorldUpName(*up)));
+                    UpAxisName(*up)));
   } else {
     imported.conventions.push_back("the file's world is z-up, as a clip's");
   }
-  if (!find_ground || !options.find_ground) return;
-  const Posture posture = MeasurePosture(MotionOf(clip), *options.body);
+  if (!find_ground || options.keep_ground) return;
+  const Posture posture = MeasurePosture(LooseMotionOf(clip), *options.body);
   if (posture.unit_is_certain && posture.meters_per_unit != 1) {
     imported.notes.push_back(fmt::format(
         "positions seem to be in {}: if so, use --meters-per-unit {:g}",
@@ -139,7 +121,10 @@ void SettleWorld(ImportedClip& imported, const ParameterOptions& options,
   }
   const double ground = posture.ground_m;
   if (!std::isfinite(ground) || std::abs(ground) < 1e-4) return;
-  MoveWorld(clip, Eigen::Vector3d(0, 0, -ground));
+  const Eigen::Vector3d offset(0, 0, -ground);
+  clip.trans.colwise() += offset;
+  if (clip.object) clip.object->trans.colwise() += offset;
+  if (clip.table) clip.table->trans.colwise() += offset;
   imported.conventions.push_back(
       fmt::format("the floor was at z = {:+.3f} m, judged by the feet: everything was moved by "
                   "{:+.3f} m (--keep-ground disables this)",

@@ -9,6 +9,7 @@
 #include <fmt/ranges.h>
 
 #include "geometry/conventions/hand_evidence.h"
+#include "geometry/conventions/posture.h"
 #include "geometry/import/load_clip.h"
 #include "geometry/inspect/inspection.h"
 
@@ -18,7 +19,12 @@ namespace {
 constexpr double kDegrees = 180.0 / std::numbers::pi;
 constexpr std::size_t kShownLeaps = 3;
 
-}  // namespace
+// Command that imports a clip with an option that repairs it.
+std::string ImportCommand(const Inspection& inspection, const std::string& option,
+                          const std::string& suffix) {
+  return fmt::format("holdfast import {} {} -o {}", ShellWord(inspection.path), option,
+                     ShellWord(Stem(inspection.path) + suffix + ".npz"));
+}
 
 void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspection& inspection) {
   const bool file_is_clip = inspection.identity.kind == FileKind::kClip;
@@ -39,7 +45,8 @@ void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspecti
             AxisName(posture), posture.head_over_feet, 100 * posture.share),
         "rotate root_orient and trans to z-up");
     if (file_is_clip) {
-      inspection.next.push_back(TurnUpCommand(inspection.path, posture.axis, posture.sign));
+      inspection.next.push_back(
+          ImportCommand(inspection, fmt::format("--up={}", AxisName(posture)), "_zup"));
     }
   }
   if (!motion.has_trans) return;
@@ -55,7 +62,8 @@ void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspecti
         fmt::format("trans is in {}: in meters, the feet would not be on the ground", unit),
         fmt::format("multiply trans by {:g}", posture.meters_per_unit));
     if (file_is_clip) {
-      inspection.next.push_back(ScaleCommand(inspection.path, posture.meters_per_unit));
+      inspection.next.push_back(ImportCommand(
+          inspection, fmt::format("--meters-per-unit {:g}", posture.meters_per_unit), "_m"));
     }
   } else if (posture.unit_is_certain) {
     inspection.Ok("trans is in meters");
@@ -77,6 +85,52 @@ void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspecti
                     "check for leaps, a wrong frame rate or a wrong unit");
   }
 }
+
+void DescribeMotion(const LooseMotion& motion, double meters_per_unit, Inspection& inspection) {
+  const std::vector<Discontinuity> leaps = FindDiscontinuities(motion, meters_per_unit);
+  inspection.AddFact("leaps", static_cast<double>(leaps.size()), "");
+  if (!leaps.empty()) {
+    std::vector<std::string> shown;
+    for (std::size_t k = 0; k < std::min(leaps.size(), kShownLeaps); ++k) {
+      const Discontinuity& leap = leaps[k];
+      shown.push_back(
+          leap.turns ? fmt::format("frame {}: {} by {:.0f} degrees", leap.frame, leap.what,
+                                   kDegrees * leap.size)
+                     : fmt::format("frame {}: {} by {:.2f} m", leap.frame, leap.what, leap.size));
+    }
+    inspection.Warn(fmt::format("leaps in {} of {} frames ({}{})", leaps.size(), motion.frames,
+                                fmt::join(shown, "; "), leaps.size() > kShownLeaps ? "; ..." : ""),
+                    "cut the clip there, or smooth it");
+  }
+  const std::vector<JointLimitViolation> bends = FindOverbends(motion);
+  inspection.AddFact("overbent_joints", static_cast<double>(bends.size()), "");
+  if (!bends.empty()) {
+    const JointLimitViolation& worst = bends.front();
+    inspection.Warn(
+        fmt::format(
+            "{} joint{} bent beyond anatomical limits: {} in {} frames, from frame {}, up to "
+            "{:.0f} degrees",
+            bends.size(), bends.size() == 1 ? "" : "s", kJointNames[worst.joint], worst.frames,
+            worst.first_frame, kDegrees * worst.worst_rad),
+        "check the order of the joints and the units of the angles");
+  }
+  const double hinges = HingeAgreement(motion);
+  if (hinges < 0) return;
+  inspection.AddFact("hinge_agreement", hinges, "");
+  if (hinges < 0.6) {
+    inspection.Warn(fmt::format("knees and elbows do not turn like hinges ({:.0f} % about their "
+                                "axes): the joints may be in another order",
+                                100 * hinges),
+                    "SMPL-X's order is pelvis, left_hip, right_hip, spine1, left_knee, ...");
+  } else {
+    inspection.Ok(
+        fmt::format("knees and elbows turn like hinges ({:.0f} %): the joints are in "
+                    "SMPL's order",
+                    100 * hinges));
+  }
+}
+
+}  // namespace
 
 void DescribeHands(const LooseMotion& motion, const BodyModel& body, Inspection& inspection) {
   using Reading = HandMeanEvidence::Reading;
@@ -151,7 +205,10 @@ void DescribeObject(const LooseMotion& motion, const BodyModel& body, double met
           fmt::format("the object's rotation acts on row vectors, x R + T, as in GRAB: {}", seen),
           "transpose it: negate object_orient");
       if (inspection.identity.kind == FileKind::kClip) {
-        inspection.next.push_back(TransposeObjectCommand(inspection.path));
+        inspection.next.push_back(fmt::format(
+            "python3 -c 'import sys, numpy as np; d = dict(np.load(sys.argv[1])); "
+            "d[\"object_orient\"] = -d[\"object_orient\"]; np.savez(sys.argv[2], **d)' {} {}",
+            ShellWord(inspection.path), ShellWord(Stem(inspection.path) + "_columns.npz")));
       }
       break;
     case Convention::kUndecided:
@@ -182,58 +239,12 @@ void DescribeObject(const LooseMotion& motion, const BodyModel& body, double met
                             : std::string(),
                         evidence.wrist_distance_m, evidence.holder ? "its" : "the nearer"));
   if (evidence.holder && !motion.holding_hand.empty()) {
-    const int bit = *evidence.holder == Side::kRight ? kHoldsRight : kHoldsLeft;
-    const auto says =
-        std::ranges::count_if(motion.holding_hand, [&](int b) { return (b & bit) != 0; });
-    if (says == 0) {
+    const auto says = [&](int bits) { return (bits & HoldingBit(*evidence.holder)) != 0; };
+    if (std::ranges::none_of(motion.holding_hand, says)) {
       inspection.Warn(fmt::format("holding_hand is never {}, although that hand carries the object",
                                   SideName(*evidence.holder)),
                       "check holding_hand: 1 is right, 2 left, 3 both");
     }
-  }
-}
-
-void DescribeMotion(const LooseMotion& motion, double meters_per_unit, Inspection& inspection) {
-  const std::vector<Discontinuity> leaps = FindDiscontinuities(motion, meters_per_unit);
-  inspection.AddFact("leaps", static_cast<double>(leaps.size()), "");
-  if (!leaps.empty()) {
-    std::vector<std::string> shown;
-    for (std::size_t k = 0; k < std::min(leaps.size(), kShownLeaps); ++k) {
-      const Discontinuity& leap = leaps[k];
-      shown.push_back(
-          leap.turns ? fmt::format("frame {}: {} by {:.0f} degrees", leap.frame, leap.what,
-                                   kDegrees * leap.size)
-                     : fmt::format("frame {}: {} by {:.2f} m", leap.frame, leap.what, leap.size));
-    }
-    inspection.Warn(fmt::format("leaps in {} of {} frames ({}{})", leaps.size(), motion.frames,
-                                fmt::join(shown, "; "), leaps.size() > kShownLeaps ? "; ..." : ""),
-                    "cut the clip there, or smooth it");
-  }
-  const std::vector<JointLimitViolation> bends = FindOverbends(motion);
-  inspection.AddFact("overbent_joints", static_cast<double>(bends.size()), "");
-  if (!bends.empty()) {
-    const JointLimitViolation& worst = bends.front();
-    inspection.Warn(
-        fmt::format(
-            "{} joint{} bent beyond anatomical limits: {} in {} frames, from frame {}, up to "
-            "{:.0f} degrees",
-            bends.size(), bends.size() == 1 ? "" : "s", kJointNames[worst.joint], worst.frames,
-            worst.first_frame, kDegrees * worst.worst_rad),
-        "check the order of the joints and the units of the angles");
-  }
-  const double hinges = HingeAgreement(motion);
-  if (hinges < 0) return;
-  inspection.AddFact("hinge_agreement", hinges, "");
-  if (hinges < 0.6) {
-    inspection.Warn(fmt::format("knees and elbows do not turn like hinges ({:.0f} % about their "
-                                "axes): the joints may be in another order",
-                                100 * hinges),
-                    "SMPL-X's order is pelvis, left_hip, right_hip, spine1, left_knee, ...");
-  } else {
-    inspection.Ok(
-        fmt::format("knees and elbows turn like hinges ({:.0f} %): the joints are in "
-                    "SMPL's order",
-                    100 * hinges));
   }
 }
 
@@ -278,40 +289,9 @@ void ProposeForHandAlone(const Clip& clip, const std::string& word, const std::s
 
 void DescribeOnBody(const Clip& clip, const std::optional<TriangleMesh>& mesh,
                     const std::shared_ptr<const BodyModel>& body, Inspection& inspection) {
-  const BodyNotes notes = NotesOnBody(clip, body, mesh ? &*mesh : nullptr);
-  if (!notes.change.empty()) inspection.Ok(notes.change);
-  if (notes.held) inspection.Warn(notes.held->seen, notes.held->advice);
-}
-
-namespace {
-
-std::string Python(const std::string& code, const std::filesystem::path& path,
-                   const std::string& suffix) {
-  return fmt::format("python3 -c 'import sys, numpy as np; {}' {} {}", code, ShellWord(path),
-                     ShellWord(Stem(path) + suffix + ".npz"));
-}
-
-// Command that loads a clip as a dictionary, changes it and saves it.
-std::string Change(const std::string& code, const std::filesystem::path& path,
-                   const std::string& suffix) {
-  return Python("d = dict(np.load(sys.argv[1])); " + code + "; np.savez(sys.argv[2], **d)", path,
-                suffix);
-}
-
-}  // namespace
-
-std::string TurnUpCommand(const std::filesystem::path& path, int axis, int sign) {
-  return fmt::format("holdfast import {} --up={}{} -o {}", ShellWord(path), sign < 0 ? "-" : "",
-                     "xyz"[axis], ShellWord(Stem(path) + "_zup.npz"));
-}
-
-std::string ScaleCommand(const std::filesystem::path& path, double factor) {
-  return fmt::format("holdfast import {} --meters-per-unit {:g} -o {}", ShellWord(path), factor,
-                     ShellWord(Stem(path) + "_m.npz"));
-}
-
-std::string TransposeObjectCommand(const std::filesystem::path& path) {
-  return Change("d[\"object_orient\"] = -d[\"object_orient\"]", path, "_columns");
+  const auto [change, held] = NotesOnBody(clip, body, mesh ? &*mesh : nullptr);
+  if (!change.empty()) inspection.Ok(change);
+  if (held) inspection.Warn(*held, std::string(kHeldRemedy));
 }
 
 }  // namespace holdfast

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,16 +8,12 @@
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/conventions/loose_motion.h"
-#include "geometry/conventions/posture.h"
 #include "geometry/inspect/inspection.h"
 #include "geometry/mesh/mesh.h"
 
 namespace holdfast {
 
 // Turns measurements of a motion into facts, findings and commands of its inspection.
-
-/// Reports the up axis, the unit of the root position and the ground height.
-void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspection& inspection);
 
 /// Reports whether finger poses are full rotations or differences from the mean hand.
 void DescribeHands(const LooseMotion& motion, const BodyModel& body, Inspection& inspection);
@@ -27,11 +22,9 @@ void DescribeHands(const LooseMotion& motion, const BodyModel& body, Inspection&
 void DescribeObject(const LooseMotion& motion, const BodyModel& body, double meters_per_unit,
                     Inspection& inspection);
 
-/// Reports discontinuities, joints bent beyond their limits, and the order of the joints.
-void DescribeMotion(const LooseMotion& motion, double meters_per_unit, Inspection& inspection);
-
-/// Calls DescribePosture and DescribeMotion unless the motion is of a hand alone. Returns the
-/// meters per unit of `trans`.
+/// Unless the motion is of a hand alone, reports the up axis, the unit of the root position, the
+/// ground height, discontinuities, joints bent beyond their limits, and the order of the joints.
+/// Returns the meters per unit of `trans`.
 double DescribeBodyMotion(const LooseMotion& motion, const BodyModel& body, Inspection& inspection);
 
 /// Reports that a clip of a hand alone needs its own model, since it fits no body. If the model is
@@ -43,16 +36,5 @@ void ProposeForHandAlone(const Clip& clip, const std::string& word, const std::s
 /// the object (`mesh`) to the hands that hold it according to the clip.
 void DescribeOnBody(const Clip& clip, const std::optional<TriangleMesh>& mesh,
                     const std::shared_ptr<const BodyModel>& body, Inspection& inspection);
-
-// Commands that repair a clip, ready to paste into a shell.
-
-/// Command that turns a clip z-up whose world has `sign` times `axis` up.
-std::string TurnUpCommand(const std::filesystem::path& path, int axis, int sign);
-
-/// Command that multiplies `trans` of a clip and of its object by `factor`.
-std::string ScaleCommand(const std::filesystem::path& path, double factor);
-
-/// Command that transposes the object rotation of a clip; needs Python with numpy.
-std::string TransposeObjectCommand(const std::filesystem::path& path);
 
 }  // namespace holdfast

@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/body/body_model.h"
+#include "geometry/body/body_model_reader.h"
 #include "geometry/error.h"
 #include "geometry/import/import_file.h"
 #include "geometry/inspect/clip_findings.h"
@@ -191,7 +191,6 @@ void InspectData(Inspection& inspection) {
 
 namespace {
 
-constexpr int kSmplxVertices = 10475;
 constexpr int kSmplVertices = 6890;
 
 std::string Version(const BodyModel& model) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -34,24 +35,16 @@ constexpr std::size_t kShownJoints = 6;
 void JudgeUnit(const SourceMotion& motion, const SkeletonMap& map, Inspection& inspection) {
   const double leg = LegLength(motion, map);
   const bool bvh = motion.format == "BVH";
-  struct Unit {
-    const char* name;
-    double meters;
-  };
-  static constexpr Unit kUnits[] = {{"centimeters", 0.01},
-                                    {"meters", 1.0},
-                                    {"millimeters", 0.001},
-                                    {"inches", 0.0254},
-                                    {"CMU's units (inches / 0.45)", 0.0254 / 0.45}};
+  static constexpr std::pair<const char*, double> kUnits[] = {
+      {"centimeters", 0.01},
+      {"meters", 1.0},
+      {"millimeters", 0.001},
+      {"inches", 0.0254},
+      {"CMU's units (inches / 0.45)", 0.0254 / 0.45}};
   const double raw = bvh ? leg / kBvhUnit_m : leg;
-  const Unit* best = &kUnits[0];
-  for (const Unit& unit : kUnits) {
-    if (std::fabs(std::log(raw * unit.meters / kLeg_m)) <
-        std::fabs(std::log(raw * best->meters / kLeg_m))) {
-      best = &unit;
-    }
-  }
-  const double length_m = raw * (bvh ? best->meters : 1.0);
+  const auto& [unit, meters] = *std::ranges::min_element(
+      kUnits, {}, [&](const auto& one) { return std::fabs(std::log(raw * one.second / kLeg_m)); });
+  const double length_m = raw * (bvh ? meters : 1.0);
   inspection.AddFact("leg_length_m", length_m, "");
   if (!bvh) {
     if (length_m > 0.55 && length_m < 1.15) {
@@ -63,16 +56,16 @@ void JudgeUnit(const SourceMotion& motion, const SkeletonMap& map, Inspection& i
     }
     return;
   }
-  inspection.AddFact("unit", best->name, "");
-  inspection.AddFact("meters_per_unit", best->meters, "");
+  inspection.AddFact("unit", unit, "");
+  inspection.AddFact("meters_per_unit", meters, "");
   if (length_m < 0.55 || length_m > 1.15) {
     inspection.Warn(
         fmt::format("legs are {:.3g} units long, which is not an adult's size in any common unit",
                     raw),
         "import scales the motion to the body; give --meters-per-unit if it matters");
   } else {
-    inspection.Ok(fmt::format("legs of {:.4g} units: {} would make them {:.2f} m", raw, best->name,
-                              length_m));
+    inspection.Ok(
+        fmt::format("legs of {:.4g} units: {} would make them {:.2f} m", raw, unit, length_m));
   }
 }
 
@@ -184,15 +177,10 @@ std::string RestFrame(const std::string& asf) {
 }  // namespace
 
 void InspectMotion(Inspection& inspection) {
-  SourceMotion motion;
-  try {
-    motion = inspection.identity.kind == FileKind::kBvh ? ReadBvh(inspection.path, kBvhUnit_m)
-                                                        : ReadAmc(inspection.path);
-    RequireInRange(motion, inspection.path.string());
-  } catch (const Error& error) {
-    inspection.Fault(fmt::format("{}: {}", error.Where(), error.Problem()), error.Remedy());
-    return;
-  }
+  const SourceMotion motion = inspection.identity.kind == FileKind::kBvh
+                                  ? ReadBvh(inspection.path, kBvhUnit_m)
+                                  : ReadAmc(inspection.path);
+  RequireInRange(motion, inspection.path.string());
   if (inspection.identity.kind == FileKind::kAmc) {
     inspection.Warn(
         fmt::format("AMC files have no frame rate: assuming CMU's {:g} Hz", motion.frame_rate),
@@ -202,21 +190,16 @@ void InspectMotion(Inspection& inspection) {
 }
 
 void InspectAsf(Inspection& inspection) {
-  try {
-    // One frame at rest is enough to read and check the skeleton.
-    const std::string text = ReadGzipText(inspection.path);
-    const SourceMotion motion =
-        ParseAmc(text, inspection.path.string(), RestFrame(text), "its rest pose");
-    inspection.AddFact("joints", motion.NumJoints(), fmt::format("{} joints", motion.NumJoints()));
-    const SkeletonMap map = RecognizeSkeleton(motion, inspection.path.string());
-    inspection.AddFact("skeleton", map.name, "");
-    inspection.Ok(
-        fmt::format("skeleton '{}' is known: {} joints of SMPL-X", map.name, map.NumMapped()));
-    JudgeUnit(motion, map, inspection);
-  } catch (const Error& error) {
-    inspection.Fault(fmt::format("{}: {}", error.Where(), error.Problem()), error.Remedy());
-    return;
-  }
+  // One frame at rest is enough to read and check the skeleton.
+  const std::string text = ReadGzipText(inspection.path);
+  const SourceMotion motion =
+      ParseAmc(text, inspection.path.string(), RestFrame(text), "its rest pose");
+  inspection.AddFact("joints", motion.NumJoints(), fmt::format("{} joints", motion.NumJoints()));
+  const SkeletonMap map = RecognizeSkeleton(motion, inspection.path.string());
+  inspection.AddFact("skeleton", map.name, "");
+  inspection.Ok(
+      fmt::format("skeleton '{}' is known: {} joints of SMPL-X", map.name, map.NumMapped()));
+  JudgeUnit(motion, map, inspection);
   inspection.next.push_back(
       fmt::format("holdfast import MOTION.amc --asf {} -o MOTION.npz", ShellWord(inspection.path)));
 }

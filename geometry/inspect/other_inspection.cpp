@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <optional>
 #include <set>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -35,39 +36,26 @@ void InspectZip(Inspection& inspection) {
   inspection.next.push_back(fmt::format("unzip -l {}", ShellWord(inspection.path)));
 }
 
-// Advice for kinds of files whose content need not be inspected.
-struct Advice {
-  FileKind kind;
-  Verdict verdict;
-  const char* text;
-  const char* fix;
-};
-
-constexpr Advice kAdvice[] = {
-    {FileKind::kMissing, Verdict::kFault, "it does not exist", "check the path"},
-    {FileKind::kFolder, Verdict::kFault, "a folder without clip.npz and metrics.json",
-     "give the files in it"},
-    {FileKind::kSpecial, Verdict::kFault, "a device, pipe or socket, which is not opened",
-     "give a file"},
-    {FileKind::kUnreadable, Verdict::kFault, "it cannot be opened",
-     "check that you may read it (ls -l)"},
-    {FileKind::kEmpty, Verdict::kFault, "it is empty", "copy or download it again"},
-    {FileKind::kDamagedArchive, Verdict::kFault, "it is damaged or cut off",
-     "copy or download it again"},
-    {FileKind::kFbx, Verdict::kFault, kFbxProblem, "export .glb from Blender"},
-    {FileKind::kPlyPoints, Verdict::kFault, "points without faces: no surface",
+// Faults of kinds of files whose content need not be inspected, and what to do.
+constexpr std::tuple<FileKind, const char*, const char*> kAdvice[] = {
+    {FileKind::kMissing, "it does not exist", "check the path"},
+    {FileKind::kFolder, "a folder without clip.npz and metrics.json", "give the files in it"},
+    {FileKind::kSpecial, "a device, pipe or socket, which is not opened", "give a file"},
+    {FileKind::kUnreadable, "it cannot be opened", "check that you may read it (ls -l)"},
+    {FileKind::kEmpty, "it is empty", "copy or download it again"},
+    {FileKind::kDamagedArchive, "it is damaged or cut off", "copy or download it again"},
+    {FileKind::kFbx, kFbxProblem, "export .glb from Blender"},
+    {FileKind::kPlyPoints, "points without faces: no surface",
      "reconstruct a surface first (for example Poisson in MeshLab)"},
-    {FileKind::kUsd, Verdict::kFault, "USD is not read",
-     "give the motion as .npz, a mesh as .obj or .ply"},
-    {FileKind::kHtml, Verdict::kFault,
+    {FileKind::kUsd, "USD is not read", "give the motion as .npz, a mesh as .obj or .ply"},
+    {FileKind::kHtml,
      "a web page: a report, or a server's response instead of the file (a login page?)",
      "open it in a browser; if it should be data, log in and download it again"},
-    {FileKind::kGitLfsPointer, Verdict::kFault, "a Git LFS pointer: the file itself is not here",
-     "git lfs pull"},
-    {FileKind::kHdf5, Verdict::kFault, "HDF5 is not read", "write the arrays with numpy.savez"},
-    {FileKind::kMatlab, Verdict::kFault, "MATLAB files are not read",
+    {FileKind::kGitLfsPointer, "a Git LFS pointer: the file itself is not here", "git lfs pull"},
+    {FileKind::kHdf5, "HDF5 is not read", "write the arrays with numpy.savez"},
+    {FileKind::kMatlab, "MATLAB files are not read",
      "write the arrays with numpy.savez (scipy.io.loadmat reads them)"},
-    {FileKind::kUnknown, Verdict::kFault, "unknown file format",
+    {FileKind::kUnknown, "unknown file format",
      "check which program wrote it; Holdfast reads .npz, .bvh, .amc, .glb, .obj, .ply, .stl, .off"},
 };
 
@@ -96,10 +84,9 @@ void InspectOtherFile(Inspection& inspection) {
     default:
       break;
   }
-  for (const Advice& advice : kAdvice) {
-    if (advice.kind != identity.kind) continue;
-    std::string text = identity.fault.empty() ? advice.text : identity.fault;
-    inspection.findings.push_back({advice.verdict, std::move(text), advice.fix});
+  for (const auto& [kind, text, fix] : kAdvice) {
+    if (kind != identity.kind) continue;
+    inspection.Fault(identity.fault.empty() ? text : identity.fault, fix);
   }
 }
 
@@ -158,29 +145,21 @@ void InspectMesh(Inspection& inspection) {
                                  extension, inspection.path.extension().string()),
                      fmt::format("rename it to {}{}", Stem(inspection.path), extension));
   }
-  MeshReport report;
-  MeshReport repaired_report;
-  std::vector<std::string> actions, decimated;
+  std::filesystem::path named = inspection.path;
+  if (misnamed) named += extension;
+  const MeshFile file = ReadMeshBytes(ReadFile(inspection.path), named);
+  const MeshReport report = CheckMesh(file.mesh);
+  for (const std::string& note : file.notes) inspection.AddFact("note", note, note);
+  const auto [repaired, actions] = RepairMesh(file.mesh);
+  const MeshReport repaired_report = CheckMesh(repaired);
+  // Same steps as in fit and decimate.
+  const LoadedObject object = ObjectOfMesh(file.mesh, Stem(inspection.path), named.string());
+  std::vector<std::string> decimated;
   std::optional<Error> too_complex;
   try {
-    std::filesystem::path named = inspection.path;
-    if (misnamed) named += extension;
-    const MeshFile file = ReadMeshBytes(ReadFile(inspection.path), named);
-    report = CheckMesh(file.mesh);
-    for (const std::string& note : file.notes) inspection.AddFact("note", note, note);
-    const RepairedMesh repaired = RepairMesh(file.mesh);
-    actions = repaired.actions;
-    repaired_report = CheckMesh(repaired.mesh);
-    // Same steps as in fit and decimate.
-    const LoadedObject object = ObjectOfMesh(file.mesh, Stem(inspection.path), named.string());
-    try {
-      ForFitting(object, kFitVertices, &decimated);
-    } catch (const Error& error) {
-      too_complex = error;
-    }
+    ForFitting(object, kFitVertices, &decimated);
   } catch (const Error& error) {
-    inspection.Fault(fmt::format("{}: {}", error.Where(), error.Problem()), error.Remedy());
-    return;
+    too_complex = error;
   }
   AddSizes(report, inspection);
   inspection.AddFact("watertight", report.watertight ? "yes" : "no", "");
@@ -240,21 +219,6 @@ namespace {
 constexpr double kJump_m_s2 = 200.0;  // people stay below; swapped labels and ghosts do not
 constexpr double kSmallest_m = 0.05;  // captures of people lie between these extents
 constexpr double kLargest_m = 30.0;
-
-struct Gaps {
-  int missing = 0, longest = 0;
-};
-
-Gaps GapsOf(const MarkerRecording& recording, int marker) {
-  Gaps gaps;
-  int run = 0;
-  for (int t = 0; t < recording.NumFrames(); ++t) {
-    run = recording.Seen(marker, t) ? 0 : run + 1;
-    gaps.missing += run > 0 ? 1 : 0;
-    gaps.longest = std::max(gaps.longest, run);
-  }
-  return gaps;
-}
 
 // Counts the frames in which the marker's acceleration is higher than a human body's.
 int Jumps(const MarkerRecording& recording, int marker) {
@@ -317,15 +281,21 @@ void JudgeGaps(const MarkerRecording& recording, Inspection& inspection) {
   std::vector<std::string> never, partly, jumping;
   int complete = 0;
   for (int m = 0; m < recording.NumMarkers(); ++m) {
-    const Gaps gaps = GapsOf(recording, m);
-    if (gaps.missing == recording.NumFrames()) {
+    int missing = 0, longest = 0, run = 0;
+    for (int t = 0; t < recording.NumFrames(); ++t) {
+      run = recording.Seen(m, t) ? 0 : run + 1;
+      missing += run > 0 ? 1 : 0;
+      longest = std::max(longest, run);
+    }
+    if (missing == recording.NumFrames()) {
       never.push_back(recording.names[m]);
       continue;
     }
-    complete += gaps.missing == 0 ? 1 : 0;
-    if (gaps.missing > 0) {
-      partly.push_back(fmt::format("{} {} frames (longest gap {})", recording.names[m],
-                                   gaps.missing, gaps.longest));
+    if (missing == 0) {
+      ++complete;
+    } else {
+      partly.push_back(
+          fmt::format("{} {} frames (longest gap {})", recording.names[m], missing, longest));
     }
     if (const int jumps = Jumps(recording, m); jumps > 0) {
       jumping.push_back(fmt::format("{} {}", recording.names[m], jumps));
@@ -352,7 +322,7 @@ void JudgeGaps(const MarkerRecording& recording, Inspection& inspection) {
 
 void InspectMarkers(Inspection& inspection) {
   const MarkerRecording recording = ReadMarkers(inspection.path);
-  inspection.title = fmt::format("marker recording: {}", MarkerFormatName(recording.format));
+  inspection.title = fmt::format("marker recording: {}", recording.format);
   if (inspection.identity.gzipped) inspection.title += ", gzipped";
   DescribeMarkers(recording, inspection);
   for (const std::string& note : recording.notes) {

@@ -34,22 +34,22 @@ void JobJournal::Refresh() {
     const std::string name = entry.path().filename().string();
     if (!name.starts_with("status.") || !name.ends_with(".jsonl")) continue;
     const auto known =
-        std::ranges::find_if(files_, [&](const File& file) { return file.path == entry.path(); });
+        std::ranges::find_if(files_, [&](const auto& file) { return file.first == entry.path(); });
     const auto index = static_cast<std::uint32_t>(known - files_.begin());
-    if (known == files_.end()) files_.push_back({entry.path(), 0});
+    if (known == files_.end()) files_.emplace_back(entry.path(), 0);
     std::error_code gone;
     const std::uintmax_t size = entry.file_size(gone);
-    if (!gone && size > files_[index].read) ReadOn(index);
+    if (!gone && size > files_[index].second) ReadOn(index);
   }
 }
 
 void JobJournal::ReadOn(std::uint32_t index) {
-  File& file = files_[index];
-  std::ifstream in(file.path, std::ios::binary);
-  in.seekg(static_cast<std::streamoff>(file.read));
+  auto& [path, read_bytes] = files_[index];
+  std::ifstream in(path, std::ios::binary);
+  in.seekg(static_cast<std::streamoff>(read_bytes));
   for (std::string text; std::getline(in, text) && !in.eof();) {  // no newline: still incomplete
-    const std::uint64_t offset = file.read;
-    file.read += text.size() + 1;
+    const std::uint64_t offset = read_bytes;
+    read_bytes += text.size() + 1;
     const nlohmann::json line = nlohmann::json::parse(text, nullptr, false);
     if (!line.is_object()) continue;
     try {
@@ -74,7 +74,7 @@ nlohmann::json JobJournal::Line(const JobStatus& status) const {
   fs::path path;
   {
     const std::lock_guard guard(lock_);
-    path = files_[status.file].path;
+    path = files_[status.file].first;
   }
   std::ifstream in(path, std::ios::binary);
   in.seekg(static_cast<std::streamoff>(status.offset));
@@ -106,14 +106,12 @@ void JobJournal::Append(const std::string& name, const std::string& hash, bool d
     throw Error(own_.string(), fmt::format("could not be written ({})", std::strerror(reason)),
                 "Free some space and start again: finished jobs are kept");
   }
-  auto known = std::ranges::find_if(files_, [&](const File& f) { return f.path == own_; });
+  auto known = std::ranges::find_if(files_, [&](const auto& f) { return f.first == own_; });
   if (known == files_.end()) known = files_.insert(files_.end(), {own_, 0});
   ReadOn(static_cast<std::uint32_t>(known - files_.begin()));
 }
 
 namespace {
-
-namespace fs = std::filesystem;
 
 std::string FirstLine(const fs::path& path) {
   std::ifstream file(path);
@@ -162,8 +160,8 @@ void WriteWhole(const fs::path& path, int flags, const std::string& text) {
 
 }  // namespace
 
-JobOwner::JobOwner(fs::path folder, JobOwnerOptions options)
-    : folder_(std::move(folder)), options_(options), machine_(ThisMachine()) {
+JobOwner::JobOwner(fs::path folder, double dead_after_s)
+    : folder_(std::move(folder)), dead_after_s_(dead_after_s), machine_(ThisMachine()) {
   const long process = ::getpid();
   static int instances = 0;
   static std::mutex counting;
@@ -187,9 +185,9 @@ JobOwner::~JobOwner() {
 }
 
 void JobOwner::Beat() {
+  constexpr std::chrono::seconds kBetweenBeats(5);
   std::unique_lock guard(lock_);
-  while (!ends_.wait_for(guard, std::chrono::duration<double>(options_.beat_s),
-                         [this] { return ended_; })) {
+  while (!ends_.wait_for(guard, kBetweenBeats, [this] { return ended_; })) {
     ++beats_;
     try {
       WriteWhole(own_, 0, fmt::format("{} {}\n", id_, beats_));
@@ -239,9 +237,12 @@ bool JobOwner::IsDead(const std::string& id) {
   const std::string beat = FirstLine(folder_ / ("owner." + id));
   const auto now = std::chrono::steady_clock::now();
   const std::lock_guard guard(lock_);
-  const auto [seen, is_new] = seen_.try_emplace(id, Seen{beat, now});
-  if (!is_new && seen->second.beat != beat) seen->second = {beat, now};
-  return std::chrono::duration<double>(now - seen->second.since).count() >= options_.dead_after_s;
+  auto& [last_beat, since] = seen_.try_emplace(id, beat, now).first->second;
+  if (last_beat != beat) {
+    last_beat = beat;
+    since = now;
+  }
+  return std::chrono::duration<double>(now - since).count() >= dead_after_s_;
 }
 
 bool JobOwner::TryLock(const std::string& key, bool* took_over) {

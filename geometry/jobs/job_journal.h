@@ -10,6 +10,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <nlohmann/json.hpp>
@@ -45,21 +46,12 @@ class JobJournal {
               nlohmann::json line);
 
  private:
-  struct File {
-    std::filesystem::path path;
-    std::uint64_t read = 0;
-  };
   void ReadOn(std::uint32_t index);
 
   std::filesystem::path folder_, own_;
   mutable std::mutex lock_;
-  std::vector<File> files_;
+  std::vector<std::pair<std::filesystem::path, std::uint64_t>> files_;  // with the bytes read
   std::map<std::string, JobStatus> jobs_;
-};
-
-struct JobOwnerOptions {
-  double beat_s = 5.0;         ///< time between two heartbeats
-  double dead_after_s = 60.0;  ///< an owner elsewhere is dead without heartbeat for so long
 };
 
 /// One of the processes that share a folder of locks. Works on NFS and on file systems without hard
@@ -76,7 +68,7 @@ struct JobOwnerOptions {
 class JobOwner {
  public:
   /// `folder` must exist. Throws Error if nothing can be written there (a full disk).
-  explicit JobOwner(std::filesystem::path folder, JobOwnerOptions options = {});
+  explicit JobOwner(std::filesystem::path folder, double dead_after_s = 60.0);
   ~JobOwner();
   JobOwner(const JobOwner&) = delete;
   JobOwner& operator=(const JobOwner&) = delete;
@@ -94,22 +86,19 @@ class JobOwner {
   void RemoveDead();
 
  private:
-  struct Seen {
-    std::string beat;
-    std::chrono::steady_clock::time_point since;
-  };
   std::filesystem::path File(const std::string& key, int generation) const;
   bool Link(const std::filesystem::path& lock) const;
   bool IsDead(const std::string& id);
   void Beat();
 
   std::filesystem::path folder_;
-  JobOwnerOptions options_;
+  double dead_after_s_;
   std::string machine_, id_;
   std::filesystem::path own_;
   std::mutex lock_;
-  std::map<std::string, Seen> seen_;  // owners on other machines
-  std::map<std::string, int> held_;   // key to lock generation
+  // Owners on other machines: the last heartbeat, and since when.
+  std::map<std::string, std::pair<std::string, std::chrono::steady_clock::time_point>> seen_;
+  std::map<std::string, int> held_;  // key to lock generation
   long beats_ = 0;
   std::condition_variable ends_;
   bool ended_ = false;

@@ -156,8 +156,6 @@ std::vector<JobLine> ReadJobList(const fs::path& path) {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 constexpr std::size_t kMaxSeen = 4096;
 
 // Checksum of the file names and contents in a folder, in the order of the names. Hidden files are

@@ -66,19 +66,21 @@ void RemoveLeftovers(const fs::path& result) {
 
 class JobRunner {
  public:
-  JobRunner(const std::vector<Job>& jobs, const JobsOptions& options)
+  using Run = std::function<std::optional<JobOutcome>(std::size_t)>;
+  using Told = std::function<void(const std::string&, const JobOutcome&, int)>;
+
+  JobRunner(const std::vector<Job>& jobs, const JobsOptions& options, const Run& run,
+            const Told& told, const std::function<bool()>& stop)
       : jobs_(jobs),
         options_(options),
+        run_(run),
+        told_(told),
+        stop_(stop),
         hidden_(PrepareFolder(options.folder, options.kind)),
-        owner_(hidden_, options.owner),
+        owner_(hidden_),
         journal_(hidden_, owner_.Id()) {}
 
-  JobsReport Run(const std::function<std::optional<JobOutcome>(std::size_t)>& run,
-                 const std::function<void(const std::string&, const JobOutcome&, int)>& told,
-                 const std::function<bool()>& stop) {
-    run_ = &run;
-    told_ = &told;
-    stop_ = &stop;
+  JobsReport RunAll() {
     const std::vector<std::size_t> open = OpenJobs();
     const int most = std::max(1, options_.threads);
     ParallelFor(static_cast<int>(open.size()), most, [&](int k) {
@@ -94,7 +96,7 @@ class JobRunner {
   }
 
  private:
-  bool Stopped() const { return *stop_ && (*stop_)(); }
+  bool Stopped() const { return stop_ && stop_(); }
 
   // Whether the job is done, or failed and is not to be tried again.
   bool IsSettled(std::size_t job) const {
@@ -149,7 +151,7 @@ class JobRunner {
     }
     if (took_over) RemoveLeftovers(job.result);
     const auto begin = std::chrono::steady_clock::now();
-    std::optional<JobOutcome> outcome = (*run_)(index);
+    std::optional<JobOutcome> outcome = run_(index);
     if (!outcome) return true;  // stopped: keep the lock, the next process supersedes it
     RequireSpace(*outcome);
     nlohmann::json line = {
@@ -161,7 +163,7 @@ class JobRunner {
     owner_.Unlock(job.name);
     const std::lock_guard guard(lock_);
     ++finished_;
-    if (*told_) (*told_)(job.name, *outcome, report_.before + finished_);
+    if (told_) told_(job.name, *outcome, report_.before + finished_);
     return true;
   }
 
@@ -238,12 +240,12 @@ class JobRunner {
 
   const std::vector<Job>& jobs_;
   const JobsOptions& options_;
+  const Run& run_;
+  const Told& told_;
+  const std::function<bool()>& stop_;
   const fs::path hidden_;
   JobOwner owner_;
   JobJournal journal_;
-  const std::function<std::optional<JobOutcome>(std::size_t)>* run_ = nullptr;
-  const std::function<void(const std::string&, const JobOutcome&, int)>* told_ = nullptr;
-  const std::function<bool()>* stop_ = nullptr;
   std::mutex lock_;
   std::vector<std::string> hashes_;  // empty for other shards' jobs
   std::map<std::size_t, int> tries_before_;
@@ -262,7 +264,7 @@ JobsReport RunJobs(const std::vector<Job>& jobs, const JobsOptions& options,
     throw Error(fmt::format("shard {}/{}", options.shard, options.shards), "is out of range",
                 "Shards go from 1/N to N/N");
   }
-  return JobRunner(jobs, options).Run(run, told, stop);
+  return JobRunner(jobs, options, run, told, stop).RunAll();
 }
 
 }  // namespace holdfast

@@ -40,7 +40,6 @@ struct JobsOptions {
   bool retry_failed = false;
   bool replace = false;  ///< overwrite results of other options or inputs
   int threads = 1;       ///< number of jobs that run at the same time
-  JobOwnerOptions owner;
 };
 
 struct JobsReport {

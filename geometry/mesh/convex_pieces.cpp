@@ -25,6 +25,7 @@ constexpr double kSampleSpacing_m = 0.004;
 constexpr double kCell_m = 0.0025;
 constexpr double kJitter_m = 4e-6;
 constexpr int kPlaces = 3;
+constexpr std::size_t kMaxPieces = 48;
 
 // A part of the surface (three columns per triangle) and its convex hull.
 struct Part {
@@ -111,10 +112,7 @@ const std::array<Eigen::Vector3d, 9>& Directions() {
 
 // Returns the two parts that leave the least outside the solid.
 std::pair<Part, Part> Cut(const Part& part, const DistanceGrid& distance, int threads) {
-  struct Try {
-    Part low, high;
-  };
-  std::vector<Try> tries(Directions().size() * kPlaces);
+  std::vector<std::pair<Part, Part>> tries(Directions().size() * kPlaces);
   // If one half alone exceeds the best total so far, the other half is not computed.
   std::atomic<double> least = std::numeric_limits<double>::infinity();
   ParallelFor(static_cast<int>(tries.size()), threads, [&](int k) {
@@ -122,22 +120,22 @@ std::pair<Part, Part> Cut(const Part& part, const DistanceGrid& distance, int th
     const Eigen::RowVectorXd heights = normal.transpose() * part.hull.vertices;
     const double low = heights.minCoeff(), high = heights.maxCoeff();
     const double offset = low + (k % kPlaces + 1.0) / (kPlaces + 1.0) * (high - low);
-    Try& one = tries[k];
-    one.low = PartOf(Below(part.corners, normal, offset), distance, least);
-    if (one.low.outside_m3 > least) {
-      one.high.outside_m3 = std::numeric_limits<double>::infinity();
+    auto& [below, above] = tries[k];
+    below = PartOf(Below(part.corners, normal, offset), distance, least);
+    if (below.outside_m3 > least) {
+      above.outside_m3 = std::numeric_limits<double>::infinity();
       return;
     }
     // Slightly more than the remainder, since the sums are rounded.
-    const double left = (1.0 + 1e-9) * least - one.low.outside_m3;
-    one.high = PartOf(Below(part.corners, -normal, -offset), distance, left);
-    const double outside = one.low.outside_m3 + one.high.outside_m3;
+    const double left = (1.0 + 1e-9) * least - below.outside_m3;
+    above = PartOf(Below(part.corners, -normal, -offset), distance, left);
+    const double outside = below.outside_m3 + above.outside_m3;
     for (double known = least; outside < known && !least.compare_exchange_weak(known, outside);) {
     }
   });
   const auto best = std::ranges::min_element(
-      tries, {}, [](const Try& one) { return one.low.outside_m3 + one.high.outside_m3; });
-  return {std::move(best->low), std::move(best->high)};
+      tries, {}, [](const auto& one) { return one.first.outside_m3 + one.second.outside_m3; });
+  return std::move(*best);
 }
 
 }  // namespace
@@ -157,7 +155,7 @@ ConvexPieces SplitIntoConvexPieces(const TriangleMesh& mesh, const ConvexPieceOp
   if (SignedVolume(parts[0].hull) < kMinPiece_m3) {
     throw Error("mesh", "spans no volume", "Give a solid");
   }
-  while (static_cast<int>(parts.size()) < options.max_pieces) {
+  while (parts.size() < kMaxPieces) {
     const auto worst = std::ranges::max_element(parts, {}, &Part::excess_m);
     if (worst->excess_m <= options.tolerance_m) break;
     auto [low, high] = Cut(*worst, distance, options.threads);

@@ -8,6 +8,7 @@
 #include "geometry/mesh/decimate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <utility>
@@ -52,18 +53,9 @@ constexpr int kThinAbove = 200'000;
 // minute. Above this degree the ring around the vertex is thinned first; its vertices are so dense
 // that the difference is not visible.
 constexpr unsigned kMaxAround = 256;
-
-/// Every collapse removes one vertex: counting vertices rather than edges hits the target exactly,
-/// also with boundaries and handles.
-struct StopAtVertexCount {
-  const SurfaceMesh* mesh;
-  int vertices;
-
-  template <typename Cost, typename Profile>
-  bool operator()(const Cost&, const Profile&, std::size_t, std::size_t) const {
-    return static_cast<int>(mesh->number_of_vertices()) <= vertices;
-  }
-};
+// Of a wrap, relative to the extent, the longest side of the bounding box.
+constexpr double kWrapAlphaPerExtent = 50.0;
+constexpr double kWrapOffsetPerExtent = 2000.0;
 
 /// Rejects collapses that flip or flatten faces, or that move a vertex far off the original
 /// surface: preserving the volume does not rule out spikes.
@@ -113,7 +105,11 @@ void ThinHubs(SurfaceMesh& mesh, int vertices) {
 template <typename GetCost, typename GetPlacement>
 void Collapse(SurfaceMesh& mesh, int vertices, const ShapeFilter* filter, const GetCost& cost,
               const GetPlacement& placement) {
-  const StopAtVertexCount stop{&mesh, vertices};
+  // Every collapse removes one vertex: counting vertices rather than edges hits the target exactly,
+  // also with boundaries and handles.
+  const auto stop = [&](const auto&, const auto&, std::size_t, std::size_t) {
+    return static_cast<int>(mesh.number_of_vertices()) <= vertices;
+  };
   const auto policies = CGAL::parameters::get_cost(cost).get_placement(placement);
   if (filter != nullptr) {
     sms::edge_collapse(mesh, stop, policies.filter(*filter));
@@ -279,14 +275,9 @@ TriangleMesh CollapseTo(const TriangleMesh& mesh, const DecimateOptions& options
 }  // namespace
 
 std::string_view Name(DecimateMethod method) {
-  switch (method) {
-    case DecimateMethod::kLindstromTurk:
-      return "lindstrom-turk";
-    case DecimateMethod::kGarlandHeckbert:
-      return "garland-heckbert";
-    default:
-      return "garland-heckbert-probabilistic";
-  }
+  constexpr std::array<std::string_view, 3> kNames = {"lindstrom-turk", "garland-heckbert",
+                                                      "garland-heckbert-probabilistic"};
+  return kNames[static_cast<std::size_t>(method)];
 }
 
 DecimateMethod ParseDecimateMethod(std::string_view name) {
@@ -314,7 +305,8 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
       CountEdges(surface.faces, EdgeTable(surface.faces, surface.NumVertices()));
   const bool may_wrap = options.allow_wrap && edges.boundary == 0;
   const auto wrap = [&](const std::string& reason) {
-    surface = WrapSurface(surface);
+    const double extent = Extent(surface).maxCoeff();
+    surface = WrapSurface(surface, extent / kWrapAlphaPerExtent, extent / kWrapOffsetPerExtent);
     result.notes.push_back(
         fmt::format("{}: the surface was wrapped first, which closes cavities, and tunnels "
                     "narrower than {:.2g} mm.",
@@ -323,7 +315,7 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
   const bool one_manifold = edges.non_manifold == 0 && edges.misoriented == 0;
   if (!one_manifold && edges.boundary > 0) {
     // Wrapping would close the surface, or double it.
-    for (std::string& note : Describe(PartSheets(surface))) result.notes.push_back(std::move(note));
+    for (std::string& note : PartSheets(surface)) result.notes.push_back(std::move(note));
     if (const Eigen::Index dropped = DropSmallParts(surface, options.vertices); dropped > 0) {
       result.notes.push_back(
           fmt::format("Left out the {} smallest parts, less than 1 % of the area.", dropped));

@@ -29,12 +29,6 @@ Eigen::Vector4d WeightDerivatives(double t) {
 
 #if defined(__x86_64__)
 // Interpolate() with four-wide registers: the same sums in the same order, so bitwise identical.
-struct GridView {
-  const double* values;
-  std::ptrdiff_t stride_y, stride_z;
-  const int* cells;
-};
-
 #define HOLDFAST_AVX [[gnu::target("avx2")]]
 
 // Row sums of the four products with `weight`, in Eigen's order: (0 + 2) + (1 + 3).
@@ -58,11 +52,12 @@ HOLDFAST_AVX inline void Transpose(__m256d (&m)[4]) {
 
 // `point` is in cells; the gradient is per cell.
 template <bool kGradient>
-HOLDFAST_AVX double InterpolateAvx(const GridView& grid, const Eigen::Vector3d& point,
-                                   double* gradient) {
+HOLDFAST_AVX double InterpolateAvx(const double* values, std::ptrdiff_t stride_y,
+                                   std::ptrdiff_t stride_z, const Eigen::Vector3i& cells,
+                                   const Eigen::Vector3d& point, double* gradient) {
   const __m256d local = _mm256_setr_pd(point[0], point[1], point[2], 0.0);
-  const __m128i most = _mm_sub_epi32(_mm_setr_epi32(grid.cells[0], grid.cells[1], grid.cells[2], 1),
-                                     _mm_set1_epi32(1));
+  const __m128i most =
+      _mm_sub_epi32(_mm_setr_epi32(cells[0], cells[1], cells[2], 1), _mm_set1_epi32(1));
   const __m128i cell =
       _mm_min_epi32(_mm_max_epi32(_mm256_cvttpd_epi32(local), _mm_setzero_si128()), most);
   const __m256d t = local - _mm256_cvtepi32_pd(cell), t2 = t * t, t3 = t2 * t;
@@ -77,15 +72,15 @@ HOLDFAST_AVX double InterpolateAvx(const GridView& grid, const Eigen::Vector3d& 
     s[3] = -t + 1.5 * t2;
     Transpose(s);
   }
-  const double* corner = grid.values + _mm_extract_epi32(cell, 2) * grid.stride_z +
-                         _mm_extract_epi32(cell, 1) * grid.stride_y + _mm_extract_epi32(cell, 0);
+  const double* corner = values + _mm_extract_epi32(cell, 2) * stride_z +
+                         _mm_extract_epi32(cell, 1) * stride_y + _mm_extract_epi32(cell, 0);
   // One lane for each of the four planes along z.
   __m256d plane = _mm256_setzero_pd(), plane_dx = plane, plane_dy = plane;
   for (int j = 0; j < 4; ++j) {
-    const double* row = corner + j * grid.stride_y;
-    const __m256d rows[4] = {_mm256_loadu_pd(row), _mm256_loadu_pd(row + grid.stride_z),
-                             _mm256_loadu_pd(row + 2 * grid.stride_z),
-                             _mm256_loadu_pd(row + 3 * grid.stride_z)};
+    const double* row = corner + j * stride_y;
+    const __m256d rows[4] = {_mm256_loadu_pd(row), _mm256_loadu_pd(row + stride_z),
+                             _mm256_loadu_pd(row + 2 * stride_z),
+                             _mm256_loadu_pd(row + 3 * stride_z)};
     const __m256d weight = _mm256_set1_pd(w[1][j]);
     const __m256d along_x = Dots(w[0], rows);
     plane += weight * along_x;
@@ -194,9 +189,11 @@ double DistanceGrid::Interpolate(const Eigen::Vector3d& point, Eigen::Vector3d* 
   const Eigen::Vector3d local = (point - min_) * inverse_cell_;
 #if defined(__x86_64__)
   if (avx_) {
-    const GridView grid{values_.data(), stride_y_, stride_z_, cells_.data()};
-    if (gradient == nullptr) return InterpolateAvx<false>(grid, local, nullptr);
-    const double value = InterpolateAvx<true>(grid, local, gradient->data());
+    if (gradient == nullptr) {
+      return InterpolateAvx<false>(values_.data(), stride_y_, stride_z_, cells_, local, nullptr);
+    }
+    const double value =
+        InterpolateAvx<true>(values_.data(), stride_y_, stride_z_, cells_, local, gradient->data());
     *gradient *= inverse_cell_;
     return value;
   }

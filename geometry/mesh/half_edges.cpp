@@ -62,8 +62,6 @@ HalfEdges::HalfEdges(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>())
 }
 
 HalfEdges::~HalfEdges() = default;
-HalfEdges::HalfEdges(HalfEdges&&) noexcept = default;
-HalfEdges& HalfEdges::operator=(HalfEdges&&) noexcept = default;
 
 int HalfEdges::NumApart() const { return impl_->apart; }
 

@@ -17,8 +17,6 @@ class HalfEdges {
   /// Ignores faces with a repeated corner. Vertex ids must be in range.
   explicit HalfEdges(const TriangleMesh& mesh);
   ~HalfEdges();
-  HalfEdges(HalfEdges&&) noexcept;
-  HalfEdges& operator=(HalfEdges&&) noexcept;
 
   /// Number of detached faces. If 0, every edge has one face, or two consistently oriented faces.
   int NumApart() const;

@@ -24,6 +24,28 @@ constexpr double kSmallestPlausible_m = 0.005;
 constexpr double kTypicalSize_m = 0.07;         // geometric mean of the extents of handheld objects
 constexpr double kDecade = 3.1622776601683795;  // square root of 10: half way to the next unit
 
+// Number of vertices at the position of an earlier one, from FirstAtSamePlace.
+Eigen::Index CountDuplicates(const std::vector<int>& first) {
+  Eigen::Index count = 0;
+  for (std::size_t v = 0; v < first.size(); ++v) count += first[v] != static_cast<int>(v);
+  return count;
+}
+
+// Returns for each face whether an earlier face has the same three corners in any order.
+std::vector<bool> DuplicateFaces(const Eigen::Matrix3Xi& faces) {
+  std::vector<std::pair<std::array<int, 3>, int>> keys(faces.cols());  // sorted corners, face
+  for (int f = 0; f < faces.cols(); ++f) {
+    keys[f] = {{faces(0, f), faces(1, f), faces(2, f)}, f};
+    std::ranges::sort(keys[f].first);
+  }
+  std::ranges::sort(keys);
+  std::vector<bool> duplicate(faces.cols(), false);
+  for (std::size_t i = 1; i < keys.size(); ++i) {
+    if (keys[i].first == keys[i - 1].first) duplicate[keys[i].second] = true;
+  }
+  return duplicate;
+}
+
 void CountTopology(const TriangleMesh& mesh, MeshReport& report) {
   const EdgeTable edges(mesh.faces, mesh.NumVertices());
   const EdgeCounts counts = CountEdges(mesh.faces, edges);
@@ -100,8 +122,8 @@ MeshReport CheckMesh(const TriangleMesh& mesh) {
   MeshReport report;
   report.num_vertices = mesh.NumVertices();
   report.num_faces = mesh.NumFaces();
-  report.num_duplicate_vertices = CountDuplicateVertices(mesh.vertices);
-  report.num_duplicate_faces = CountDuplicateFaces(mesh.faces);
+  report.num_duplicate_vertices = CountDuplicates(FirstAtSamePlace(mesh.vertices));
+  report.num_duplicate_faces = std::ranges::count(DuplicateFaces(mesh.faces), true);
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
     if (HasRepeatedCorner(mesh.faces.col(f)) || HasNoArea(mesh, f)) ++report.num_degenerate_faces;
   }
@@ -351,15 +373,14 @@ Eigen::Index TurnOutwards(TriangleMesh& mesh) {
 
 RepairedMesh RepairMesh(const TriangleMesh& mesh) {
   RequireValid(mesh);
-  RepairedMesh result{mesh, {}, {}};
+  RepairedMesh result{mesh, {}};
   TriangleMesh& out = result.mesh;
   const auto note = [&](Eigen::Index n, const char* done, const char* one, const char* many) {
     if (n > 0) result.actions.push_back(fmt::format("{} {} {}.", done, n, n == 1 ? one : many));
   };
 
   const std::vector<int> first = FirstAtSamePlace(out.vertices);
-  Eigen::Index welded = 0;
-  for (std::size_t v = 0; v < first.size(); ++v) welded += first[v] != static_cast<int>(v);
+  const Eigen::Index welded = CountDuplicates(first);
   for (int& v : out.faces.reshaped()) v = first[v];
   RequireNoHub(out);
   note(welded, "Welded", "vertex at the position of another",
@@ -378,7 +399,7 @@ RepairedMesh RepairMesh(const TriangleMesh& mesh) {
   note(OrientConsistently(out), "Turned", "face to agree with its neighbors",
        "faces to agree with their neighbors");
   note(TurnOutwards(out), "Turned", "closed part outwards", "closed parts outwards");
-  result.source_vertex = DropUnreferenced(out);
+  DropUnreferenced(out);
   note(mesh.NumVertices() - welded - out.NumVertices(), "Dropped", "vertex of no face",
        "vertices of no face");
   return result;

@@ -69,7 +69,6 @@ std::vector<std::string> Describe(const MeshReport& report);
 struct RepairedMesh {
   TriangleMesh mesh;
   std::vector<std::string> actions;  ///< one sentence per repair; empty if none
-  std::vector<int> source_vertex;    ///< per vertex of `mesh`: its id in the input
 };
 
 /// Applies the repairs that cannot change the shape. Welds vertices at exactly the same position.

@@ -2,15 +2,14 @@
 #include "geometry/mesh/mesh_parts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <compare>
 #include <cstdint>
 #include <limits>
 #include <memory>
 #include <numeric>
 #include <span>
 #include <tuple>
+#include <utility>
 
 #include <fmt/format.h>
 #include <Eigen/Geometry>
@@ -41,25 +40,20 @@ void FindNesting(const TriangleMesh& mesh, MeshParts& parts) {
   const auto box_volume = [&](int p) { return (parts.parts[p].max - parts.parts[p].min).prod(); };
   std::stable_sort(solids.begin(), solids.end(),
                    [&](int a, int b) { return box_volume(a) > box_volume(b); });
-  std::vector<int> begin(parts.parts.size() + 1, 0);  // faces of each part, ascending
-  for (const int part : parts.part_of_face) {
-    if (part >= 0) ++begin[part + 1];
-  }
-  std::partial_sum(begin.begin(), begin.end(), begin.begin());
-  std::vector<int> faces(begin.back());
-  std::vector<int> next(begin.begin(), begin.end() - 1);
+  std::vector<std::vector<int>> faces(parts.parts.size());  // of each part, ascending
   for (std::size_t f = 0; f < parts.part_of_face.size(); ++f) {
-    if (parts.part_of_face[f] >= 0) faces[next[parts.part_of_face[f]]++] = static_cast<int>(f);
+    const int part = parts.part_of_face[f];
+    if (part >= 0) faces[part].push_back(static_cast<int>(f));
   }
   std::vector<std::unique_ptr<WindingNumber>> winding(parts.parts.size());
   const auto winding_of = [&](int part) -> const WindingNumber& {
     if (!winding[part]) {
       TriangleMesh piece;
-      piece.vertices.resize(3, 3 * parts.parts[part].num_faces);
-      piece.faces.resize(3, parts.parts[part].num_faces);
+      piece.vertices.resize(3, 3 * std::ssize(faces[part]));
+      piece.faces.resize(3, std::ssize(faces[part]));
       for (int i = 0; i < piece.NumFaces(); ++i) {
         for (int k = 0; k < 3; ++k) {
-          piece.vertices.col(3 * i + k) = mesh.vertices.col(mesh.faces(k, faces[begin[part] + i]));
+          piece.vertices.col(3 * i + k) = mesh.vertices.col(mesh.faces(k, faces[part][i]));
           piece.faces(k, i) = 3 * i + k;
         }
       }
@@ -93,26 +87,22 @@ void PairSides(const TriangleMesh& mesh, std::span<const int> sides, DisjointSet
     const Eigen::Vector3d apex = mesh.vertices.col(corner(side, 2)) - start;
     away.push_back((apex - apex.dot(along) * along).stableNormalized());
   }
-  struct Pair {
-    bool other_patch, disagree;
-    std::int64_t bend;  // rounded, so that ties of symmetric sheets are the same on any processor
-    std::size_t a, b;
-    auto operator<=>(const Pair&) const = default;
-  };
-  std::vector<Pair> pairs;
+  // Other patches, disagreeing orientations, the bend, and the two sides. The bend is rounded, so
+  // that ties of symmetric sheets are the same on any processor.
+  std::vector<std::tuple<bool, bool, std::int64_t, std::size_t, std::size_t>> pairs;
   for (std::size_t a = 0; a < sides.size(); ++a) {
     for (std::size_t b = a + 1; b < sides.size(); ++b) {
       const bool same_patch = patches.Find(sides[a] / 3) == patches.Find(sides[b] / 3);
       const bool disagree = corner(sides[a], 0) == corner(sides[b], 0);
       if (same_patch && disagree) continue;  // would be one-sided
-      pairs.push_back({!same_patch, disagree, std::llround(1e6 * away[a].dot(away[b])), a, b});
+      pairs.emplace_back(!same_patch, disagree, std::llround(1e6 * away[a].dot(away[b])), a, b);
     }
   }
   std::ranges::sort(pairs);
-  for (const Pair& pair : pairs) {
-    if (partner[sides[pair.a]] != kNone || partner[sides[pair.b]] != kNone) continue;
-    partner[sides[pair.a]] = sides[pair.b];
-    partner[sides[pair.b]] = sides[pair.a];
+  for (const auto& [other_patch, disagree, bend, a, b] : pairs) {
+    if (partner[sides[a]] != kNone || partner[sides[b]] != kNone) continue;
+    partner[sides[a]] = sides[b];
+    partner[sides[b]] = sides[a];
   }
 }
 
@@ -192,38 +182,6 @@ std::vector<int> FirstAtSamePlace(const Eigen::Matrix3Xd& vertices) {
   return first;
 }
 
-Eigen::Index CountDuplicateVertices(const Eigen::Matrix3Xd& vertices) {
-  const std::vector<int> first = FirstAtSamePlace(vertices);
-  Eigen::Index count = 0;
-  for (std::size_t v = 0; v < first.size(); ++v) count += first[v] != static_cast<int>(v);
-  return count;
-}
-
-std::vector<bool> DuplicateFaces(const Eigen::Matrix3Xi& faces) {
-  struct Key {
-    std::array<int, 3> corners;
-    int face;
-  };
-  std::vector<Key> keys(faces.cols());
-  for (int f = 0; f < faces.cols(); ++f) {
-    keys[f] = {{faces(0, f), faces(1, f), faces(2, f)}, f};
-    std::sort(keys[f].corners.begin(), keys[f].corners.end());
-  }
-  std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) {
-    return std::tie(a.corners, a.face) < std::tie(b.corners, b.face);
-  });
-  std::vector<bool> duplicate(faces.cols(), false);
-  for (std::size_t i = 1; i < keys.size(); ++i) {
-    if (keys[i].corners == keys[i - 1].corners) duplicate[keys[i].face] = true;
-  }
-  return duplicate;
-}
-
-Eigen::Index CountDuplicateFaces(const Eigen::Matrix3Xi& faces) {
-  const std::vector<bool> duplicate = DuplicateFaces(faces);
-  return std::count(duplicate.begin(), duplicate.end(), true);
-}
-
 Eigen::Index PartTouchingFans(TriangleMesh& mesh) {
   DisjointSets fans = FindFans(mesh.faces, EdgeTable(mesh.faces, mesh.NumVertices()));
   return PartFans(fans, mesh);
@@ -267,8 +225,9 @@ Eigen::Index OrientConsistently(TriangleMesh& mesh) {
   return static_cast<Eigen::Index>(to_flip.size());
 }
 
-PartedSheets PartSheets(TriangleMesh& mesh) {
-  PartedSheets result;
+std::vector<std::string> PartSheets(TriangleMesh& mesh) {
+  Eigen::Index split = 0;  // edges of three or more faces at which sheets were separated
+  Eigen::Index cut = 0;    // edges along which a one-sided surface was cut
   // The first round pairs sides and splits. If joined patches turn out to be one-sided, or a fan
   // still contains both ends of an edge twice, the next round splits all sheets there.
   for (bool pair = true;; pair = false) {
@@ -289,11 +248,11 @@ PartedSheets PartSheets(TriangleMesh& mesh) {
         partner[sides[1]] = sides[0];
       } else if (sides.size() > 1) {
         manifold = false;
-        if (pair) (sides.size() > 2 ? result.edges : result.one_sided) += 1;
+        if (pair) (sides.size() > 2 ? split : cut) += 1;
         if (pair && sides.size() > 2) PairSides(mesh, sides, patches, partner);
       }
     });
-    if (manifold) return result;
+    if (manifold) break;
     DisjointSets fans(static_cast<int>(mesh.faces.size()));
     for (int side = 0; side < static_cast<int>(partner.size()); ++side) {
       const int other = partner[side];
@@ -306,37 +265,32 @@ PartedSheets PartSheets(TriangleMesh& mesh) {
     PartFans(fans, mesh);
     OrientConsistently(mesh);
   }
-}
-
-std::vector<int> DropUnreferenced(TriangleMesh& mesh) {
-  std::vector<int> new_id(mesh.NumVertices(), -1);
-  for (const int v : mesh.faces.reshaped()) new_id[v] = 0;
-  std::vector<int> kept;
-  for (int v = 0; v < mesh.NumVertices(); ++v) {
-    if (new_id[v] < 0) continue;
-    new_id[v] = static_cast<int>(kept.size());
-    mesh.vertices.col(new_id[v]) = mesh.vertices.col(v);
-    kept.push_back(v);
-  }
-  mesh.vertices.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(kept.size()));
-  for (int& v : mesh.faces.reshaped()) v = new_id[v];
-  return kept;
-}
-
-std::vector<std::string> Describe(const PartedSheets& parted) {
   std::vector<std::string> notes;
   const auto edges = [](Eigen::Index n) { return fmt::format("{} edge{}", n, n == 1 ? "" : "s"); };
-  if (parted.edges > 0) {
+  if (split > 0) {
     notes.push_back(
-        fmt::format("Split the surface along {} of more than two faces.", edges(parted.edges)));
+        fmt::format("Split the surface along {} of more than two faces.", edges(split)));
   }
-  if (parted.one_sided > 0) {
+  if (cut > 0) {
     notes.push_back(
         fmt::format("Cut the surface along {}: it has only one side there (it is twisted like a "
                     "Moebius strip).",
-                    edges(parted.one_sided)));
+                    edges(cut)));
   }
   return notes;
+}
+
+void DropUnreferenced(TriangleMesh& mesh) {
+  std::vector<int> new_id(mesh.NumVertices(), -1);
+  for (const int v : mesh.faces.reshaped()) new_id[v] = 0;
+  int kept = 0;
+  for (int v = 0; v < mesh.NumVertices(); ++v) {
+    if (new_id[v] < 0) continue;
+    new_id[v] = kept++;
+    mesh.vertices.col(new_id[v]) = mesh.vertices.col(v);
+  }
+  mesh.vertices.conservativeResize(Eigen::NoChange, kept);
+  for (int& v : mesh.faces.reshaped()) v = new_id[v];
 }
 
 MeshParts FindParts(const TriangleMesh& mesh) {
@@ -361,7 +315,6 @@ MeshParts FindParts(const TriangleMesh& mesh) {
     }
     result.part_of_face[f] = result.part_of_face[root];
     MeshPart& part = result.parts[result.part_of_face[f]];
-    ++part.num_faces;
     // Relative to a corner of the part, since the origin may be far away.
     const Eigen::Vector3d origin = mesh.vertices.col(mesh.faces(0, part.first_face));
     Eigen::Matrix3d corner;

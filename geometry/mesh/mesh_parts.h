@@ -20,11 +20,6 @@ bool HasNoArea(const TriangleMesh& mesh, Eigen::Index face);
 
 /// Returns for each vertex the first vertex at exactly the same position.
 std::vector<int> FirstAtSamePlace(const Eigen::Matrix3Xd& vertices);
-Eigen::Index CountDuplicateVertices(const Eigen::Matrix3Xd& vertices);
-
-/// Returns for each face whether an earlier face has the same three corners in any order.
-std::vector<bool> DuplicateFaces(const Eigen::Matrix3Xi& faces);
-Eigen::Index CountDuplicateFaces(const Eigen::Matrix3Xi& faces);
 
 /// Gives each fan of faces at a vertex (faces joined through edges at that vertex) a vertex of its
 /// own, so that surfaces that touch only in a vertex are separated. Copies are appended to the
@@ -39,28 +34,20 @@ inline void FlipFace(Eigen::Matrix3Xi& faces, Eigen::Index face) {
 /// patch. Returns the number of flipped faces.
 Eigen::Index OrientConsistently(TriangleMesh& mesh);
 
-/// Drops vertices without faces. Returns the ids of the remaining vertices.
-std::vector<int> DropUnreferenced(TriangleMesh& mesh);
-
-struct PartedSheets {
-  Eigen::Index edges = 0;      ///< edges of three or more faces at which sheets were separated
-  Eigen::Index one_sided = 0;  ///< edges along which a one-sided surface was cut
-};
+/// Drops vertices without faces.
+void DropUnreferenced(TriangleMesh& mesh);
 
 /// Makes a surface with boundary manifold and orientable: sheets that meet in an edge get separate
 /// vertices. At an edge of three or more faces, faces are paired: first those of one patch (faces
 /// joined through edges of two faces), then those of the same orientation, then the straightest. A
 /// fin is thereby detached and the surface below it stays whole; CGAL's
 /// duplicate_non_manifold_edges_in_polygon_soup would slit it along the fin. No position changes.
-/// No face may have a repeated corner; `mesh` is oriented as by OrientConsistently.
-PartedSheets PartSheets(TriangleMesh& mesh);
-
-/// Describes the changes in plain sentences; empty if there were none.
-std::vector<std::string> Describe(const PartedSheets& parted);
+/// No face may have a repeated corner; `mesh` is oriented as by OrientConsistently. Returns the
+/// changes in plain sentences; empty if there were none.
+std::vector<std::string> PartSheets(TriangleMesh& mesh);
 
 /// A part of a mesh: faces joined through shared edges.
 struct MeshPart {
-  Eigen::Index num_faces = 0;
   int first_face = -1;
   bool closed = true;      ///< every edge has two faces
   bool consistent = true;  ///< the two faces of every edge traverse it in opposite directions

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <tuple>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -50,10 +50,7 @@ EdgeTable::EdgeTable(const Eigen::Matrix3Xi& faces, Eigen::Index num_vertices)
   std::vector<int> next(begin_.begin(), begin_.end() - 1);
   for_each_side([&](int low, int high, int corner) { sides_[next[low]++] = {high, corner}; });
   for (Eigen::Index v = 0; v < num_vertices; ++v) {
-    std::sort(sides_.begin() + begin_[v], sides_.begin() + begin_[v + 1],
-              [](const Side& x, const Side& y) {
-                return std::tie(x.high, x.corner) < std::tie(y.high, y.corner);
-              });
+    std::sort(sides_.begin() + begin_[v], sides_.begin() + begin_[v + 1]);
   }
 }
 
@@ -82,24 +79,17 @@ DisjointSets FindFans(const Eigen::Matrix3Xi& faces, const EdgeTable& edges) {
   return fans;
 }
 
-namespace {
-
-// Corners are encoded as 3 f + c, for corner c of face f.
-struct Corners {
-  std::vector<int> begin;  // start of each vertex's range in `corner`
-  std::vector<int> corner;
-};
-
-Corners CornersByVertex(const TriangleMesh& mesh) {
-  Corners corners;
-  corners.begin.assign(static_cast<std::size_t>(mesh.NumVertices()) + 1, 0);
-  for (const int v : mesh.faces.reshaped()) ++corners.begin[v + 1];
-  std::partial_sum(corners.begin.begin(), corners.begin.end(), corners.begin.begin());
-  corners.corner.resize(static_cast<std::size_t>(mesh.faces.size()));
-  std::vector<int> next = corners.begin;
-  for (int k = 0; k < mesh.faces.size(); ++k) corners.corner[next[mesh.faces(k)]++] = k;
-  return corners;
+std::pair<std::vector<int>, std::vector<int>> CornersByVertex(const Eigen::Matrix3Xi& faces,
+                                                              Eigen::Index num_vertices) {
+  std::vector<int> begin(static_cast<std::size_t>(num_vertices) + 1, 0);
+  for (const int v : faces.reshaped()) ++begin[v + 1];
+  std::partial_sum(begin.begin(), begin.end(), begin.begin());
+  std::vector<int> corners(static_cast<std::size_t>(faces.size())), next = begin;
+  for (int k = 0; k < faces.size(); ++k) corners[next[faces(k)]++] = k;
+  return {std::move(begin), std::move(corners)};
 }
+
+namespace {
 
 double CornerAngle(const TriangleMesh& mesh, int corner) {
   const int f = corner / 3;
@@ -112,7 +102,7 @@ double CornerAngle(const TriangleMesh& mesh, int corner) {
 }  // namespace
 
 ShadedMesh SplitAtCreases(const TriangleMesh& mesh, double crease_rad) {
-  const Corners corners = CornersByVertex(mesh);
+  const auto [begin, corners] = CornersByVertex(mesh.faces, mesh.NumVertices());
   Eigen::Matrix3Xd face_normals(3, mesh.NumFaces());  // zero for faces without area
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
     face_normals.col(f) = FaceCross(mesh, f).normalized();
@@ -122,8 +112,8 @@ ShadedMesh SplitAtCreases(const TriangleMesh& mesh, double crease_rad) {
   result.mesh.faces.resize(3, mesh.NumFaces());
   std::vector<Eigen::Vector3d> positions, normals;
   for (Eigen::Index v = 0; v < mesh.NumVertices(); ++v) {
-    const int first = corners.begin[v];
-    const int last = corners.begin[v + 1];
+    const int first = begin[v];
+    const int last = begin[v + 1];
     // Faces are grouped through chains of gentle angles: a cone's rim stays round, and the grouping
     // does not depend on the starting face.
     std::vector<int> group_of(last - first, -1);
@@ -133,11 +123,11 @@ ShadedMesh SplitAtCreases(const TriangleMesh& mesh, double crease_rad) {
       std::vector<int> open{seed};
       group_of[seed] = num_groups;
       while (!open.empty()) {
-        const auto normal = face_normals.col(corners.corner[first + open.back()] / 3);
+        const auto normal = face_normals.col(corners[first + open.back()] / 3);
         open.pop_back();
         for (int other = 0; other < last - first; ++other) {
           if (group_of[other] >= 0) continue;
-          const auto candidate = face_normals.col(corners.corner[first + other] / 3);
+          const auto candidate = face_normals.col(corners[first + other] / 3);
           if (normal.dot(candidate) < least_cosine) continue;
           group_of[other] = num_groups;
           open.push_back(other);
@@ -149,7 +139,7 @@ ShadedMesh SplitAtCreases(const TriangleMesh& mesh, double crease_rad) {
     normals.resize(normals.size() + num_groups, Eigen::Vector3d::Zero());
     positions.resize(positions.size() + num_groups, mesh.vertices.col(v));
     for (int k = first; k < last; ++k) {
-      const int corner = corners.corner[k];
+      const int corner = corners[k];
       const int vertex = base + group_of[k - first];
       result.mesh.faces(corner % 3, corner / 3) = vertex;
       normals[vertex] += CornerAngle(mesh, corner) * face_normals.col(corner / 3);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -39,21 +40,17 @@ class EdgeTable {
   void ForEach(Visit&& visit) const {
     for (std::size_t low = 0; low + 1 < begin_.size(); ++low) {
       for (int i = begin_[low], end = i; i < begin_[low + 1]; i = end) {
-        while (end < begin_[low + 1] && sides_[end].high == sides_[i].high) ++end;
+        while (end < begin_[low + 1] && sides_[end].first == sides_[i].first) ++end;
         corners_.clear();
-        for (int s = i; s < end; ++s) corners_.push_back(sides_[s].corner);
-        visit(static_cast<int>(low), sides_[i].high, std::span<const int>(corners_));
+        for (int s = i; s < end; ++s) corners_.push_back(sides_[s].second);
+        visit(static_cast<int>(low), sides_[i].first, std::span<const int>(corners_));
       }
     }
   }
 
  private:
-  struct Side {
-    int high;
-    int corner;
-  };
-  std::vector<int> begin_;   // per low vertex
-  std::vector<Side> sides_;  // by low vertex, then high, then corner
+  std::vector<int> begin_;                  // per low vertex
+  std::vector<std::pair<int, int>> sides_;  // high vertex and corner, sorted for each low vertex
   mutable std::vector<int> corners_;
 };
 
@@ -69,6 +66,11 @@ EdgeCounts CountEdges(const Eigen::Matrix3Xi& faces, const EdgeTable& edges);
 
 /// Returns the fans: sets of corners (3 f + k) of one vertex that are joined through shared edges.
 DisjointSets FindFans(const Eigen::Matrix3Xi& faces, const EdgeTable& edges);
+
+/// Returns the start of each vertex's range (one more than vertices), and in these ranges the
+/// corners (3 f + k) at the vertices, ascending.
+std::pair<std::vector<int>, std::vector<int>> CornersByVertex(const Eigen::Matrix3Xi& faces,
+                                                              Eigen::Index num_vertices);
 
 /// A mesh for rendering: one unit normal per vertex, vertices duplicated along sharp edges.
 struct ShadedMesh {

@@ -5,8 +5,8 @@
 #include <cmath>
 #include <map>
 #include <numbers>
-#include <numeric>
 #include <optional>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -16,6 +16,7 @@
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/mesh_check.h"
 #include "geometry/mesh/mesh_parts.h"
+#include "geometry/mesh/mesh_topology.h"
 #include "geometry/mesh/winding_number.h"
 #include "geometry/parallel.h"
 
@@ -27,27 +28,20 @@ namespace {
 constexpr double kOnSurface = 1e-12;
 constexpr Eigen::Index kManyClosing = 1000;
 
-bool HasCorner(const Eigen::Vector3i& face, int vertex) { return (face.array() == vertex).any(); }
-
 }  // namespace
 
 struct SignedDistance::Impl {
-  explicit Impl(const TriangleMesh& given)
-      : tree(given), mesh(given), begin(mesh.NumVertices() + 1, 0), around(3 * mesh.NumFaces()) {
-    for (const int vertex : mesh.faces.reshaped()) ++begin[vertex + 1];
-    std::partial_sum(begin.begin(), begin.end(), begin.begin());
-    std::vector<int> next(begin.begin(), begin.end() - 1);
-    for (Eigen::Index corner = 0; corner < mesh.faces.size(); ++corner) {
-      around[next[mesh.faces(corner)]++] = static_cast<int>(corner / 3);
-    }
-    sign = CheckMesh(mesh).watertight ? Sign::kPseudonormal : Sign::kWindingNumber;
+  explicit Impl(const TriangleMesh& given) : tree(given), mesh(given) {
+    std::tie(begin, around) = CornersByVertex(mesh.faces, mesh.NumVertices());
+    for (int& corner : around) corner /= 3;
+    watertight = CheckMesh(mesh).watertight;
     Prepare();
   }
 
   /// Computes the data that depends on vertex positions, except the tree.
   void Prepare() {
     surface_tolerance = kOnSurface * (tree.Max() - tree.Min()).norm();
-    if (sign != Sign::kWindingNumber) return;
+    if (watertight) return;
     TriangleMesh whole = ClosingTriangles(mesh);
     if (whole.NumFaces() > kManyClosing && 4 * whole.NumFaces() > mesh.NumFaces()) {
       plain = std::make_unique<WindingNumber>(mesh);
@@ -112,7 +106,7 @@ struct SignedDistance::Impl {
     const int vertex = mesh.faces(corner, hit.face);
     const int other = mesh.faces((corner + 1) % 3, hit.face);
     for (int i = begin[vertex]; i < begin[vertex + 1]; ++i) {
-      if (at_vertex || HasCorner(mesh.faces.col(around[i]), other)) visit(around[i]);
+      if (at_vertex || (mesh.faces.col(around[i]).array() == other).any()) visit(around[i]);
     }
   }
 
@@ -162,7 +156,7 @@ struct SignedDistance::Impl {
 
   double Signed(const Eigen::Vector3d& point, const TriangleTree::Hit& hit) const {
     const double distance = std::sqrt(hit.squared_distance);
-    const bool by_side = sign == Sign::kPseudonormal || ReachOfSide(point, distance) > 0.0;
+    const bool by_side = watertight || ReachOfSide(point, distance) > 0.0;
     const bool inside = by_side ? IsBehind(point, hit) : distance > 0.0 && Winding(point) > 0.5;
     return inside ? -distance : distance;
   }
@@ -171,7 +165,7 @@ struct SignedDistance::Impl {
   TriangleMesh mesh;
   std::vector<int> begin, around;  // faces around vertex v: around[begin[v]] ...
   double surface_tolerance = 0.0;
-  Sign sign = Sign::kPseudonormal;
+  bool watertight = true;
   // Only for meshes that are not watertight: the mesh with its closing triangles, and those
   // triangles alone. `plain` is the mesh as it is, for meshes with so much boundary that many
   // slivers would close it.
@@ -189,7 +183,7 @@ SignedDistance::~SignedDistance() = default;
 SignedDistance::SignedDistance(SignedDistance&&) noexcept = default;
 SignedDistance& SignedDistance::operator=(SignedDistance&&) noexcept = default;
 
-SignedDistance::Sign SignedDistance::SignMethod() const { return impl_->sign; }
+bool SignedDistance::IsWatertight() const { return impl_->watertight; }
 const Eigen::Vector3d& SignedDistance::Min() const { return impl_->tree.Min(); }
 const Eigen::Vector3d& SignedDistance::Max() const { return impl_->tree.Max(); }
 
@@ -214,7 +208,7 @@ bool SignedDistance::Inside(const Eigen::Vector3d& point, const TriangleTree::Hi
 
 double SignedDistance::SideHolds(const Eigen::Vector3d& point, double distance) const {
   const double away = std::abs(distance);
-  return impl_->sign == Sign::kPseudonormal ? away : impl_->ReachOfSide(point, away);
+  return impl_->watertight ? away : impl_->ReachOfSide(point, away);
 }
 
 SignedDistance::Result SignedDistance::Query(const Eigen::Vector3d& point, int hint_face) const {

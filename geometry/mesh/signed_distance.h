@@ -19,11 +19,6 @@ namespace holdfast {
 /// Queries are const and may run on any number of threads.
 class SignedDistance {
  public:
-  enum class Sign {
-    kPseudonormal,   ///< for watertight meshes
-    kWindingNumber,  ///< for other meshes: inside if the winding number exceeds 1/2
-  };
-
   struct Result {
     double distance = 0.0;     ///< meters, negative inside
     Eigen::Vector3d closest;   ///< on the surface
@@ -38,7 +33,8 @@ class SignedDistance {
   SignedDistance(SignedDistance&&) noexcept;
   SignedDistance& operator=(SignedDistance&&) noexcept;
 
-  Sign SignMethod() const;
+  /// Whether the sign comes from the pseudonormal, not from the winding number.
+  bool IsWatertight() const;
 
   /// Moves the vertices (3 x V) of the same faces, e.g. of a hand from frame to frame, in a small
   /// fraction of the construction time. A watertight mesh is assumed to stay watertight. Throws

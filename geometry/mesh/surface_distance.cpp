@@ -16,13 +16,9 @@
 namespace holdfast {
 namespace {
 
-struct OneSided {
-  double max = 0.0;
-  double mean = 0.0;
-};
-
-OneSided Measure(const TriangleMesh& from, const TriangleTree& to, int samples) {
-  OneSided result;
+// Largest and mean distance.
+std::pair<double, double> Measure(const TriangleMesh& from, const TriangleTree& to, int samples) {
+  double max = 0.0, mean = 0.0;
   int hint = -1;
   const auto distance = [&](const Eigen::Vector3d& point) {
     const TriangleTree::Hit hit = to.Closest(point, hint);
@@ -32,17 +28,17 @@ OneSided Measure(const TriangleMesh& from, const TriangleTree& to, int samples) 
   const Eigen::Matrix3Xd points = SampleSurface(from, samples);
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     const double d = distance(points.col(i));
-    result.max = std::max(result.max, d);
-    result.mean += d;
+    max = std::max(max, d);
+    mean += d;
   }
-  if (samples > 0) result.mean /= samples;
+  if (samples > 0) mean /= samples;
   std::vector<bool> seen(from.NumVertices(), false);
   for (const int v : from.faces.reshaped()) {
     if (seen[v]) continue;
     seen[v] = true;
-    result.max = std::max(result.max, distance(from.vertices.col(v)));
+    max = std::max(max, distance(from.vertices.col(v)));
   }
-  return result;
+  return {max, mean};
 }
 
 }  // namespace
@@ -79,9 +75,9 @@ Eigen::Matrix3Xd SampleSurface(const TriangleMesh& mesh, int count) {
 }
 
 SurfaceDistance MeasureSurfaceDistance(const TriangleMesh& a, const TriangleMesh& b, int samples) {
-  const OneSided forward = Measure(a, TriangleTree(b), samples);
-  const OneSided backward = Measure(b, TriangleTree(a), samples);
-  return {forward.max, backward.max, forward.mean, backward.mean};
+  const auto [max_forward, mean_forward] = Measure(a, TriangleTree(b), samples);
+  const auto [max_backward, mean_backward] = Measure(b, TriangleTree(a), samples);
+  return {max_forward, max_backward, mean_forward, mean_backward};
 }
 
 bool SameSurface(const TriangleMesh& a, const TriangleMesh& b) {
@@ -103,50 +99,29 @@ bool SameSurface(const TriangleMesh& a, const TriangleMesh& b) {
          std::max(apart.hausdorff_forward_m, apart.hausdorff_backward_m) <= kAnywhere * size;
 }
 
-namespace {
-
-constexpr double kSharp_rad = 20.0 * kDegree;
-
-// Keeps the first point in each grid cell.
-class Thinning {
- public:
-  explicit Thinning(double edge) : edge_(edge) {}
-  void Add(const Eigen::Vector3d& point) {
-    const Eigen::Array3d cell = (point.array() / edge_).floor();
-    if (taken_
-            .insert({static_cast<long>(cell(0)), static_cast<long>(cell(1)),
-                     static_cast<long>(cell(2))})
-            .second) {
-      points_.push_back(point);
-    }
-  }
-  const std::vector<Eigen::Vector3d>& Points() const { return points_; }
-
- private:
-  double edge_;
-  std::set<std::array<long, 3>> taken_;
-  std::vector<Eigen::Vector3d> points_;
-};
-
-}  // namespace
-
 Eigen::Matrix3Xd ContactSamples(const TriangleMesh& mesh, double spacing_m, int most) {
   const double area = SurfaceArea(mesh);
   const double spacing = std::max(spacing_m, std::sqrt(area / most));
-  Thinning thinning(0.5 * spacing);
+  // Keeps the first point in each grid cell.
+  const double edge = 0.5 * spacing;
+  std::set<std::array<long, 3>> taken;
+  std::vector<Eigen::Vector3d> kept;
+  const auto add = [&](const Eigen::Vector3d& point) {
+    const Eigen::Array<long, 3, 1> cell = (point.array() / edge).floor().cast<long>();
+    if (taken.insert({cell(0), cell(1), cell(2)}).second) kept.push_back(point);
+  };
+  constexpr double kSharp_rad = 20.0 * kDegree;
   for (const auto& [from, to] : HalfEdges(mesh).SharpEdges(kSharp_rad)) {
     const Eigen::Vector3d a = mesh.vertices.col(from), b = mesh.vertices.col(to);
     const int steps = std::max(1, static_cast<int>(std::ceil((b - a).norm() / spacing)));
-    for (int k = 0; k <= steps; ++k) thinning.Add(a + (static_cast<double>(k) / steps) * (b - a));
+    for (int k = 0; k <= steps; ++k) add(a + (static_cast<double>(k) / steps) * (b - a));
   }
-  for (Eigen::Index i = 0; i < mesh.NumVertices(); ++i) thinning.Add(mesh.vertices.col(i));
+  for (Eigen::Index i = 0; i < mesh.NumVertices(); ++i) add(mesh.vertices.col(i));
   const int spread = std::max(100, static_cast<int>(area / (spacing * spacing)));
   const Eigen::Matrix3Xd even = SampleSurface(mesh, spread);
-  for (Eigen::Index i = 0; i < even.cols(); ++i) thinning.Add(even.col(i));
-  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(thinning.Points().size()));
-  for (std::size_t i = 0; i < thinning.Points().size(); ++i) {
-    points.col(static_cast<Eigen::Index>(i)) = thinning.Points()[i];
-  }
+  for (Eigen::Index i = 0; i < even.cols(); ++i) add(even.col(i));
+  Eigen::Matrix3Xd points(3, static_cast<Eigen::Index>(kept.size()));
+  for (std::size_t i = 0; i < kept.size(); ++i) points.col(static_cast<Eigen::Index>(i)) = kept[i];
   return points;
 }
 

@@ -20,7 +20,7 @@ using FilteredPoint = FilteredKernel::Point_3;
 
 }  // namespace
 
-TriangleMesh WrapSurface(const TriangleMesh& mesh, const WrapOptions& options) {
+TriangleMesh WrapSurface(const TriangleMesh& mesh, double alpha_m, double offset_m) {
   RequireValid(mesh);
   std::vector<FilteredPoint> points;
   points.reserve(mesh.NumVertices());
@@ -35,12 +35,9 @@ TriangleMesh WrapSurface(const TriangleMesh& mesh, const WrapOptions& options) {
                          static_cast<std::size_t>(mesh.faces(2, f))});
   }
   if (triangles.empty()) throw Error("mesh", "has no face with an area", "Give a surface");
-  const double extent = Extent(mesh).maxCoeff();
-  const double alpha = options.alpha_m > 0.0 ? options.alpha_m : extent / kWrapAlphaPerExtent;
-  const double offset = options.offset_m > 0.0 ? options.offset_m : extent / kWrapOffsetPerExtent;
 
   CGAL::Surface_mesh<FilteredPoint> wrap;
-  CGAL::alpha_wrap_3(points, triangles, alpha, offset, wrap);
+  CGAL::alpha_wrap_3(points, triangles, alpha_m, offset_m, wrap);
   wrap.collect_garbage();
 
   TriangleMesh out;

@@ -12,11 +12,6 @@
 namespace holdfast {
 namespace {
 
-Eigen::Vector3d OrbitDirection(double azimuth_rad, double elevation_rad) {
-  return {std::sin(azimuth_rad) * std::cos(elevation_rad),
-          -std::cos(azimuth_rad) * std::cos(elevation_rad), std::sin(elevation_rad)};
-}
-
 // Rows: right, down, forward.
 Eigen::Matrix3d CameraFromWorldRotation(const Camera& camera) {
   const Eigen::Vector3d forward = (camera.target - camera.eye).normalized();
@@ -34,7 +29,10 @@ Camera OrbitCamera(const Eigen::Vector3d& target, double azimuth_rad, double ele
                    double distance_m) {
   Camera camera;
   camera.target = target;
-  camera.eye = target + distance_m * OrbitDirection(azimuth_rad, elevation_rad);
+  const Eigen::Vector3d direction(std::sin(azimuth_rad) * std::cos(elevation_rad),
+                                  -std::cos(azimuth_rad) * std::cos(elevation_rad),
+                                  std::sin(elevation_rad));
+  camera.eye = target + distance_m * direction;
   // From straight above or below, "up" in the picture is away from the viewer.
   if (std::abs(std::cos(elevation_rad)) < 1e-6) {
     camera.up = Eigen::Vector3d(-std::sin(azimuth_rad), std::cos(azimuth_rad), 0.0);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <mutex>
 #include <numbers>
+#include <numeric>
 #include <span>
 #include <string>
 
@@ -20,61 +21,6 @@
 #include "geometry/rotation.h"
 
 namespace holdfast {
-namespace {
-
-// Draws frames and reports progress; stops after the first false.
-class Drawing {
- public:
-  Drawing(const ClipRenderer& renderer, const ClipPictures& pictures,
-          const std::function<bool(int, int)>& progress)
-      : renderer_(renderer), pictures_(pictures), progress_(progress) {}
-
-  bool Stopped() const { return stopped_; }
-
-  // `places` are indices into the list of frames; returns an empty vector once stopped.
-  std::vector<Image> operator()(std::span<const int> places) {
-    std::vector<Image> images(places.size());
-    ParallelFor(static_cast<int>(places.size()), pictures_.threads, [&](int k) {
-      if (std::scoped_lock guard(lock_); stopped_) return;
-      images[k] = renderer_.Draw(pictures_.frames[places[k]], pictures_.how);
-      const std::scoped_lock guard(lock_);
-      if (stopped_) return;
-      ++done_;
-      const int total = std::max(done_, static_cast<int>(pictures_.frames.size()));
-      if (progress_ && !progress_(done_, total)) stopped_ = true;
-    });
-    if (stopped_) images.clear();
-    return images;
-  }
-
- private:
-  const ClipRenderer& renderer_;
-  const ClipPictures& pictures_;
-  const std::function<bool(int, int)>& progress_;
-  std::mutex lock_;
-  int done_ = 0;
-  bool stopped_ = false;
-};
-
-std::vector<int> AllPlaces(const ClipPictures& pictures) {
-  std::vector<int> places(pictures.frames.size());
-  for (std::size_t k = 0; k < places.size(); ++k) places[k] = static_cast<int>(k);
-  return places;
-}
-
-void WriteNumbered(const ClipPictures& pictures, int batch, Drawing& draw) {
-  const std::vector<int> places = AllPlaces(pictures);
-  for (std::size_t k = 0; k < places.size(); k += static_cast<std::size_t>(batch)) {
-    const std::size_t count = std::min<std::size_t>(batch, places.size() - k);
-    const std::vector<Image> images = draw({places.data() + k, count});
-    if (images.empty()) return;
-    for (std::size_t i = 0; i < count; ++i) {
-      WritePng(images[i], pictures.file.numbered->Name(pictures.frames[k + i]));
-    }
-  }
-}
-
-}  // namespace
 
 PictureFile PictureFileOf(const std::filesystem::path& path) {
   PictureFile file{path, VideoFormatOf(path), ParseNumberedName(path.string())};
@@ -117,15 +63,39 @@ ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
 
 bool WritePictures(const ClipRenderer& renderer, const ClipPictures& pictures,
                    const std::function<bool(int, int)>& progress) {
-  Drawing draw(renderer, pictures, progress);
+  std::mutex mutex;
+  int done = 0;
+  bool stopped = false;
+  // `drawn` are indices into the list of frames; returns an empty vector once stopped.
+  const auto draw = [&](std::span<const int> drawn) {
+    std::vector<Image> images(drawn.size());
+    ParallelFor(static_cast<int>(drawn.size()), pictures.threads, [&](int k) {
+      if (std::scoped_lock guard(mutex); stopped) return;
+      images[k] = renderer.Draw(pictures.frames[drawn[k]], pictures.how);
+      const std::scoped_lock guard(mutex);
+      if (stopped) return;
+      ++done;
+      const int total = std::max(done, static_cast<int>(pictures.frames.size()));
+      if (progress && !progress(done, total)) stopped = true;
+    });
+    if (stopped) images.clear();
+    return images;
+  };
   const int batch = 2 * pictures.threads;  // limits memory, and keeps the threads busy
+  std::vector<int> places(pictures.frames.size());
+  std::iota(places.begin(), places.end(), 0);
   const PictureFile& file = pictures.file;
   if (file.video) {
-    WriteVideo(file.path, static_cast<int>(pictures.frames.size()), {pictures.frame_rate, batch},
-               [&](std::span<const int> places) { return draw(places); });
+    WriteVideo(file.path, static_cast<int>(places.size()), pictures.frame_rate, batch, draw);
   } else if (file.numbered) {
-    WriteNumbered(pictures, batch, draw);
-  } else if (const std::vector<Image> tiles = draw(AllPlaces(pictures)); !tiles.empty()) {
+    for (std::size_t k = 0; k < places.size() && !stopped; k += static_cast<std::size_t>(batch)) {
+      const std::size_t count = std::min<std::size_t>(batch, places.size() - k);
+      const std::vector<Image> images = draw({places.data() + k, count});
+      for (std::size_t i = 0; i < images.size(); ++i) {
+        WritePng(images[i], file.numbered->Name(pictures.frames[k + i]));
+      }
+    }
+  } else if (const std::vector<Image> tiles = draw(places); !tiles.empty()) {
     std::vector<std::string> labels;
     for (const int t : pictures.frames) {
       labels.push_back(fmt::format("{:.2f} s", t / renderer.GetClip().frame_rate));
@@ -133,7 +103,7 @@ bool WritePictures(const ClipRenderer& renderer, const ClipPictures& pictures,
     WritePng(tiles.size() == 1 ? tiles[0] : ContactSheet(tiles, labels, pictures.columns),
              file.path);
   }
-  return !draw.Stopped();
+  return !stopped;
 }
 
 namespace {
@@ -272,8 +242,7 @@ ClipRenderer::ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body,
 }
 
 bool ClipRenderer::Holds(int frame, Side side) const {
-  const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
-  return clip_.holding_hand.empty() || (clip_.holding_hand[frame] & bit) != 0;
+  return clip_.holding_hand.empty() || (clip_.holding_hand[frame] & HoldingBit(side)) != 0;
 }
 
 Camera ClipRenderer::CameraFor(const BodyState& state, int frame,

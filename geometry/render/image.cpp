@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <utility>
 
 #include <fmt/format.h>
 #include <png.h>
@@ -101,12 +102,8 @@ constexpr int kColumns = 5;
 constexpr int kRows = 7;
 constexpr int kAdvance = kColumns + 1;
 
-struct Glyph {
-  char character;
-  std::string_view rows;  // seven rows of five dots, top first
-};
-
-constexpr Glyph kGlyphs[] = {
+// Seven rows of five dots, top first.
+constexpr std::pair<char, std::string_view> kGlyphs[] = {
     {' ', "..... ..... ..... ..... ..... ..... ....."},
     {'0', ".###. #...# #..## #.#.# ##..# #...# .###."},
     {'1', "..#.. .##.. ..#.. ..#.. ..#.. ..#.. .###."},
@@ -166,21 +163,16 @@ constexpr std::string_view kUnknown = "##### #...# #...# #...# #...# #...# #####
 
 std::string_view Rows(char character) {
   const char capital = static_cast<char>(std::toupper(static_cast<unsigned char>(character)));
-  for (const Glyph& glyph : kGlyphs) {
-    if (glyph.character == capital) return glyph.rows;
+  for (const auto& [known, rows] : kGlyphs) {
+    if (known == capital) return rows;
   }
   return kUnknown;
 }
 
 }  // namespace
 
-int LabelWidth(std::string_view text, int scale) {
-  return text.empty() ? 0 : scale * (static_cast<int>(text.size()) * kAdvance - 1);
-}
-
-int LabelHeight(int scale) { return scale * kRows; }
-
-void DrawLabel(Image& image, int x, int y, std::string_view text, int scale, std::uint8_t gray) {
+void DrawLabel(Image& image, int x, int y, std::string_view text, int scale) {
+  constexpr std::uint8_t kGray = 40;
   for (const char character : text) {
     const std::string_view rows = Rows(character);
     for (int py = 0; py < kRows * scale; ++py) {
@@ -188,7 +180,7 @@ void DrawLabel(Image& image, int x, int y, std::string_view text, int scale, std
         if (rows[static_cast<std::size_t>(py / scale * kAdvance + px / scale)] != '#') continue;
         if (x + px < 0 || x + px >= image.width || y + py < 0 || y + py >= image.height) continue;
         std::uint8_t* const pixel = image.Pixel(x + px, y + py);
-        pixel[0] = pixel[1] = pixel[2] = gray;
+        pixel[0] = pixel[1] = pixel[2] = kGray;
       }
     }
     x += kAdvance * scale;

@@ -51,11 +51,6 @@ Image ContactSheet(std::span<const Image> tiles, std::span<const std::string> la
 /// Draws a line of text with its top left corner at (x, y), in capitals of a built-in 5 x 7 font
 /// whose dots are `scale` pixels wide. Supports letters, digits, space and .,:;-+/_=%()#<>*'; other
 /// characters are drawn as a box. Clipped to the picture.
-void DrawLabel(Image& image, int x, int y, std::string_view text, int scale = 1,
-               std::uint8_t gray = 40);
-
-/// Width and height of a label in pixels.
-int LabelWidth(std::string_view text, int scale = 1);
-int LabelHeight(int scale = 1);
+void DrawLabel(Image& image, int x, int y, std::string_view text, int scale = 1);
 
 }  // namespace holdfast

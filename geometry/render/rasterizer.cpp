@@ -91,8 +91,7 @@ class Scene {
 
   // Color of triangle `id` at its intersection with the ray (camera frame).
   Color Shade(std::uint32_t id, const Eigen::Vector3d& ray, const View& view,
-              const Lighting& lighting, const ShadowMap& shadows,
-              const std::optional<Eigen::Vector3d>& back_face) const {
+              const Lighting& lighting, const ShadowMap& shadows) const {
     const Eigen::Vector3i& corner = triangle_[id - 1];
     const Eigen::Vector3d& a = position_[corner[0]];
     const Eigen::Vector3d& b = position_[corner[1]];
@@ -107,16 +106,14 @@ class Scene {
     w /= w.sum();
     const Eigen::Vector3f weight = w.cast<float>();
 
-    Color albedo = color_[corner[0]] * weight[0] + color_[corner[1]] * weight[1] +
-                   color_[corner[2]] * weight[2];
+    const Color albedo = color_[corner[0]] * weight[0] + color_[corner[1]] * weight[1] +
+                         color_[corner[2]] * weight[2];
     Eigen::Vector3f normal = normal_[corner[0]] * weight[0] + normal_[corner[1]] * weight[1] +
                              normal_[corner[2]] * weight[2];
     const Eigen::Matrix3f world_from_camera = view.CameraFromWorld().transpose().cast<float>();
     const Eigen::Vector3f to_eye = -(world_from_camera * ray.cast<float>()).normalized();
-    if (bc.dot(a) > 0.0) {  // (b - a) x (c - a) points away from the eye: seen from inside
-      normal = -normal;
-      if (back_face) albedo = LinearFromSrgb(*back_face);
-    }
+    // If (b - a) x (c - a) points away from the eye, the face is seen from inside.
+    if (bc.dot(a) > 0.0) normal = -normal;
     const float length = normal.norm();
     normal = length > 1e-6f ? Eigen::Vector3f(normal / length) : to_eye;
     const Eigen::Vector3d point =
@@ -149,7 +146,7 @@ class Ground {
       : view_(view),
         shadow_(options.ground ? Meshes(items) : std::vector<const TriangleMesh*>(),
                 options.ground_height_m, lighting.to_key.cast<double>()),
-        color_(LinearFromSrgb(options.ground_color)),
+        color_(LinearFromSrgb({0.84, 0.85, 0.86})),
         background_(LinearFromSrgb(options.background)),
         grid_spacing_(options.grid_spacing_m),
         eye_height_(view.Eye().z() - options.ground_height_m),
@@ -269,7 +266,7 @@ Image Render(std::span<const RenderItem> items, const Camera& camera,
         if (share[s].id == kGround) {
           color = ground.Shade(ray, ground.InverseDepth(ray));
         } else if (share[s].id != VisibilityBuffer::kNothing) {
-          color = scene.Shade(share[s].id, ray, view, lighting, shadows, options.back_face_color);
+          color = scene.Shade(share[s].id, ray, view, lighting, shadows);
         }
         sum += static_cast<float>(share[s].count) * color;
       }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <optional>
 #include <span>
 
 #include <Eigen/Core>
@@ -27,10 +26,7 @@ struct RenderOptions {
   bool ground = true;     ///< a plane with grid and shadow, visible only from above
   double ground_height_m = 0.0;
   double grid_spacing_m = 0.5;  ///< 0: no grid
-  Eigen::Vector3d ground_color{0.84, 0.85, 0.86};
   Eigen::Vector3d background{0.93, 0.94, 0.95};
-  /// Color of surfaces seen from inside, to find holes and flipped faces.
-  std::optional<Eigen::Vector3d> back_face_color;
 };
 
 /// Renders the meshes with smooth shading, lit from the viewer's left. Single-threaded and

@@ -2,13 +2,17 @@
 #include "geometry/render/video.h"
 
 #include <sys/socket.h>
+#include <sys/types.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <cstdint>
+#include <cstdio>
 #include <cstring>
-#include <numeric>
+#include <memory>
+#include <string>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -18,6 +22,8 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/text_scanner.h"
+
+extern char** environ;
 
 namespace holdfast {
 namespace {
@@ -92,73 +98,6 @@ void Require(const fs::path& path, VideoFormat format, int num_frames, double fr
   }
 }
 
-}  // namespace
-
-std::optional<VideoFormat> VideoFormatOf(const fs::path& path) {
-  const std::string extension = path.extension().string();
-  if (EqualIgnoringCase(extension, ".mp4")) return VideoFormat::kMp4;
-  if (EqualIgnoringCase(extension, ".gif")) return VideoFormat::kGif;
-  return std::nullopt;
-}
-
-bool WriteVideo(const fs::path& path, int num_frames, const VideoOptions& options,
-                const DrawFrames& draw) {
-  const std::optional<VideoFormat> format = VideoFormatOf(path);
-  if (!format) {
-    throw Error(path.string(), "is not the name of a video", "Give a name in .mp4 or .gif");
-  }
-  Require(path, *format, num_frames, options.frame_rate);
-
-  std::vector<int> order;
-  const int palette_frames =
-      *format == VideoFormat::kGif ? std::min(kPaletteFrames, num_frames) : 0;
-  for (int k = 0; k < palette_frames; ++k) {
-    order.push_back(palette_frames == 1 ? 0 : k * (num_frames - 1) / (palette_frames - 1));
-  }
-  for (int k = 0; k < num_frames; ++k) order.push_back(k);
-
-  const auto encode = [&](const fs::path& temporary) {
-    std::optional<FfmpegProcess> ffmpeg;
-    int width = 0, height = 0;
-    for (std::size_t begin = 0; begin < order.size();) {
-      const std::size_t count =
-          std::min(order.size() - begin, std::size_t(std::max(1, options.batch)));
-      const std::vector<Image> images = draw({order.data() + begin, count});
-      if (images.size() != count) throw Stopped();
-      for (const Image& image : images) {
-        if (!ffmpeg) {
-          width = image.width;
-          height = image.height;
-          if (*format == VideoFormat::kMp4 && (width % 2 != 0 || height % 2 != 0)) {
-            throw Error(path.string(), fmt::format("cannot have {} x {} pixels", width, height),
-                        "Use an even width and height for an .mp4");
-          }
-          ffmpeg.emplace(Arguments(temporary, *format, image, options.frame_rate, palette_frames));
-        }
-        if (image.width != width || image.height != height) {
-          throw Error(path.string(), "its frames differ in size", "Draw them in one size");
-        }
-        ffmpeg->Write(image.rgb);
-      }
-      begin += count;
-    }
-    ffmpeg->Finish();
-  };
-  try {
-    WriteAtomically(path, encode);
-  } catch (const Stopped&) {
-    return false;
-  }
-  return true;
-}
-
-}  // namespace holdfast
-
-extern char** environ;
-
-namespace holdfast {
-namespace {
-
 constexpr std::size_t kShownLines = 4;
 constexpr long kReadBack = 4096;
 
@@ -196,82 +135,157 @@ Error CannotStart(int reason) {
                "Check that the program ffmpeg in PATH runs");
 }
 
+// An ffmpeg process that reads from this process. It has its own process group, so that Ctrl-C does
+// not reach it. It is terminated if destroyed before Finish().
+class FfmpegProcess {
+ public:
+  // Starts `ffmpeg arguments...`. Throws Error if it is not installed or cannot be started.
+  explicit FfmpegProcess(const std::vector<std::string>& arguments) {
+    said_.reset(std::tmpfile());
+    // A socket instead of a pipe: a write after ffmpeg has exited gives an error, not SIGPIPE.
+    int ends[2];
+    if (!said_ || ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
+      throw CannotStart(errno);
+    }
+    input_ = ends[0];
+
+    std::vector<char*> argv;
+    std::string name = "ffmpeg";
+    argv.push_back(name.data());
+    for (const std::string& argument : arguments)
+      argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+
+    posix_spawn_file_actions_t actions;
+    posix_spawn_file_actions_init(&actions);
+    posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
+    posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_adddup2(&actions, ::fileno(said_.get()), STDERR_FILENO);
+    posix_spawnattr_t attributes;
+    posix_spawnattr_init(&attributes);
+    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
+    posix_spawnattr_setpgroup(&attributes, 0);
+    const int failed =
+        ::posix_spawnp(&process_, "ffmpeg", &actions, &attributes, argv.data(), environ);
+    posix_spawnattr_destroy(&attributes);
+    posix_spawn_file_actions_destroy(&actions);
+    ::close(ends[1]);
+    if (failed != 0) {
+      process_ = -1;
+      ::close(input_);
+      throw CannotStart(failed);
+    }
+  }
+  ~FfmpegProcess() {
+    if (process_ >= 0) {
+      ::kill(process_, SIGKILL);
+      Wait();
+    }
+    if (input_ >= 0) ::close(input_);
+  }
+  FfmpegProcess(const FfmpegProcess&) = delete;
+  FfmpegProcess& operator=(const FfmpegProcess&) = delete;
+
+  // Sends bytes. Throws Error, with ffmpeg's output, if it has exited.
+  void Write(std::span<const std::uint8_t> bytes) {
+    while (!bytes.empty()) {
+      const ssize_t sent = ::send(input_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
+      if (sent < 0) {
+        if (errno == EINTR) continue;
+        Wait();
+        Fail();
+      }
+      bytes = bytes.subspan(static_cast<std::size_t>(sent));
+    }
+  }
+
+  // Closes the input and waits for exit. Throws Error, with ffmpeg's output, if it failed.
+  void Finish() {
+    ::close(input_);
+    input_ = -1;
+    const int status = Wait();
+    if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) Fail();
+  }
+
+ private:
+  [[noreturn]] void Fail() {
+    throw Error("ffmpeg", fmt::format("failed ({})", LastLines(said_.get())),
+                "Check the installed ffmpeg (it needs libx264 for .mp4), and the free space");
+  }
+
+  int Wait() {
+    int status = 0;
+    while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+    }
+    process_ = -1;
+    return status;
+  }
+
+  struct CloseFile {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  std::unique_ptr<std::FILE, CloseFile> said_;  // its stderr
+  int input_ = -1;                              // our end of its stdin
+  pid_t process_ = -1;
+};
+
 }  // namespace
 
-FfmpegProcess::FfmpegProcess(const std::vector<std::string>& arguments) {
-  said_.reset(std::tmpfile());
-  // A socket instead of a pipe: a write after ffmpeg has exited gives an error, not SIGPIPE.
-  int ends[2];
-  if (!said_ || ::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0) {
-    throw CannotStart(errno);
-  }
-  input_ = ends[0];
-
-  std::vector<char*> argv;
-  std::string name = "ffmpeg";
-  argv.push_back(name.data());
-  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-  argv.push_back(nullptr);
-
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  posix_spawn_file_actions_adddup2(&actions, ends[1], STDIN_FILENO);
-  posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_adddup2(&actions, ::fileno(said_.get()), STDERR_FILENO);
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-  posix_spawnattr_setpgroup(&attributes, 0);
-  const int failed =
-      ::posix_spawnp(&process_, "ffmpeg", &actions, &attributes, argv.data(), environ);
-  posix_spawnattr_destroy(&attributes);
-  posix_spawn_file_actions_destroy(&actions);
-  ::close(ends[1]);
-  if (failed != 0) {
-    process_ = -1;
-    ::close(input_);
-    throw CannotStart(failed);
-  }
+std::optional<VideoFormat> VideoFormatOf(const fs::path& path) {
+  const std::string extension = path.extension().string();
+  if (EqualIgnoringCase(extension, ".mp4")) return VideoFormat::kMp4;
+  if (EqualIgnoringCase(extension, ".gif")) return VideoFormat::kGif;
+  return std::nullopt;
 }
 
-FfmpegProcess::~FfmpegProcess() {
-  if (process_ >= 0) {
-    ::kill(process_, SIGKILL);
-    Wait();
+bool WriteVideo(const fs::path& path, int num_frames, double frame_rate, int batch,
+                const std::function<std::vector<Image>(std::span<const int>)>& draw) {
+  const std::optional<VideoFormat> format = VideoFormatOf(path);
+  if (!format) {
+    throw Error(path.string(), "is not the name of a video", "Give a name in .mp4 or .gif");
   }
-  if (input_ >= 0) ::close(input_);
-}
+  Require(path, *format, num_frames, frame_rate);
 
-int FfmpegProcess::Wait() {
-  int status = 0;
-  while (::waitpid(process_, &status, 0) < 0 && errno == EINTR) {
+  std::vector<int> order;
+  const int palette_frames =
+      *format == VideoFormat::kGif ? std::min(kPaletteFrames, num_frames) : 0;
+  for (int k = 0; k < palette_frames; ++k) {
+    order.push_back(palette_frames == 1 ? 0 : k * (num_frames - 1) / (palette_frames - 1));
   }
-  process_ = -1;
-  return status;
-}
+  for (int k = 0; k < num_frames; ++k) order.push_back(k);
 
-void FfmpegProcess::Fail() {
-  throw Error("ffmpeg", fmt::format("failed ({})", LastLines(said_.get())),
-              "Check the installed ffmpeg (it needs libx264 for .mp4), and the free space");
-}
-
-void FfmpegProcess::Write(std::span<const std::uint8_t> bytes) {
-  while (!bytes.empty()) {
-    const ssize_t sent = ::send(input_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (sent < 0) {
-      if (errno == EINTR) continue;
-      Wait();
-      Fail();
+  const auto encode = [&](const fs::path& temporary) {
+    std::optional<FfmpegProcess> ffmpeg;
+    int width = 0, height = 0;
+    for (std::size_t begin = 0; begin < order.size();) {
+      const std::size_t count = std::min(order.size() - begin, std::size_t(std::max(1, batch)));
+      const std::vector<Image> images = draw({order.data() + begin, count});
+      if (images.size() != count) throw Stopped();
+      for (const Image& image : images) {
+        if (!ffmpeg) {
+          width = image.width;
+          height = image.height;
+          if (*format == VideoFormat::kMp4 && (width % 2 != 0 || height % 2 != 0)) {
+            throw Error(path.string(), fmt::format("cannot have {} x {} pixels", width, height),
+                        "Use an even width and height for an .mp4");
+          }
+          ffmpeg.emplace(Arguments(temporary, *format, image, frame_rate, palette_frames));
+        }
+        if (image.width != width || image.height != height) {
+          throw Error(path.string(), "its frames differ in size", "Draw them in one size");
+        }
+        ffmpeg->Write(image.rgb);
+      }
+      begin += count;
     }
-    bytes = bytes.subspan(static_cast<std::size_t>(sent));
+    ffmpeg->Finish();
+  };
+  try {
+    WriteAtomically(path, encode);
+  } catch (const Stopped&) {
+    return false;
   }
-}
-
-void FfmpegProcess::Finish() {
-  ::close(input_);
-  input_ = -1;
-  const int status = Wait();
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) Fail();
+  return true;
 }
 
 }  // namespace holdfast

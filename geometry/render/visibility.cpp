@@ -10,23 +10,19 @@
 namespace holdfast {
 namespace {
 
-// A triangle clipped by five planes has at most eight corners; rounding may add a few at an edge.
-struct Polygon {
-  std::array<Eigen::Vector3d, 16> corner;
-  int size = 0;
-};
+using Polygon = std::vector<Eigen::Vector3d>;
 
 // Sutherland-Hodgman: the part of the polygon with normal . x >= offset.
 Polygon Cut(const Polygon& in, const Eigen::Vector3d& normal, double offset) {
   Polygon out;
-  for (int k = 0; k < in.size && out.size + 2 <= static_cast<int>(out.corner.size()); ++k) {
-    const Eigen::Vector3d& a = in.corner[k];
-    const Eigen::Vector3d& b = in.corner[(k + 1) % in.size];
+  for (std::size_t k = 0; k < in.size(); ++k) {
+    const Eigen::Vector3d& a = in[k];
+    const Eigen::Vector3d& b = in[(k + 1) % in.size()];
     const double side_a = normal.dot(a) - offset;
     const double side_b = normal.dot(b) - offset;
-    if (side_a >= 0.0) out.corner[out.size++] = a;
+    if (side_a >= 0.0) out.push_back(a);
     if ((side_a >= 0.0) != (side_b >= 0.0)) {
-      out.corner[out.size++] = a + side_a / (side_a - side_b) * (b - a);
+      out.push_back(a + side_a / (side_a - side_b) * (b - a));
     }
   }
   return out;
@@ -53,18 +49,13 @@ void VisibilityBuffer::Draw(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
     DrawClipped(a, b, c, id);
     return;
   }
-  Polygon polygon;
-  polygon.corner[0] = a;
-  polygon.corner[1] = b;
-  polygon.corner[2] = c;
-  polygon.size = 3;
-  polygon = Cut(polygon, Eigen::Vector3d::UnitZ(), near);
+  Polygon polygon = Cut({a, b, c}, Eigen::Vector3d::UnitZ(), near);
   polygon = Cut(polygon, {1.0, 0.0, slope}, 0.0);
   polygon = Cut(polygon, {-1.0, 0.0, slope}, 0.0);
   polygon = Cut(polygon, {0.0, 1.0, slope}, 0.0);
   polygon = Cut(polygon, {0.0, -1.0, slope}, 0.0);
-  for (int k = 2; k < polygon.size; ++k) {
-    DrawClipped(polygon.corner[0], polygon.corner[k - 1], polygon.corner[k], id);
+  for (std::size_t k = 2; k < polygon.size(); ++k) {
+    DrawClipped(polygon[0], polygon[k - 1], polygon[k], id);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -91,10 +92,10 @@ void AddCorrectives(ReportPayload& payload, const CorrectiveBasis& basis) {
 class DistancesWithin {
  public:
   DistancesWithin(const SignedDistance& object, std::size_t points, double limit)
-      : object_(object), limit_(limit), last_(points) {}
+      : object_(object), limit_(limit), last_(points, {Eigen::Vector3d::Zero(), 0.0, -1}) {}
 
   Eigen::VectorXd At(const Eigen::Matrix3Xd& points) {
-    const bool closed = object_.SignMethod() == SignedDistance::Sign::kPseudonormal;
+    const bool closed = object_.IsWatertight();
     const Eigen::AlignedBox3d box(object_.Min(), object_.Max());
     Eigen::VectorXd distances(points.cols());
     for (Eigen::Index i = 0; i < points.cols(); ++i) {
@@ -115,14 +116,9 @@ class DistancesWithin {
   }
 
  private:
-  struct Last {
-    Eigen::Vector3d place;
-    double distance;
-    int face = -1;
-  };
   const SignedDistance& object_;
   double limit_;
-  std::vector<Last> last_;
+  std::vector<std::tuple<Eigen::Vector3d, double, int>> last_;  // place, distance, face or -1
 };
 
 // Data that varies per frame, and the vertices for the page's self-check.
@@ -255,6 +251,160 @@ void AddTracked(ReportPayload& payload, const std::string& name, const TriangleM
   payload.Add(name + "_pose", pose, 7);
 }
 
+struct HandContact {
+  std::vector<double> ratio;     ///< fraction of the hand's vertices in contact
+  std::vector<double> depth_mm;  ///< of the deepest vertex inside
+  bool meets = false;            ///< whether the hand meets the object in any frame
+};
+
+HandContact ContactOf(const std::vector<Eigen::VectorXd>& distance, Eigen::Index begin,
+                      Eigen::Index count, double threshold_m) {
+  HandContact contact;
+  for (const Eigen::VectorXd& frame : distance) {
+    const auto hand = frame.segment(begin, count);
+    const auto touching = (hand.array().abs() < threshold_m).count();
+    const double depth = std::max(0.0, -hand.minCoeff());
+    contact.ratio.push_back(static_cast<double>(touching) / static_cast<double>(count));
+    contact.depth_mm.push_back(1e3 * depth);
+    contact.meets = contact.meets || touching > 0 || depth > 0.0;
+  }
+  return contact;
+}
+
+// Norm of the derivative by central differences, one-sided at the ends.
+template <typename PointAt>
+std::vector<double> SpeedOf(int frames, double frame_rate, const PointAt& point_at) {
+  std::vector<double> speed;
+  for (int t = 0; t < frames; ++t) {
+    const int a = std::max(0, t - 1);
+    const int b = std::min(frames - 1, t + 1);
+    const double length = (point_at(b) - point_at(a)).norm();
+    speed.push_back(b > a ? length * frame_rate / (b - a) : 0.0);
+  }
+  return speed;
+}
+
+// Numbers (booleans as 0 and 1), one per frame; other values in a file are not curves.
+bool IsCurve(const nlohmann::json& values, int frames) {
+  return values.is_array() && static_cast<int>(values.size()) == frames &&
+         std::ranges::all_of(values, [](const nlohmann::json& value) {
+           return value.is_number() || value.is_boolean() || value.is_null();
+         });
+}
+
+// Given frames were not solved, so they have no iteration count.
+void LeaveOutGiven(const nlohmann::json& per_frame, nlohmann::json& series) {
+  const auto stop = per_frame.find("stop");
+  if (stop == per_frame.end() || !stop->is_array() || !series.contains("iterations")) return;
+  nlohmann::json& iterations = series["iterations"];
+  for (std::size_t t = 0; t < std::min(stop->size(), iterations.size()); ++t) {
+    if ((*stop)[t] == "given") iterations[t] = nullptr;
+  }
+}
+
+// Curves by name (units in the names), one value per frame: all of metrics.json, and the speed and
+// height of wrists, hips and object. If metrics.json has none, also contact (closer than
+// `contact_threshold_mm`) and penetration from `distance` (per frame, meters: vertices of the right
+// hand, then of the left; empty without an object).
+nlohmann::json SeriesOf(const ReportInput& input, const std::vector<Eigen::Matrix3Xd>& joints,
+                        const std::vector<Eigen::VectorXd>& distance, int right_hand_vertices,
+                        double contact_threshold_mm) {
+  const Clip& clip = input.clip;
+  const int frames = clip.NumFrames();
+  nlohmann::json series = nlohmann::json::object();
+  if (input.metrics.is_object() && input.metrics.contains("per_frame") &&
+      input.metrics["per_frame"].is_object()) {
+    for (const auto& [name, values] : input.metrics["per_frame"].items()) {
+      if (IsCurve(values, frames)) series[name] = values;
+    }
+    LeaveOutGiven(input.metrics["per_frame"], series);
+  }
+  if (!distance.empty() && distance[0].size() > 0 && !series.contains("contact_ratio")) {
+    const double threshold = 1e-3 * contact_threshold_mm;
+    const Eigen::Index left = distance[0].size() - right_hand_vertices;
+    const HandContact hands[] = {ContactOf(distance, 0, right_hand_vertices, threshold),
+                                 ContactOf(distance, right_hand_vertices, left, threshold)};
+    // For one hand, the names of a fit's metrics; for two, each its own.
+    const bool both = hands[0].meets && hands[1].meets;
+    for (int k = 0; k < 2; ++k) {
+      if (!hands[k].meets && (k == 1 || hands[1].meets)) continue;
+      const std::string side = !both ? "" : k == 0 ? "right_" : "left_";
+      series[both ? side + "hand_contact_ratio" : "contact_ratio"] = hands[k].ratio;
+      series[side + "hand_in_object_mm"] = hands[k].depth_mm;  // one-sided
+    }
+  }
+  const auto add_motion = [&](const std::string& name, const auto& point_at) {
+    series[name + "_speed_m_s"] = SpeedOf(frames, clip.frame_rate, point_at);
+    for (int t = 0; t < frames; ++t) series[name + "_height_m"].push_back(point_at(t).z());
+  };
+  const auto joint = [&](int j) {
+    return [&joints, j](int t) -> Eigen::Vector3d { return joints[t].col(j); };
+  };
+  const std::optional<Side> lone = input.body->LoneHand();
+  if (lone != Side::kLeft) add_motion("right_wrist", joint(WristJoint(Side::kRight)));
+  if (lone != Side::kRight) add_motion("left_wrist", joint(WristJoint(Side::kLeft)));
+  if (!lone) add_motion("hips", joint(0));
+  if (clip.object) {
+    add_motion("object", [&](int t) -> Eigen::Vector3d { return clip.object->trans.col(t); });
+  }
+  return series;
+}
+
+std::string ShapeText(const ReportInput& input) {
+  const bool mean = input.betas.size() == 0 || input.betas.isZero(0.0);
+  return mean ? "mean" : fmt::format("{} coefficients of the clip", input.betas.size());
+}
+
+// Description of a clip as text: [[name, value], ...].
+nlohmann::json FactsOf(const ReportInput& input, const BodySurface& surface,
+                       const CorrectiveBasis& basis) {
+  const Clip& clip = input.clip;
+  nlohmann::json facts = nlohmann::json::array();
+  const auto add = [&](const char* name, std::string value) {
+    facts.push_back({name, std::move(value)});
+  };
+  add("Clip", input.source);
+  add("Length", fmt::format("{} frames at {:g} Hz, {:.2f} s", clip.NumFrames(), clip.frame_rate,
+                            clip.NumFrames() / clip.frame_rate));
+  add("Body model", fmt::format("{}, {} vertices, {} faces", input.body->Name(),
+                                surface.NumVertices(), surface.Faces().cols()));
+  add("Body shape", ShapeText(input));
+  add("Surface shown", fmt::format("within {:.2f} mm of the body model ({} directions of pose "
+                                   "correctives)",
+                                   1e3 * basis.max_error_m, basis.Size()));
+  if (clip.object) add("Object", clip.object->name.empty() ? "unnamed" : clip.object->name);
+  if (input.object) {
+    const Eigen::Vector3d size = 1e3 * Extent(*input.object);
+    add("Object mesh", fmt::format("{} vertices, {} faces", input.object->NumVertices(),
+                                   input.object->NumFaces()));
+    add("Object size", fmt::format("{:.0f} x {:.0f} x {:.0f} mm", size.x(), size.y(), size.z()));
+  }
+  return facts;
+}
+
+// Caveats that a viewer must know to interpret the picture, one sentence each.
+std::vector<std::string> NotesOf(const ReportInput& input) {
+  std::vector<std::string> notes;
+  const bool matters = input.object || !input.clip.betas.isZero(0.0);
+  if (input.foreign_body && matters) {
+    notes.push_back(
+        fmt::format("The clip was made with another body model ({}) than the one shown ({}): the "
+                    "clip's body shape is not shown, and contact can be off by centimeters.",
+                    input.made_with == "SMPL-X" ? "SMPL-X, " + input.clip.gender : input.made_with,
+                    input.body->Name()));
+  }
+  if (!input.object_missing.empty()) {
+    notes.push_back("The object is not shown: " + input.object_missing);
+  }
+  for (const char* key : {"notes", "warnings"}) {
+    if (!input.metrics.is_object() || !input.metrics.contains(key)) continue;
+    for (const nlohmann::json& note : input.metrics[key]) {
+      if (note.is_string()) notes.push_back(note.get<std::string>());
+    }
+  }
+  return notes;
+}
+
 }  // namespace
 
 ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm, int threads) {
@@ -335,105 +485,6 @@ std::string ReportName(const ReportInput& input) {
   if (input.file.filename() != "clip.npz") return input.file.stem().string();
   const std::string folder = fs::absolute(input.file).parent_path().filename().string();
   return folder.empty() ? "clip" : folder;
-}
-
-namespace {
-
-struct HandContact {
-  std::vector<double> ratio;     ///< fraction of the hand's vertices in contact
-  std::vector<double> depth_mm;  ///< of the deepest vertex inside
-  bool meets = false;            ///< whether the hand meets the object in any frame
-};
-
-HandContact ContactOf(const std::vector<Eigen::VectorXd>& distance, Eigen::Index begin,
-                      Eigen::Index count, double threshold_m) {
-  HandContact contact;
-  for (const Eigen::VectorXd& frame : distance) {
-    const auto hand = frame.segment(begin, count);
-    const auto touching = (hand.array().abs() < threshold_m).count();
-    const double depth = std::max(0.0, -hand.minCoeff());
-    contact.ratio.push_back(static_cast<double>(touching) / static_cast<double>(count));
-    contact.depth_mm.push_back(1e3 * depth);
-    contact.meets = contact.meets || touching > 0 || depth > 0.0;
-  }
-  return contact;
-}
-
-// Norm of the derivative by central differences, one-sided at the ends.
-template <typename PointAt>
-std::vector<double> SpeedOf(int frames, double frame_rate, const PointAt& point_at) {
-  std::vector<double> speed;
-  for (int t = 0; t < frames; ++t) {
-    const int a = std::max(0, t - 1);
-    const int b = std::min(frames - 1, t + 1);
-    const double length = (point_at(b) - point_at(a)).norm();
-    speed.push_back(b > a ? length * frame_rate / (b - a) : 0.0);
-  }
-  return speed;
-}
-
-// Numbers (booleans as 0 and 1), one per frame; other values in a file are not curves.
-bool IsCurve(const nlohmann::json& values, int frames) {
-  return values.is_array() && static_cast<int>(values.size()) == frames &&
-         std::ranges::all_of(values, [](const nlohmann::json& value) {
-           return value.is_number() || value.is_boolean() || value.is_null();
-         });
-}
-
-// Given frames were not solved, so they have no iteration count.
-void LeaveOutGiven(const nlohmann::json& per_frame, nlohmann::json& series) {
-  const auto stop = per_frame.find("stop");
-  if (stop == per_frame.end() || !stop->is_array() || !series.contains("iterations")) return;
-  nlohmann::json& iterations = series["iterations"];
-  for (std::size_t t = 0; t < std::min(stop->size(), iterations.size()); ++t) {
-    if ((*stop)[t] == "given") iterations[t] = nullptr;
-  }
-}
-
-}  // namespace
-
-nlohmann::json SeriesOf(const ReportInput& input, const std::vector<Eigen::Matrix3Xd>& joints,
-                        const std::vector<Eigen::VectorXd>& distance, int right_hand_vertices,
-                        double contact_threshold_mm) {
-  const Clip& clip = input.clip;
-  const int frames = clip.NumFrames();
-  nlohmann::json series = nlohmann::json::object();
-  if (input.metrics.is_object() && input.metrics.contains("per_frame") &&
-      input.metrics["per_frame"].is_object()) {
-    for (const auto& [name, values] : input.metrics["per_frame"].items()) {
-      if (IsCurve(values, frames)) series[name] = values;
-    }
-    LeaveOutGiven(input.metrics["per_frame"], series);
-  }
-  if (!distance.empty() && distance[0].size() > 0 && !series.contains("contact_ratio")) {
-    const double threshold = 1e-3 * contact_threshold_mm;
-    const Eigen::Index left = distance[0].size() - right_hand_vertices;
-    const HandContact hands[] = {ContactOf(distance, 0, right_hand_vertices, threshold),
-                                 ContactOf(distance, right_hand_vertices, left, threshold)};
-    // For one hand, the names of a fit's metrics; for two, each its own.
-    const bool both = hands[0].meets && hands[1].meets;
-    for (int k = 0; k < 2; ++k) {
-      if (!hands[k].meets && (k == 1 || hands[1].meets)) continue;
-      const std::string side = !both ? "" : k == 0 ? "right_" : "left_";
-      series[both ? side + "hand_contact_ratio" : "contact_ratio"] = hands[k].ratio;
-      series[side + "hand_in_object_mm"] = hands[k].depth_mm;  // one-sided
-    }
-  }
-  const auto add_motion = [&](const std::string& name, const auto& point_at) {
-    series[name + "_speed_m_s"] = SpeedOf(frames, clip.frame_rate, point_at);
-    for (int t = 0; t < frames; ++t) series[name + "_height_m"].push_back(point_at(t).z());
-  };
-  const auto joint = [&](int j) {
-    return [&joints, j](int t) -> Eigen::Vector3d { return joints[t].col(j); };
-  };
-  const std::optional<Side> lone = input.body->LoneHand();
-  if (lone != Side::kLeft) add_motion("right_wrist", joint(WristJoint(Side::kRight)));
-  if (lone != Side::kRight) add_motion("left_wrist", joint(WristJoint(Side::kLeft)));
-  if (!lone) add_motion("hips", joint(0));
-  if (clip.object) {
-    add_motion("object", [&](int t) -> Eigen::Vector3d { return clip.object->trans.col(t); });
-  }
-  return series;
 }
 
 }  // namespace holdfast

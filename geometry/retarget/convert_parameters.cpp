@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <tuple>
 
 #include <fmt/format.h>
 #include <Eigen/Cholesky>
@@ -35,9 +36,11 @@ Eigen::VectorXd RelativeRest(const BodyModel& model, const Eigen::VectorXd& beta
 }
 
 Eigen::VectorXd SolveBetas(const BodyModel& from, const Eigen::VectorXd& betas, const BodyModel& to,
-                           const std::vector<int>& joints, bool same_surface,
-                           const ConvertOptions& options) {
-  const int count = std::min(options.num_betas, to.NumShape());
+                           const std::vector<int>& joints, bool same_surface, int num_betas) {
+  // Cost of a unit coefficient, in meters of joint position: keeps coefficients at zero that do not
+  // affect the joints.
+  constexpr double kBetaRidge_m = 1e-5;
+  const int count = std::min(num_betas, to.NumShape());
   if (count <= 0 || to.IsSubject()) return {};
   const Eigen::VectorXd target = RelativeRest(from, betas, joints, same_surface);
   const Eigen::VectorXd mean = RelativeRest(to, {}, joints, same_surface);
@@ -47,7 +50,7 @@ Eigen::VectorXd SolveBetas(const BodyModel& from, const Eigen::VectorXd& betas, 
         RelativeRest(to, Eigen::VectorXd::Unit(count, k), joints, same_surface) - mean;
   }
   Eigen::MatrixXd normal = directions.transpose() * directions;
-  normal.diagonal().array() += options.beta_ridge_m * options.beta_ridge_m;
+  normal.diagonal().array() += kBetaRidge_m * kBetaRidge_m;
   return normal.ldlt().solve(directions.transpose() * (target - mean));
 }
 
@@ -58,11 +61,7 @@ bool AnyTurns(const Clip& clip, int begin, int count) {
 
 // Lists what moves in the clip but has no joint in the target.
 std::vector<std::string> Lost(const Clip& clip, const BodyModel& from, const BodyModel& to) {
-  struct Group {
-    const char* name;
-    int begin, count;
-  };
-  constexpr std::array<Group, 5> kGroups = {
+  constexpr std::array<std::tuple<const char*, int, int>, 5> kGroups = {
       {{"the body's motion", 1, 21},
        {"pose_jaw", 22, 1},
        {"pose_eye", 23, 2},
@@ -70,10 +69,10 @@ std::vector<std::string> Lost(const Clip& clip, const BodyModel& from, const Bod
        {"the right fingers", kRightHandBegin, kJointsPerHand}}};
   const std::vector<int>& kept = LayoutOf(to.Kind()).joint_of_native;
   std::vector<std::string> lost;
-  for (const Group& group : kGroups) {
+  for (const auto& [name, begin, count] : kGroups) {
     // A hand-only model has a wrist, but the joints that moved it are gone.
-    const bool has = std::ranges::find(kept, group.begin) != kept.end();
-    if (!has && AnyTurns(clip, group.begin, group.count)) lost.emplace_back(group.name);
+    const bool has = std::ranges::find(kept, begin) != kept.end();
+    if (!has && AnyTurns(clip, begin, count)) lost.emplace_back(name);
   }
   if (clip.v_template.cols() > 0 && !SameSurface(from, to)) {
     lost.push_back(fmt::format("v_template: the subject's surface has {} vertices, {} has {}",
@@ -131,23 +130,23 @@ std::vector<JointResidual> CompareJoints(const Clip& a, const Eigen::Matrix3Xd& 
 
 ConvertedClip ConvertClip(const Clip& clip, std::shared_ptr<const BodyModel> from,
                           const Eigen::VectorXd& betas, std::shared_ptr<const BodyModel> to,
-                          const ConvertOptions& options) {
+                          int num_betas) {
   RequireConvertible(*from, *to);
   const std::vector<int> joints = CommonJoints(*from, *to);
   ConvertedClip result;
-  result.same_surface = SameSurface(*from, *to);
+  const bool same_surface = SameSurface(*from, *to);  // the same triangles
   result.lost = Lost(clip, *from, *to);
 
   Clip& out = result.clip;
   out = clip;
-  if (!result.same_surface) {
+  if (!same_surface) {
     out.v_template.resize(3, 0);
     if (out.contact) out.contact->body.resize(0, 0);
   } else if (from->IsSubject() && out.v_template.cols() == to->NumVertices()) {
     to = BodyModel::WithTemplate(std::move(to), out.v_template);
   }
-  out.betas = to->IsSubject() ? clip.betas
-                              : SolveBetas(*from, betas, *to, joints, result.same_surface, options);
+  out.betas =
+      to->IsSubject() ? clip.betas : SolveBetas(*from, betas, *to, joints, same_surface, num_betas);
   out.body_model = to->Name();
   const std::optional<Side> hand = to->LoneHand();
   out.surface_model_type = hand ? "mano" : to->Kind() == ModelKind::kSmplh ? "smplh" : "smplx";
@@ -177,8 +176,7 @@ ConvertedClip ConvertClip(const Clip& clip, std::shared_ptr<const BodyModel> fro
     }
   }
   if (hand && !out.holding_hand.empty()) {
-    const std::uint8_t bit = *hand == Side::kRight ? kHoldsRight : kHoldsLeft;
-    for (std::uint8_t& bits : out.holding_hand) bits &= bit;
+    for (std::uint8_t& bits : out.holding_hand) bits &= HoldingBit(*hand);
   }
 
   result.joints = CompareJoints(clip, rest_from, out, rest_to, joints);
@@ -186,7 +184,7 @@ ConvertedClip ConvertClip(const Clip& clip, std::shared_ptr<const BodyModel> fro
     result.mean_mm += residual.mean_mm / static_cast<double>(result.joints.size());
     result.max_mm = std::max(result.max_mm, residual.max_mm);
   }
-  if (result.same_surface) {
+  if (same_surface) {
     const BodySurface surface_from(from, betas), surface_to(to, to_betas);
     BodyState other;
     double sum = 0.0, worst = 0.0;

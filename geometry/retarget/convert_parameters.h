@@ -13,13 +13,8 @@
 
 namespace holdfast {
 
-struct ConvertOptions {
-  /// Number of the target's shape coefficients to solve for; 0 keeps its mean shape.
-  int num_betas = 10;
-  /// Cost of a unit coefficient, in meters of joint position: keeps coefficients at zero that do
-  /// not affect the joints.
-  double beta_ridge_m = 1e-5;
-};
+/// Usual number of the target's shape coefficients to solve for.
+inline constexpr int kConvertedBetas = 10;
 
 /// Distance of a joint of the target from the source's, over all frames.
 struct JointResidual {
@@ -35,7 +30,6 @@ struct ConvertedClip {
   double max_mm = 0.0;
   /// Vertex distances, if both have the same triangles; empty otherwise.
   std::optional<double> vertex_mean_mm, vertex_max_mm;
-  bool same_surface = false;      ///< both have the same triangles
   std::vector<std::string> lost;  ///< what the target cannot represent, as text
 };
 
@@ -56,11 +50,12 @@ struct ConvertedClip {
 /// first common joint (the pelvis or the wrist), and of its rest vertices if both models have the
 /// same triangles. A subject's own surface is kept if it fits and dropped otherwise.
 ///
-/// `from` with `betas` is the source's body (WithTemplate for a subject). Throws Error for models
+/// `from` with `betas` is the source's body (WithTemplate for a subject). `num_betas` shape
+/// coefficients of the target are solved for; 0 keeps its mean shape. Throws Error for models
 /// without a common joint set: hands of different sides, or a hand to a body.
 ConvertedClip ConvertClip(const Clip& clip, std::shared_ptr<const BodyModel> from,
                           const Eigen::VectorXd& betas, std::shared_ptr<const BodyModel> to,
-                          const ConvertOptions& options = {});
+                          int num_betas = kConvertedBetas);
 
 /// Joints that both models have, ascending.
 std::vector<int> CommonJoints(const BodyModel& a, const BodyModel& b);

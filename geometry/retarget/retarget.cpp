@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <numbers>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -21,6 +22,9 @@ namespace {
 using Rotations = std::array<Eigen::Matrix3d, kNumJoints>;
 using Joints = Eigen::Matrix<double, 3, kNumJoints>;
 
+// Fraction of the hand's roll applied at the elbow joint: all of it at the wrist would twist the
+// skin.
+constexpr double kForearmTwistShare = 0.5;
 constexpr double kForearmRoll = 110 * kDegree;  // maximum roll of a hand relative to its upper arm
 // Fraction of a shoulder's shift applied to the collarbone. SMPL-X's shoulders rest lower below the
 // neck than those of most capture skeletons, so the full shift would let them slump.
@@ -42,11 +46,10 @@ Joints PlaceJoints(const Eigen::Matrix3Xd& rest, const Rotations& world,
 
 class Retargeter {
  public:
-  Retargeter(const MappedMotion& motion, const RetargetBody& body, const RetargetOptions& options)
+  Retargeter(const MappedMotion& motion, const RetargetBody& body)
       : motion_(motion),
         body_(body),
         rest_(body.rest_joints),
-        options_(options),
         calibration_(Calibrate(motion, body)) {
     if (!calibration_.same_skeleton) GatherHands();
   }
@@ -172,16 +175,15 @@ class Retargeter {
     world[foot] = motion_.Has(foot) ? Turned(frame, foot) : world[ankle];
   }
 
-  struct ArmBones {
-    Eigen::Matrix3d upper, unwrung;  // upper arm; forearm with the elbow bent, without roll
-  };
-
-  ArmBones SolveArm(int frame, int shoulder) const {
+  // World rotations of the upper arm, and of the forearm with the elbow bent, without roll.
+  std::pair<Eigen::Matrix3d, Eigen::Matrix3d> SolveArm(int frame, int shoulder) const {
     const int elbow = shoulder + 2, wrist = shoulder + 4;
-    ArmBones arm;
-    arm.upper =
+    Eigen::Matrix3d upper =
         Aim(Turned(frame, shoulder), RestBone(shoulder, elbow), Bone(frame, shoulder, elbow));
-    arm.unwrung = BendHinge(elbow, arm.upper, RestBone(elbow, wrist), Bone(frame, elbow, wrist));
+    const auto bend_elbow = [&] {
+      return BendHinge(elbow, upper, RestBone(elbow, wrist), Bone(frame, elbow, wrist));
+    };
+    const Eigen::Matrix3d unwrung = bend_elbow();
     // The elbow of a straight arm is undetermined, and captures let the upper arm spin: roll beyond
     // the forearm's range is applied to the upper arm. Continuous across half a turn, where the
     // correction is half a turn in either direction.
@@ -190,25 +192,23 @@ class Retargeter {
     const double share = std::clamp(
         (straight - std::cos(45 * kDegree)) / (std::cos(20 * kDegree) - std::cos(45 * kDegree)),
         0.0, 1.0);
-    const double twist = TwistAngle(arm.unwrung.transpose() * Turned(frame, wrist),
-                                    RestBone(elbow, wrist).normalized());
+    const double twist =
+        TwistAngle(unwrung.transpose() * Turned(frame, wrist), RestBone(elbow, wrist).normalized());
     const double excess = twist - FoldedTwist(twist);
-    if (share > 0 && excess != 0) {
-      arm.upper = arm.upper * ExpSO3(share * excess * RestBone(shoulder, elbow).normalized());
-      arm.unwrung = BendHinge(elbow, arm.upper, RestBone(elbow, wrist), Bone(frame, elbow, wrist));
-    }
-    return arm;
+    if (!(share > 0) || excess == 0) return {upper, unwrung};
+    upper = upper * ExpSO3(share * excess * RestBone(shoulder, elbow).normalized());
+    return {upper, bend_elbow()};
   }
 
   void Arm(int frame, int shoulder, Rotations& world) const {
     const int elbow = shoulder + 2, wrist = shoulder + 4;
-    const ArmBones arm = SolveArm(frame, shoulder);
+    const auto [upper, unwrung] = SolveArm(frame, shoulder);
     const Eigen::Matrix3d hand = hands_[shoulder - 16][frame].toRotationMatrix();
     const Eigen::Vector3d forearm = RestBone(elbow, wrist).normalized();
-    world[shoulder] = arm.upper;
-    world[wrist] = arm.unwrung * hand;
-    world[elbow] = arm.unwrung * ExpSO3(options_.forearm_twist_share *
-                                        FoldedTwist(TwistAngle(hand, forearm)) * forearm);
+    world[shoulder] = upper;
+    world[wrist] = unwrung * hand;
+    world[elbow] =
+        unwrung * ExpSO3(kForearmTwistShare * FoldedTwist(TwistAngle(hand, forearm)) * forearm);
     Fingers(frame, wrist, world);
   }
 
@@ -233,7 +233,7 @@ class Retargeter {
       hands.resize(frames);
       std::vector<bool> possible(frames);
       for (int t = 0; t < frames; ++t) {
-        const Eigen::Matrix3d hand = SolveArm(t, shoulder).unwrung.transpose() * Turned(t, wrist);
+        const Eigen::Matrix3d hand = SolveArm(t, shoulder).second.transpose() * Turned(t, wrist);
         const double bend = std::acos(std::clamp(forearm.dot(hand * forearm), -1.0, 1.0));
         possible[t] = bend < kWristBend && std::abs(TwistAngle(hand, forearm)) < kWristRoll;
         hands[t] = Eigen::Quaterniond(hand);
@@ -310,7 +310,6 @@ class Retargeter {
   const MappedMotion& motion_;
   const RetargetBody& body_;
   const Eigen::Matrix3Xd& rest_;
-  const RetargetOptions& options_;
   RetargetCalibration calibration_;
   std::array<std::vector<Eigen::Quaterniond>, 2> hands_;  // left, right
   int repaired_hand_frames_ = 0;
@@ -521,7 +520,7 @@ Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const Retarget
     throw Error("retargeting", "the motion has no frames or no frame rate", "Give its frame rate");
   }
   const MappedMotion mapped(motion, map, options.up);
-  const Retargeter retargeter(mapped, body, options);
+  const Retargeter retargeter(mapped, body);
   const RetargetCalibration& calibration = retargeter.Calibration();
   ErrorMeter meter(mapped, body.rest_joints, calibration);
   const GroundProbe probe(body.rest_joints, body.floor_y);
@@ -557,7 +556,7 @@ Clip Retarget(const SourceMotion& motion, const SkeletonMap& map, const Retarget
   }
   GroundPlane ground;
   if (options.find_ground) {
-    ground = FindGround(touching, motion.frame_rate, options.level_ground);
+    ground = FindGround(touching, motion.frame_rate, true);
     StandOn(ground, body.rest_joints.col(0), clip, touching);
   }
   if (report) {

@@ -35,12 +35,9 @@ enum class UpAxis { kX, kMinusX, kY, kMinusY, kZ, kMinusZ };
 std::string_view UpAxisName(UpAxis up);
 
 struct RetargetOptions {
-  double frame_rate = 30;            ///< of the clip, Hz; 0 keeps the source's
-  UpAxis up = UpAxis::kY;            ///< of the source's world
-  bool find_ground = true;           ///< false: keep the source's ground plane
-  bool level_ground = true;          ///< remove a small tilt of the capture volume if feet show it
-  double forearm_twist_share = 0.5;  ///< fraction of the hand's roll applied at the elbow joint,
-                                     ///< 0..1; applying all of it at the wrist twists the skin
+  double frame_rate = 30;   ///< of the clip, Hz; 0 keeps the source's
+  UpAxis up = UpAxis::kY;   ///< of the source's world
+  bool find_ground = true;  ///< false: keep the source's ground plane
 };
 
 struct RetargetReport {

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <span>
+#include <utility>
 
 #include <Eigen/Geometry>
 #include <Eigen/SVD>
@@ -23,19 +24,8 @@ constexpr double kOppositeTrust = 100 * kDegree;  // likewise, for a head with a
 constexpr double kWristTrust = 45 * kDegree;      // between a hand and its forearm, likewise
 constexpr double kMinTip = 0.1;  // of the bone before: a shorter end site has no reliable direction
 
-enum Joint {
-  kPelvis = 0,
-  kLeftHip = 1,
-  kRightHip = 2,
-  kSpine1 = 3,
-  kSpine2 = 6,
-  kSpine3 = 9,
-  kNeck = 12,
-  kHead = 15
-};
-
 constexpr int kPelvisChildren[] = {kLeftHip, kRightHip, kSpine1};
-constexpr int kChestChildren[] = {kNeck, 13, 14};
+constexpr int kChestChildren[] = {kNeck, kLeftCollar, kRightCollar};
 
 double Angle(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return std::atan2(a.cross(b).norm(), a.dot(b));
@@ -443,17 +433,17 @@ class Calibrator {
       return;
     }
     // Without an end site, the hand continues the forearm where its joint does not rotate.
-    const MeanHand mean = MeanHandOf(wrist);
+    const auto [mean_axes, mean_forearm] = MeanHandOf(wrist);
     const bool has_tip = tip.norm() > kMinTip * forearm.norm();
     const Eigen::Vector3d rest = has_tip ? RestBone(wrist, middle) : RestBone(elbow, wrist);
     Eigen::Vector3d along = has_tip ? tip : forearm;
-    if (!has_tip && Angle(along, mean.forearm) > kWristTrust) along = mean.forearm;
+    if (!has_tip && Angle(along, mean_forearm) > kWristTrust) along = mean_forearm;
 
-    Eigen::Matrix3d axes = mean.axes;
+    Eigen::Matrix3d axes = mean_axes;
     if (result_.shaped_like_smplx || result_.torso_rests_upright || LiesAlongAxis(forearm)) {
       const Eigen::Matrix3d at_rest = ForearmAtRest(wrist);
-      axes = AngleBetween(at_rest, mean.axes) < kRestTrust ? at_rest
-                                                           : Rolled(at_rest, forearm, mean.axes);
+      axes = AngleBetween(at_rest, mean_axes) < kRestTrust ? at_rest
+                                                           : Rolled(at_rest, forearm, mean_axes);
     }
     correction = LeastRotation(axes * rest, along) * axes;
   }
@@ -469,12 +459,9 @@ class Calibrator {
     return BendHinge(elbow, upper, RestBone(elbow, wrist), motion_.LocalBone(elbow, wrist));
   }
 
-  struct MeanHand {
-    Eigen::Matrix3d axes;     // of a hand whose forearm has no roll on average
-    Eigen::Vector3d forearm;  // its direction in the hand's frame
-  };
-
-  MeanHand MeanHandOf(int wrist) const {
+  // Axes of a hand whose forearm has no roll on average, and the forearm's direction in the hand's
+  // frame.
+  std::pair<Eigen::Matrix3d, Eigen::Vector3d> MeanHandOf(int wrist) const {
     const int elbow = wrist - 2, shoulder = wrist - 4;
     Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
     Eigen::Vector3d forearm = Eigen::Vector3d::Zero();

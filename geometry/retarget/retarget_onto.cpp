@@ -118,8 +118,7 @@ class Onto {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     int hands = 0;
     for (const Side side : {Side::kRight, Side::kLeft}) {
-      if ((clip_.holding_hand[t] & (side == Side::kRight ? kHoldsRight : kHoldsLeft)) == 0)
-        continue;
+      if ((clip_.holding_hand[t] & HoldingBit(side)) == 0) continue;
       const int wrist = WristJoint(side);
       sum += result_.positions[t].col(mapped_.Map().source[wrist]) - At(wrist);
       ++hands;

@@ -93,14 +93,17 @@ SkeletonMap Apply(const SkeletonTable& table, std::string_view prefix, const Joi
   map.name = table.name;
   map.source.fill(-1);
   map.lumbar_lean = table.lumbar_lean;
-  for (const SkeletonRow& row : table.rows) {
-    const bool sided = row.target.starts_with('*');
-    map.source[*FindJoint(SideName(row.target, "left"))] =
-        FindSource(joints, row.sources, table.left, prefix);
-    if (sided) {
-      map.source[*FindJoint(SideName(row.target, "right"))] =
-          FindSource(joints, row.sources, table.right, prefix);
+  for (const auto& [target, sources] : table.rows) {
+    map.source[*FindJoint(SideName(target, "left"))] =
+        FindSource(joints, sources, table.left, prefix);
+    if (target.starts_with('*')) {
+      map.source[*FindJoint(SideName(target, "right"))] =
+          FindSource(joints, sources, table.right, prefix);
     }
+  }
+  for (std::size_t k = 0; k < table.fingers.size(); ++k) {
+    map.source[kLeftHandBegin + k] = FindSource(joints, table.fingers[k], table.left, prefix);
+    map.source[kRightHandBegin + k] = FindSource(joints, table.fingers[k], table.right, prefix);
   }
   return map;
 }
@@ -155,16 +158,13 @@ std::optional<SkeletonMap> HumanoidMap(const SourceMotion& motion) {
 }  // namespace
 
 int SkeletonMap::NumMapped() const {
-  return static_cast<int>(
-      std::count_if(source.begin(), source.end(), [](int s) { return s >= 0; }));
+  return static_cast<int>(std::ranges::count_if(source, [](int s) { return s >= 0; }));
 }
 
 std::vector<std::string> SkeletonMap::UnusedSourceJoints(const SourceMotion& motion) const {
   std::vector<std::string> unused;
   for (int j = 0; j < motion.NumJoints(); ++j) {
-    if (std::find(source.begin(), source.end(), j) == source.end()) {
-      unused.push_back(motion.joint_names[j]);
-    }
+    if (std::ranges::count(source, j) == 0) unused.push_back(motion.joint_names[j]);
   }
   return unused;
 }

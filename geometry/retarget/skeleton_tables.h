@@ -4,23 +4,20 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace holdfast {
-
-/// One row of a table: an SMPL-X joint and its source names. '*' is the side: "left"/"right" in the
-/// SMPL-X name, the table's own words in the source names; '#' is their first letter. '|' separates
-/// alternatives, of which the first present is used.
-struct SkeletonRow {
-  std::string_view target;
-  std::string_view sources;
-};
 
 /// Joint names of one family of programs.
 struct SkeletonTable {
   std::string_view name;
   std::string_view left, right;
-  std::vector<SkeletonRow> rows;
+  /// SMPL-X joints and their source names. '*' is the side: "left"/"right" in the SMPL-X name, the
+  /// table's own words in the source names; '#' is their first letter. '|' separates alternatives,
+  /// of which the first present is used.
+  std::vector<std::pair<std::string_view, std::string_view>> rows;
+  std::vector<std::string> fingers;     ///< source names of the 15 joints of a hand; may be empty
   std::vector<std::string_view> marks;  ///< source joints unique to this table's skeletons
   std::optional<double> lumbar_lean = std::nullopt;  ///< see SkeletonMap
   /// Possible prefixes of all names, separated by '|'.

@@ -86,19 +86,15 @@ class BallTree {
 
  private:
   static constexpr int kLeaf = 4;
-  struct Ball {
-    Eigen::Vector3d center;
-    double radius = 0.0;
-  };
 
   void Build(std::size_t node, int begin, int end) {
     if (balls_.size() <= node) balls_.resize(node + 1);
     Eigen::AlignedBox3d box;
     for (int i = begin; i < end; ++i) box.extend(points_.col(order_[i]));
-    balls_[node].center = box.center();
+    auto& [center, radius] = balls_[node];
+    center = box.center();
     for (int i = begin; i < end; ++i) {
-      balls_[node].radius =
-          std::max(balls_[node].radius, (points_.col(order_[i]) - box.center()).norm());
+      radius = std::max(radius, (points_.col(order_[i]) - box.center()).norm());
     }
     if (end - begin <= kLeaf) return;
     Eigen::Index axis;
@@ -115,7 +111,7 @@ class BallTree {
   template <typename Reaches, typename Visit>
   void Descend(std::size_t node, int begin, int end, const Reaches& reaches,
                const Visit& visit) const {
-    if (!reaches(balls_[node].center, balls_[node].radius, node)) return;
+    if (!reaches(balls_[node].first, balls_[node].second, node)) return;
     if (end - begin <= kLeaf) {
       for (int i = begin; i < end; ++i) visit(order_[i]);
       return;
@@ -127,7 +123,8 @@ class BallTree {
 
   Eigen::Matrix3Xd points_;
   std::vector<int> order_;
-  std::vector<Ball> balls_;  // children of i: 2 i + 1, 2 i + 2
+  // Centers and radii; children of i: 2 i + 1, 2 i + 2.
+  std::vector<std::pair<Eigen::Vector3d, double>> balls_;
 };
 
 }  // namespace holdfast

@@ -44,10 +44,6 @@ struct Outline {
   }
 };
 
-int SideOf(const std::array<ExactPoint, 3>& face, const ExactPoint& point) {
-  return CGAL::orientation(face[0], face[1], face[2], point);
-}
-
 // The overlapping faces of one solid, with their crossings and outlines.
 class ClippedFaces {
  public:
@@ -57,7 +53,6 @@ class ClippedFaces {
   }
 
   const TriangleMesh& Mesh() const { return mesh_; }
-  const std::vector<int>& Faces() const { return faces_; }
   const std::vector<Outline>& Outlines() const { return outlines_; }
   Outline& OutlineOf(int face) {
     return outlines_[std::ranges::lower_bound(faces_, face) - faces_.begin()];
@@ -181,7 +176,10 @@ bool AddCommonSegment(ClippedFaces& a, int face_a, ClippedFaces& b, int face_b) 
   const std::array<ExactPoint, 3> corners[2] = {a.Corners(face_a), b.Corners(face_b)};
   std::array<int, 3> sides[2];
   for (const int s : {0, 1}) {
-    for (int k = 0; k < 3; ++k) sides[s][k] = SideOf(corners[1 - s], corners[s][k]);
+    const std::array<ExactPoint, 3>& plane = corners[1 - s];
+    for (int k = 0; k < 3; ++k) {
+      sides[s][k] = CGAL::orientation(plane[0], plane[1], plane[2], corners[s][k]);
+    }
     if (std::ranges::count(sides[s], sides[s][0]) == 3 && sides[s][0] != 0) return true;
   }
   std::array<Eigen::Vector3d, 2> ends;

@@ -54,7 +54,7 @@ class SharedCubes {
               const Eigen::AlignedBox3d& box)
       : solids_{&a, &b}, voxel_(voxel), box_(box) {
     // Test the watertight solid first: its side test is cheap.
-    if (a.SignMethod() == SignedDistance::Sign::kWindingNumber) std::swap(solids_[0], solids_[1]);
+    if (!a.IsWatertight()) std::swap(solids_[0], solids_[1]);
   }
 
   /// Counts cubes [low, low + size) per axis, `size` a power of two. No point outside the box is
@@ -131,15 +131,10 @@ ContactMetrics ContactFromDistances(const Eigen::VectorXd& distances_m,
   return metrics;
 }
 
-ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,
-                              const SignedDistance& object, const ContactProtocol& protocol) {
-  return ContactFromDistances(object.Distances(hand_vertices_in_object, protocol.threads),
-                              protocol);
-}
-
 ContactMetrics MeasureContact(const TriangleMesh& hand_in_object, const SignedDistance& object,
                               const ContactProtocol& protocol) {
-  ContactMetrics metrics = MeasureContact(hand_in_object.vertices, object, protocol);
+  ContactMetrics metrics =
+      ContactFromDistances(object.Distances(hand_in_object.vertices, protocol.threads), protocol);
   const SignedDistance hand(CloseHoles(hand_in_object));
   metrics.intersection_volume_cm3 =
       1e6 * IntersectionVolume(object, hand, 1e-3 * protocol.voxel_mm, protocol.threads);
@@ -235,12 +230,7 @@ double CountedVolume(const SignedDistance& a, const SignedDistance& b, double vo
 
 double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
                           int threads) {
-  return IntersectionVolume(a, b, voxel_m, {a.Min(), a.Max()}, threads);
-}
-
-double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
-                          const Eigen::AlignedBox3d& box, int threads) {
-  return CountedVolume(a, b, voxel_m, box, nullptr, threads);
+  return CountedVolume(a, b, voxel_m, {a.Min(), a.Max()}, nullptr, threads);
 }
 
 double IntersectionVolume(const Solid& a, const Solid& b, const SolidOverlap& overlap,

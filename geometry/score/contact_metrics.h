@@ -39,11 +39,6 @@ struct ContactMetrics {
 ContactMetrics ContactFromDistances(const Eigen::VectorXd& distances_m,
                                     const ContactProtocol& protocol = {});
 
-/// Computes the metrics of hand vertices (3 x n, meters, in the object's coordinate frame), without
-/// the volume. Throws Error for no vertices.
-ContactMetrics MeasureContact(const Eigen::Matrix3Xd& hand_vertices_in_object,
-                              const SignedDistance& object, const ContactProtocol& protocol = {});
-
 /// Computes the metrics of a hand mesh, including the volume. A hand cut from a body is open at the
 /// wrist; it is closed first (CloseHoles), which only affects the volume.
 ContactMetrics MeasureContact(const TriangleMesh& hand_in_object, const SignedDistance& object,
@@ -77,9 +72,5 @@ class HoleFill {
 /// common boundary times half a voxel divided by the root of the number of cubes there.
 double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
                           int threads = 1);
-
-/// IntersectionVolume for an intersection inside `box`: only cubes in the box are tested.
-double IntersectionVolume(const SignedDistance& a, const SignedDistance& b, double voxel_m,
-                          const Eigen::AlignedBox3d& box, int threads = 1);
 
 }  // namespace holdfast

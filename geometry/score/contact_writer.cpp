@@ -16,8 +16,6 @@
 namespace holdfast {
 namespace {
 
-std::uint8_t HandBit(Side side) { return side == Side::kRight ? kHoldsRight : kHoldsLeft; }
-
 // 4 x 4, row-major.
 void Append(const Eigen::Isometry3d& pose, std::vector<double>& values) {
   const Eigen::Matrix<double, 4, 4, Eigen::RowMajor> matrix = pose.matrix();
@@ -37,7 +35,7 @@ void AddPoints(const ClipContactPoints& contacts, NpzWriter& npz) {
     const Eigen::Isometry3d& world_from_object = contacts.object[point.frame];
     frame.push_back(point.frame);
     vertex.push_back(point.vertex);
-    hand.push_back(HandBit(point.side));
+    hand.push_back(HoldingBit(point.side));
     part.push_back(static_cast<std::uint8_t>(point.part));
     depth.push_back(point.depth_m);
     Append(point.in_object, in_object);
@@ -79,7 +77,7 @@ void WriteContactsNpz(const ClipContactPoints& contacts, const std::filesystem::
     }
   }
   std::vector<std::uint8_t> bits;
-  for (const Side side : contacts.hands) bits.push_back(HandBit(side));
+  for (const Side side : contacts.hands) bits.push_back(HoldingBit(side));
   NpzWriter npz;
   npz.AddFloat64("frame_rate", {}, {contacts.frame_rate});
   npz.AddText("object_name", contacts.object_name);

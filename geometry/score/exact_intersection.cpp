@@ -201,25 +201,6 @@ ExactVolume CutVolume(const Solid& solid, const Solid& other, const SolidOverlap
   return {VolumeStatus::kExact, std::max(0.0, boundary.volume_m3)};
 }
 
-}  // namespace
-
-Solid::Solid(TriangleMesh surface, bool close_holes)
-    : mesh(close_holes ? CloseHoles(surface) : std::move(surface)), distance(mesh) {}
-
-std::string_view Describe(VolumeStatus status) {
-  switch (status) {
-    case VolumeStatus::kExact:
-      return "exact";
-    case VolumeStatus::kOpenSurface:
-      return "a surface is not closed and bounds no volume";
-    case VolumeStatus::kSelfIntersecting:
-      return "a surface crosses itself where the other body is";
-    case VolumeStatus::kNotResolved:
-      return "the cut surfaces do not close";
-  }
-  return "";
-}
-
 // Value of a variant if it has this type; boost::variant in CGAL 5, std::variant in CGAL 6.
 template <typename Held, typename Variant>
 const Held* IfHolds(const Variant& variant) {
@@ -230,6 +211,8 @@ const Held* IfHolds(const Variant& variant) {
   }
 }
 
+// Returns the points (3 x n) where a surface intersects itself: one point on the common segment of
+// each pair of faces that meet other than in a shared corner or edge. Only tests `faces`.
 Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, std::span<const int> faces) {
   const SurfaceMesh surface = ToSurfaceMesh(PartOf(mesh, faces));
   std::vector<std::pair<FaceId, FaceId>> pairs;
@@ -262,6 +245,18 @@ Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, std::span<const int> fa
     places.col(count++) = place;
   }
   return places.leftCols(count);
+}
+
+}  // namespace
+
+Solid::Solid(TriangleMesh surface, bool close_holes)
+    : mesh(close_holes ? CloseHoles(surface) : std::move(surface)), distance(mesh) {}
+
+std::string_view Describe(VolumeStatus status) {
+  constexpr std::array<std::string_view, 4> kClauses = {
+      "exact", "a surface is not closed and bounds no volume",
+      "a surface crosses itself where the other body is", "the cut surfaces do not close"};
+  return kClauses[static_cast<std::size_t>(status)];
 }
 
 SolidOverlap FindOverlap(const Solid& a, const Solid& b, const Eigen::VectorXd& distances_b,

@@ -21,7 +21,7 @@ struct Solid {
   explicit Solid(TriangleMesh surface, bool close_holes = false);
 
   /// Whether the mesh is closed, manifold and consistently oriented: the boundary of a volume.
-  bool IsClosed() const { return distance.SignMethod() == SignedDistance::Sign::kPseudonormal; }
+  bool IsClosed() const { return distance.IsWatertight(); }
 
   TriangleMesh mesh;
   SignedDistance distance;
@@ -43,10 +43,6 @@ struct ExactVolume {
 
   bool Known() const { return status == VolumeStatus::kExact; }
 };
-
-/// Returns the points (3 x n) where a surface intersects itself: one point on the common segment of
-/// each pair of faces that meet other than in a shared corner or edge. Only tests `faces`.
-Eigen::Matrix3Xd SelfCrossings(const TriangleMesh& mesh, std::span<const int> faces);
 
 /// Overlap region of two solids.
 struct SolidOverlap {

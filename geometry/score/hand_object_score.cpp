@@ -36,12 +36,11 @@ struct Spread {
   std::optional<double> Max() const { return count > 0 ? std::optional(max) : std::nullopt; }
 };
 
-struct Place {
-  Eigen::Vector3d at, on;
-};
+// Of a touching vertex: its position, and the nearest point of the object.
+using Place = std::pair<Eigen::Vector3d, Eigen::Vector3d>;
 
 double Travel_mm(const Place& from, const Place& to) {
-  return 1e3 * std::min((to.at - from.at).norm(), (to.on - from.on).norm());
+  return 1e3 * std::min((to.first - from.first).norm(), (to.second - from.second).norm());
 }
 
 struct Contact {
@@ -354,9 +353,8 @@ double HandObjectScore::FramesHeld() const {
 }
 
 std::vector<std::uint8_t> HoldFlags(std::span<const std::uint8_t> holding_hand, Side side) {
-  const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
   std::vector<std::uint8_t> flags;
-  for (const std::uint8_t hands : holding_hand) flags.push_back((hands & bit) != 0 ? 1 : 0);
+  for (const std::uint8_t bits : holding_hand) flags.push_back((bits & HoldingBit(side)) != 0);
   return flags;
 }
 

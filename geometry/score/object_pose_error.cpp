@@ -50,6 +50,11 @@ ObjectPoseError ObjectPoseComparer::Compare(
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+// A rotation is a symmetry if no surface sample leaves the surface by more than this fraction of
+// the diameter: small enough to detect a mug's handle, large enough to ignore the thread of a bulb
+// and the dents of a can.
+constexpr double kTolerance = 0.015;
+constexpr int kSurfaceSamples = 1500;
 // Moments of inertia this close, relative to the largest, may belong to a symmetric object.
 constexpr double kEqualMoments = 0.12;
 constexpr Eigen::Index kCoarseSamples = 48;
@@ -65,17 +70,14 @@ Eigen::Matrix3d Turn(const Eigen::Vector3d& axis, double angle) {
   return Eigen::AngleAxisd(angle, axis).toRotationMatrix();
 }
 
-struct Found {
-  Eigen::Vector3d axis;
-  int fold;
-};
+// Axis of a symmetry, by 1 / fold of a turn.
+using Found = std::pair<Eigen::Vector3d, int>;
 
 class SymmetrySearch {
  public:
-  SymmetrySearch(const TriangleMesh& mesh, const SymmetryOptions& options)
-      : tree_(mesh), moments_(MeasureMoments(mesh)) {
-    tolerance_ = options.tolerance * Diameter(mesh.vertices);
-    const Eigen::Matrix3Xd points = SampleSurface(mesh, options.samples);
+  explicit SymmetrySearch(const TriangleMesh& mesh) : tree_(mesh), moments_(MeasureMoments(mesh)) {
+    tolerance_ = kTolerance * Diameter(mesh.vertices);
+    const Eigen::Matrix3Xd points = SampleSurface(mesh, kSurfaceSamples);
     // Ordered such that any prefix is an evenly spread sample: most candidates fail on few points.
     samples_.resize(3, points.cols());
     const Eigen::Index n = points.cols();
@@ -200,24 +202,24 @@ class SymmetrySearch {
       tried.push_back(start);
       const Eigen::Vector3d axis = Refine(start, angle);
       const bool known = std::any_of(found.begin(), found.end(), [&](const Found& f) {
-        return f.fold == fold && std::abs(f.axis.dot(axis)) > std::cos(kSameRotation);
+        return f.second == fold && std::abs(f.first.dot(axis)) > std::cos(kSameRotation);
       });
       if (!known && Leaves(Turn(axis, angle), tolerance_) <= tolerance_) {
-        found.push_back({axis, fold});
+        found.emplace_back(axis, fold);
       }
     }
   }
 
   // An axis with symmetries by 1/3, 1/4 and 1/5 of a turn has 1/60 of a turn: treated as round.
   bool FindRoundAxis(const std::vector<Found>& found, ObjectSymmetry& result) const {
-    for (const Found& five : found) {
-      if (five.fold != 5) continue;
-      const auto has_fold = [&](int fold) {
-        return Leaves(Turn(five.axis, 2.0 * kPi / fold), tolerance_) <= tolerance_;
+    for (const auto& [five, found_fold] : found) {
+      if (found_fold != 5) continue;
+      const auto has_fold = [&, &axis = five](int fold) {
+        return Leaves(Turn(axis, 2.0 * kPi / fold), tolerance_) <= tolerance_;
       };
       if (!has_fold(3) || !has_fold(4)) continue;
-      result.axis = five.axis;
-      const Eigen::Matrix3d flip = Turn(five.axis.unitOrthogonal(), kPi);
+      result.axis = five;
+      const Eigen::Matrix3d flip = Turn(five.unitOrthogonal(), kPi);
       if (Leaves(flip, tolerance_) <= tolerance_) result.rotations.push_back(flip);
       return true;
     }
@@ -228,9 +230,8 @@ class SymmetrySearch {
   void CloseGroup(const std::vector<Found>& found, ObjectSymmetry& result) const {
     std::vector<Eigen::Matrix3d>& group = result.rotations;
     for (std::size_t i = 0; i < group.size() && group.size() < kLargestGroup; ++i) {
-      for (const Found& generator : found) {
-        const Eigen::Matrix3d product =
-            NearestRotation(group[i] * Turn(generator.axis, 2.0 * kPi / generator.fold));
+      for (const auto& [axis, fold] : found) {
+        const Eigen::Matrix3d product = NearestRotation(group[i] * Turn(axis, 2.0 * kPi / fold));
         const bool is_new = std::none_of(group.begin(), group.end(), [&](const Eigen::Matrix3d& k) {
           return AngleBetween(product, k) < kSameRotation;
         });
@@ -276,9 +277,7 @@ class SymmetrySearch {
 
 }  // namespace
 
-ObjectSymmetry DetectSymmetry(const TriangleMesh& mesh, const SymmetryOptions& options) {
-  return SymmetrySearch(mesh, options).Find();
-}
+ObjectSymmetry DetectSymmetry(const TriangleMesh& mesh) { return SymmetrySearch(mesh).Find(); }
 
 std::string Describe(const ObjectSymmetry& symmetry) {
   if (symmetry.sphere) return "any rotation";

@@ -28,18 +28,10 @@ struct ObjectSymmetry {
   bool Any() const { return sphere || axis || rotations.size() > 1; }
 };
 
-struct SymmetryOptions {
-  /// A rotation is a symmetry if no surface sample leaves the surface by more than this fraction of
-  /// the diameter: small enough to detect a mug's handle, large enough to ignore the thread of a
-  /// bulb and the dents of a can.
-  double tolerance = 0.015;
-  int samples = 1500;  ///< on the surface, evenly spread
-};
-
 /// Detects rotational symmetries. Tests the axes of inertia, all axes perpendicular to one of them
 /// if two moments are equal, and all axes if three are equal; rotations by any angle, and by 1/2
 /// ... 1/6 of a turn. The result is closed under composition. Throws Error for a mesh without area.
-ObjectSymmetry DetectSymmetry(const TriangleMesh& mesh, const SymmetryOptions& options = {});
+ObjectSymmetry DetectSymmetry(const TriangleMesh& mesh);
 
 /// Returns e.g. "none", "any turn about (0, 0, 1), ends alike", "4 rotations", "any rotation".
 std::string Describe(const ObjectSymmetry& symmetry);

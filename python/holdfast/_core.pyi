@@ -95,12 +95,48 @@ class Clip:
     def to_smplx(self) -> dict[str, _Floats]: ...
     @staticmethod
     def load(
-        path: _Path, *, body: Optional[BodyModel] = None, frame_rate: Optional[float] = None
+        path: _Path,
+        *,
+        body: Optional[BodyModel] = None,
+        frame_rate: Optional[float] = None,
+        betas: Optional[ArrayLike] = None,
+        hand_models: Sequence[str] = ...,
+        source_fps: Optional[float] = None,
+        meters_per_unit: Optional[float] = None,
+        up: Literal["auto", "x", "y", "z", "-x", "-y", "-z"] = "auto",
+        keep_ground: bool = False,
+        map: str = "",
+        asf: str = "",
+        animation: str = "",
+        character: str = "",
+        prop: str = "",
+        hands: Literal["body", "rhand", "lhand", "none"] = "body",
+        flat_hand_mean: Literal["auto", "yes", "no"] = "auto",
+        data_root: str = "",
+        person: int = 0,
     ) -> Clip: ...
     def save(self, path: _Path, *, force: bool = False) -> None: ...
 
 def import_motion(
-    path: _Path, *, body: Optional[BodyModel] = None, frame_rate: Optional[float] = None
+    path: _Path,
+    *,
+    body: Optional[BodyModel] = None,
+    frame_rate: Optional[float] = None,
+    betas: Optional[ArrayLike] = None,
+    hand_models: Sequence[str] = ...,
+    source_fps: Optional[float] = None,
+    meters_per_unit: Optional[float] = None,
+    up: Literal["auto", "x", "y", "z", "-x", "-y", "-z"] = "auto",
+    keep_ground: bool = False,
+    map: str = "",
+    asf: str = "",
+    animation: str = "",
+    character: str = "",
+    prop: str = "",
+    hands: Literal["body", "rhand", "lhand", "none"] = "body",
+    flat_hand_mean: Literal["auto", "yes", "no"] = "auto",
+    data_root: str = "",
+    person: int = 0,
 ) -> Clip: ...
 
 class BodyModel:
@@ -223,7 +259,7 @@ class FitResult:
 
 def options(
     job: Literal[
-        "export", "fit", "grasp", "reach", "refine", "score", "solve_markers",
+        "export", "fit", "grasp", "import_motion", "reach", "refine", "score", "solve_markers",
         "synthesize", "transfer", "transfer_to_robot"
     ],
 ) -> dict[str, dict[str, Any]]: ...

@@ -115,12 +115,16 @@ LoadedClip Load(const std::string& path, const py::object& body, ImportFileOptio
 }
 
 ClipPtr LoadAny(const std::filesystem::path& path, const py::object& body,
-                const std::optional<double>& frame_rate) {
+                const std::optional<double>& frame_rate, const py::object& betas,
+                const std::vector<std::string>& hand_models, const py::kwargs& given) {
   if (frame_rate && !(*frame_rate >= 0.0)) {
     throw py::value_error("frame_rate: expected 0 (the file's) or more");
   }
   ImportFileOptions options;
+  SetOptions(given, OptionsOf(options).Without({"fps"}));
   options.frame_rate = frame_rate;
+  if (!betas.is_none()) options.motion.betas = Vector(betas, "betas");
+  options.parameters.hand_models.assign(hand_models.begin(), hand_models.end());
   return std::make_shared<Clip>(Load(path.string(), body, std::move(options)).clip);
 }
 
@@ -270,9 +274,10 @@ void BindClip(py::module_& module) {
            "The arguments of smplx's forward() by name, arrays (T, ...) and betas (1, B), for a "
            "model created with use_pca=False, flat_hand_mean=True.")
       .def_static("load", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
-                  "frame_rate"_a = py::none(),
+                  "frame_rate"_a = py::none(), "betas"_a = py::none(),
+                  "hand_models"_a = std::vector<std::string>(),
                   "Loads a clip: an embedded one by name ('demo_drink'), a result folder, or any "
-                  "motion file that import_motion reads; frame_rate as there.")
+                  "motion file that import_motion reads, with its options; betas (B,) as there.")
       .def(
           "save",
           [](const Clip& self, const std::filesystem::path& path, bool force) {
@@ -283,14 +288,21 @@ void BindClip(py::module_& module) {
           "path"_a, py::kw_only(), "force"_a = false,
           "Writes AMASS's SMPL-X .npz, atomically, without the object's mesh. Raises Error if the "
           "file exists, unless force=True.");
-  module.def(
-      "import_motion", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
-      "frame_rate"_a = py::none(),
+  ImportFileOptions usual;
+  static const std::string doc =
       "Imports a clip from GRAB, AMASS, ARCTIC, Motion-X, smplx parameters, glTF, BVH, ASF/AMC, "
       "...; the format is detected from the content. frame_rate in Hz; 0: the file's; None: the "
       "file's, but 30 for retargeted motion. The mesh of its object, which the file contains or "
       "references, is clip.object.surface. Decisions made by the import are logged to 'holdfast' "
-      "(INFO; WARNING if they may be wrong, such as a frame rate that the file does not state).");
+      "(INFO; WARNING if they may be wrong, such as a frame rate that the file does not state). "
+      "betas (B,): shape of the body for motions with their own skeleton. hand_models: SMPL-X or "
+      "MANO files for hands stored as principal components.\n"
+      "\n"
+      "Options:\n" +
+      OptionsText(OptionsOf(usual).Without({"fps"}));
+  module.def("import_motion", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
+             "frame_rate"_a = py::none(), "betas"_a = py::none(),
+             "hand_models"_a = std::vector<std::string>(), doc.c_str());
 }
 
 void RequireNew(const std::filesystem::path& path, bool force) {

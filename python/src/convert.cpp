@@ -30,8 +30,8 @@ using ConvertedPtr = std::shared_ptr<ConvertedMotion>;
 ClipArgument SourceOf(const py::object& clip, const py::object& from_body,
                       const std::string& from_hands) {
   ImportFileOptions import;
-  import.parameters.up = WorldUp::kPlusZ;
-  import.parameters.find_ground = false;
+  import.parameters.up = UpAxis::kZ;
+  import.parameters.keep_ground = true;
   import.parameters.flat_hand_mean = Choice<std::optional<bool>>(from_hands, "from_hands",
                                                                  {{"auto", std::nullopt},
                                                                   {"complete", true},
@@ -51,12 +51,10 @@ ConvertedPtr Convert(const py::object& clip, const py::object& to_body, const py
   auto converted = std::make_shared<ConvertedMotion>();
   converted->body = ModelOf(to_body, "to_body");
   const ClipArgument source = SourceOf(clip, from_body, from_hands);
-  ConvertOptions options;
-  options.num_betas = betas;
   if (onto.is_none()) {
-    converted->conversion = RunAside([source, to = converted->body, options] {
-      return Conversion{
-          ConvertClip(*source.clip, source.body.model, source.body.betas, to, options), {}};
+    converted->conversion = RunAside([source, to = converted->body, betas] {
+      return Conversion{ConvertClip(*source.clip, source.body.model, source.body.betas, to, betas),
+                        {}};
     });
   } else {
     const ClipArgument person = ClipOf(onto, to_body, "onto");
@@ -126,7 +124,7 @@ void BindConvert(py::module_& module) {
       });
   module.def(
       "convert", &Convert, "clip"_a, py::kw_only(), "to_body"_a, "from_body"_a = py::none(),
-      "from_hands"_a = "auto", "betas"_a = ConvertOptions().num_betas, "onto"_a = py::none(),
+      "from_hands"_a = "auto", "betas"_a = kConvertedBetas, "onto"_a = py::none(),
       "Converts parameters of one body model to those of another: SMPL-X, SMPL-H, MANO.\n"
       "\n"
       "Rotations are kept; trans is corrected for the offset between the models' pelvises (for a "

@@ -72,24 +72,19 @@ struct ReadyReach {
   wandr::Network<float> network;
 };
 
-struct ReadySynthesis : CaseNetwork {
-  explicit ReadySynthesis(const std::string& file) : CaseNetwork(LoadSynthesisNetwork(file)) {}
-};
-
 py::dict ReachStartsOf(const py::object& clips, bool single_precision, const std::string& weights) {
   std::vector<Clip> moving;
-  std::vector<std::string> names;
   if (!clips.is_none()) {
-    for (const py::handle& one : clips) {
-      moving.push_back(*ClipOf(one, py::none()).clip);
-      names.emplace_back();
-    }
+    for (const py::handle& one : clips) moving.push_back(*ClipOf(one, py::none()).clip);
   }
   const ReadyReach& ready = *Kept<ReadyReach>(weights);
   const wandr::Normalizer<double> normalizer(ready.loaded.weights.statistics);
-  const std::vector<wandr::ReachStart> starts =
-      clips.is_none() ? wandr::ComposedStarts(MeanBody::Get().measures, normalizer)
-                      : wandr::StartsOfClips(moving, names, normalizer);
+  std::vector<wandr::ReachStart> starts;
+  if (clips.is_none()) starts = wandr::ComposedStarts(MeanBody::Get().measures, normalizer);
+  for (const Clip& clip : moving) {
+    starts.push_back(
+        {"", wandr::StartAtFrame(wandr::StatesOfClip(clip), wandr::kReachStartFrame, normalizer)});
+  }
   py::list list;
   for (const wandr::ReachStart& start : starts) {
     const wandr::StateVector<double> state = wandr::StateOf(start.start.pose);
@@ -139,8 +134,8 @@ std::vector<ReachSolution> SolveByIntention(const ReadyReach& ready, const Reach
   request.num_steps = steps;
   request.latents = &latents;
   std::vector<ReachSolution> solutions(batch.tasks.size());
-  wandr::RunRollouts(ready.network, MeanBody::Get().bones, request, threads,
-                     {.intention = batch.intention}, [&](int i, const wandr::RolloutTrack& track) {
+  wandr::RunRollouts(ready.network, MeanBody::Get().bones, request, threads, batch.intention,
+                     [&](int i, const wandr::RolloutTrack& track) {
                        ReachSolution& solution = solutions[static_cast<std::size_t>(i)];
                        solution = {track, latents.col(i), {}, {}};
                        if (!batch.refit || !track.states.allFinite()) return;
@@ -398,7 +393,7 @@ std::unique_ptr<BoundCase> LoadCase(const std::string& path, const std::string& 
   if (clip.subject.empty()) clip.subject = file.parent_path().filename().string();
   auto made = std::make_unique<BoundCase>();
   try {
-    made->one.sequence = imos::SequenceFromClip(clip, BodyModel::Default(), {rule, true});
+    made->one.sequence = imos::SequenceFromClip(clip, BodyModel::Default(), rule);
   } catch (const Error& error) {
     throw Error(fmt::format("{} ({})", path, error.Where()), error.Problem(), error.Remedy());
   }
@@ -437,7 +432,7 @@ py::dict Generate(const BoundCase& self, const std::string& objects, const std::
   options.seed = seed;
   static FitLibrary library(64);
   const MadeCase made = RunAside([one = self.one, options, weights] {
-    return MakeCase(*Kept<ReadySynthesis>(weights), one, options, library);
+    return MakeCase(*Kept<CaseNetwork>(weights), one, options, library);
   });
   py::dict dict;
   dict["keys"] = std::make_shared<Clip>(made.keys);
@@ -509,7 +504,7 @@ void BindActionCase(py::module_& module) {
   module.def(
       "synthesis_network",
       [](const std::string& weights) {
-        const SynthesisNetwork& network = Kept<ReadySynthesis>(weights)->loaded;
+        const SynthesisNetwork& network = Kept<CaseNetwork>(weights)->loaded;
         nlohmann::json json = network.ToJson();
         json["config"] = imos::ConfigTexts(network.weights.config);
         return ToPython(json);

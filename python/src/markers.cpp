@@ -29,8 +29,7 @@ py::dict RecordingDict(const MarkerRecording& recording) {
   return py::dict(
       "names"_a = recording.names, "rate_hz"_a = recording.rate_hz,
       "positions"_a = Rows(recording.positions).reshape({frames, markers, py::ssize_t{3}}),
-      "unit"_a = recording.unit, "format"_a = std::string(MarkerFormatName(recording.format)),
-      "notes"_a = recording.notes);
+      "unit"_a = recording.unit, "format"_a = recording.format, "notes"_a = recording.notes);
 }
 
 py::dict Read(const std::filesystem::path& path) {

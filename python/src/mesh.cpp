@@ -209,7 +209,7 @@ class MeshDistance {
     grid_.emplace(exact_, options);
   }
 
-  bool Watertight() const { return exact_.SignMethod() == SignedDistance::Sign::kPseudonormal; }
+  bool Watertight() const { return exact_.IsWatertight(); }
   double Cell() const { return grid_ ? grid_->CellSize() : 0.0; }
 
   /// Computes distances (N), and gradients (3 x N) if requested.

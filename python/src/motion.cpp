@@ -103,9 +103,9 @@ py::object Reach(const py::object& goals, const py::object& clip, const std::opt
     }
     if (take) return;
     answer->report = WalkAndReach(answer->person, network.weights, answer->goals, options, go_on);
-    if (answer->report.status == ReachStatus::kStopped) throw Stopped();
+    if (answer->report.stopped) throw Stopped();
     RequireMade(answer->report, network.source);
-    answer->why_missed = WhyMissed(answer->report, answer->person, options);
+    answer->why_missed = answer->report.why_missed;
     for (const ReachMotion& motion : answer->report.motions) {
       answer->clips.push_back(std::make_shared<Clip>(holdfast::ClipOf(motion, answer->person)));
     }
@@ -228,7 +228,7 @@ TakeCall TakeOf(const py::object& object, const ReachJob& job,
   call.request.seed = options.seed;
   call.request.threads = options.threads;
   const LoadedObject loaded = ObjectOf(object, job.object_scale);
-  if (const auto why = WhyTooLarge(loaded, false)) throw FitFailure(*why);
+  RequireGraspable(loaded, false);
   call.object = PrepareAside(loaded, 300, options.threads);
   LogNotes(call.object->notes);
   return call;

@@ -11,6 +11,7 @@
 #include <pybind11/stl.h>
 
 #include "geometry/export/export_clip.h"
+#include "geometry/import/import_file.h"
 #include "geometry/suggestion.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
@@ -144,12 +145,19 @@ void BindOptions(py::module_& module) {
         SolveMarkersOptions solve;
         RobotTransferOptions robot;
         ExportOptions exported;
+        ImportFileOptions import;
         const std::map<std::string, OptionTable> tables = {
-            {"fit", OptionsOf(fit)},         {"grasp", OptionsOf(grasp)},
-            {"reach", OptionsOf(reach)},     {"synthesize", OptionsOf(synthesize)},
-            {"refine", OptionsOf(refine)},   {"transfer", OptionsOf(transfer)},
-            {"score", OptionsOf(score)},     {"solve_markers", OptionsOf(solve)},
-            {"export", OptionsOf(exported)}, {"transfer_to_robot", OptionsOf(robot)}};
+            {"fit", OptionsOf(fit)},
+            {"grasp", OptionsOf(grasp)},
+            {"reach", OptionsOf(reach)},
+            {"synthesize", OptionsOf(synthesize)},
+            {"refine", OptionsOf(refine)},
+            {"transfer", OptionsOf(transfer)},
+            {"score", OptionsOf(score)},
+            {"solve_markers", OptionsOf(solve)},
+            {"export", OptionsOf(exported)},
+            {"transfer_to_robot", OptionsOf(robot)},
+            {"import_motion", OptionsOf(import).Without({"fps"})}};
         const auto found = tables.find(job);
         if (found == tables.end()) {
           std::string known;
@@ -173,7 +181,7 @@ void BindOptions(py::module_& module) {
       "job"_a,
       "The options that a function takes by name: {name: {'default', 'flag' of the command line, "
       "'help', and 'choices' (list of str) or 'range' (min, max)}}. job: 'export', 'fit' (of "
-      "offhand(), too), 'grasp' (of grasps(), too), 'reach', 'refine', 'score', "
+      "offhand(), too), 'grasp' (of grasps(), too), 'import_motion', 'reach', 'refine', 'score', "
       "'solve_markers', 'synthesize', 'transfer', 'transfer_to_robot'.\n"
       "\n"
       "    holdfast.options('fit')['contact_threshold_mm']['default']");

@@ -78,7 +78,7 @@ TransferredPtr ByBaseline(const TransferredPtr& self, const std::string& method)
   return RunAside([of = self->of, baseline] {
     auto out = std::make_shared<TransferredRobot>();
     out->of = of;
-    out->transfer = TransferByBaseline(of->setup, of->options, baseline);
+    out->transfer = TransferByBaseline(of->setup, baseline);
     out->measures = MeasureTransfer(of->setup, out->transfer.poses, of->options.threads);
     return out;
   });

@@ -77,16 +77,15 @@ py::dict Holds(const py::object& clip, const py::object& object, double object_s
                const py::object& body, int threads) {
   RequirePositive(object_scale, "object_scale");
   RequirePositive(cell, "cell");
-  HoldOptions options;
-  options.threads = ThreadsOf(threads);
+  const int workers = ThreadsOf(threads);
   const ClipArgument input = ClipOf(clip, body);
   const LoadedObject loaded = ObjectOf(object, input, object_scale);
-  return LabelsDict(RunAside([input, mesh = loaded.mesh, cell, options] {
+  return LabelsDict(RunAside([input, mesh = loaded.mesh, cell, workers] {
     DistanceGridOptions grid;
     grid.cell_m = cell;
-    grid.threads = options.threads;
+    grid.threads = workers;
     const auto [right, left] = HandsOf(input.body);
-    return FindHolds(*input.clip, right, left, DistanceGrid(SignedDistance(mesh), grid), options);
+    return FindHolds(*input.clip, right, left, DistanceGrid(SignedDistance(mesh), grid), workers);
   }));
 }
 

@@ -75,15 +75,14 @@ py::tuple ClipTuple(const wandr::CorpusClip& clip) {
 }
 
 py::dict ReadCorpus(const std::vector<std::string>& folders, const py::object& body,
-                    double made_hours, const std::string& wrist, const py::object& progress) {
-  wandr::CorpusOptions options;
-  options.made_hours = made_hours;
-  options.wrist = SideOf(wrist);
+                    double made_hours, bool mirror, const std::string& wrist,
+                    const py::object& progress) {
+  const Side side = SideOf(wrist);
   const Eigen::Matrix3Xd rest_joints = MeasuresOf(body).rest_joints;
   wandr::Corpus corpus;
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
-    corpus = wandr::ReadCorpus({folders.begin(), folders.end()}, rest_joints, options,
-                               [&](int done, int total) {
+    corpus = wandr::ReadCorpus({folders.begin(), folders.end()}, rest_joints, made_hours, mirror,
+                               side, [&](int done, int total) {
                                  if (go_on && !go_on("reading clips", done, total)) throw Stopped();
                                });
   });
@@ -109,7 +108,7 @@ py::list ReadClips(const std::string& folder, const std::string& wrist) {
 py::dict EvaluateReach(const std::string& path, const py::object& body, const std::string& wrist,
                        int threads) {
   const BodyMeasures measures = MeasuresOf(body);
-  wandr::ReachProtocol protocol = wandr::ReachProtocol::Adaptive();
+  wandr::ReachProtocol protocol;
   protocol.num_samples = 1;
   protocol.seed = 2;
   protocol.intention.wrist = SideOf(wrist);
@@ -121,7 +120,7 @@ py::dict EvaluateReach(const std::string& path, const py::object& body, const st
             wandr::ComposedStarts(measures, wandr::Normalizer<double>(weights.statistics)));
         return wandr::Summarize(wandr::RunReachProtocol(
             network, wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>(), starts, protocol,
-            {.threads = threads}));
+            threads));
       });
   return py::dict("success"_a = summary.success, "distance_m"_a = summary.distance_mean_m,
                   "distance_median_m"_a = summary.distance_median_m, "skating"_a = summary.skating,
@@ -199,10 +198,11 @@ py::dict ReadActionSet(const std::vector<std::string>& folders, const py::object
                        const std::vector<std::string>& without, bool mirror, int threads,
                        const py::object& progress) {
   imos::ActionSetOptions options;
-  options.sequences.rule = Choice<imos::KeyFrameRule>(
+  options.rule = Choice<imos::KeyFrameRule>(
       key_frames, "key_frames",
       {{"whole", imos::KeyFrameRule::kWhole}, {"paper", imos::KeyFrameRule::kPaper}});
-  options.split = {validation, held_out};
+  options.validation = validation;
+  options.test = held_out;
   options.without = without;
   options.threads = ThreadsOf(threads);
   const ModelPtr model = ModelOf(body);
@@ -244,7 +244,8 @@ void BindTraining(py::module_& module) {
       "body"_a = py::none(),
       "(rest joints (55, 3), height of the soles in the rest pose), meters, of the mean shape.");
   module.def("_read_corpus", &ReadCorpus, "folders"_a, py::kw_only(), "body"_a = py::none(),
-             "made_hours"_a = 1e6, "wrist"_a = "right", "progress"_a = py::none(),
+             "made_hours"_a = 1e6, "mirror"_a = true, "wrist"_a = "right",
+             "progress"_a = py::none(),
              "Clips to train WANDR on (captured ones mirrored too), at 30 fps: a list of (states "
              "(F, 135), goals (K, 3) meters, their frames (K,), whether generated for goals), with "
              "statistics of the features by name.");
@@ -286,7 +287,7 @@ void BindTraining(py::module_& module) {
              "Tensors of networks of IMoS by the published start, with the present encoder.");
   module.def(
       "_recognizer_start",
-      [](std::uint64_t seed) { return ArraysOf(imos::RandomRecognizer(seed).tensors); }, "seed"_a,
+      [](std::uint64_t seed) { return ArraysOf(imos::RandomRecognizer(seed)); }, "seed"_a,
       "Tensors of a recognizer to begin with.");
   module.def(
       "_read_action_table",

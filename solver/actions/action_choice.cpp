@@ -10,6 +10,7 @@
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/actions/action_measures.h"
+#include "solver/actions/action_studio.h"
 #include "solver/hand/hand_axes.h"
 
 namespace holdfast {
@@ -35,9 +36,9 @@ struct Candidate {
 
 class ActionKeySearch {
  public:
-  ActionKeySearch(const ActionPerson& person, const BodyPlacement& start,
-                  const ActionScript& script, const Eigen::Matrix3Xd& object_points)
-      : person_(person), script_(script), object_points_(object_points) {
+  ActionKeySearch(const ActionActor& actor, const BodyPlacement& start, const ActionScript& script,
+                  const Eigen::Matrix3Xd& object_points)
+      : actor_(actor), script_(script), object_points_(object_points) {
     for (const ScriptKey& key : script.keys) {
       stances_.push_back(StanceAt(start, script, key.arrive_s));
     }
@@ -48,7 +49,7 @@ class ActionKeySearch {
     std::vector<int> chain;
     std::vector<std::vector<Candidate>> tried;
     for (int k = 0; k < static_cast<int>(script_.keys.size()); ++k) {
-      if (script_.keys[static_cast<std::size_t>(k)].same_as) continue;
+      if (script_.keys[k].same_as) continue;
       chain.push_back(k);
       tried.push_back(Candidates(grasp, k, every));
     }
@@ -61,8 +62,7 @@ class ActionKeySearch {
         double least = s == 0 ? 0.0 : std::numeric_limits<double>::infinity();
         for (std::size_t p = 0; s > 0 && p < tried[s - 1].size(); ++p) {
           const double way =
-              total[p] + WayCost(tried[s - 1][p], tried[s][c],
-                                 script_.keys[static_cast<std::size_t>(chain[s])].turned_rad);
+              total[p] + WayCost(tried[s - 1][p], tried[s][c], script_.keys[chain[s]].turned_rad);
           if (way < least) {
             least = way;
             from[s][c] = static_cast<int>(p);
@@ -75,24 +75,24 @@ class ActionKeySearch {
     ActionChoice choice;
     choice.keys.resize(script_.keys.size());
     auto at = std::ranges::min_element(total) - total.begin();
-    choice.cost = total[static_cast<std::size_t>(at)];
+    choice.cost = total[at];
     for (std::size_t s = tried.size(); s-- > 0;) {
-      const Candidate& chosen = tried[s][static_cast<std::size_t>(at)];
-      choice.keys[static_cast<std::size_t>(chain[s])] = chosen.object;
+      const Candidate& chosen = tried[s][at];
+      choice.keys[chain[s]] = chosen.object;
       choice.worst_key = std::max(choice.worst_key, chosen.cost);
-      at = from[s][static_cast<std::size_t>(at)];
+      at = from[s][at];
     }
     for (std::size_t k = 0; k < script_.keys.size(); ++k) {
       const std::optional<int> same = script_.keys[k].same_as;
-      if (same) choice.keys[k] = choice.keys[static_cast<std::size_t>(*same)];
+      if (same) choice.keys[k] = choice.keys[*same];
     }
     return choice;
   }
 
  private:
   std::vector<Candidate> Candidates(const ActionGrasp& grasp, int k, int every) const {
-    const ScriptKey& key = script_.keys[static_cast<std::size_t>(k)];
-    const NominalStance& stance = stances_[static_cast<std::size_t>(k)];
+    const ScriptKey& key = script_.keys[k];
+    const NominalStance& stance = stances_[k];
     std::vector<Candidate> candidates;
     for (std::size_t i = 0; i < key.poses.size(); ++i) {
       // Small sets are tried in full: their poses differ more.
@@ -103,10 +103,10 @@ class ActionKeySearch {
       candidate.world =
           key.anchor == Anchor::kHead ? stance.head * candidate.object : candidate.object;
       const std::array<bool, 2> holds = HoldersAt(script_, k);
-      if (holds[0]) candidate.cost += ArmCost(Side::kRight, *grasp.right, stance, candidate.world);
+      if (holds[0]) candidate.cost += ArmCost(Side::kRight, grasp.right, stance, candidate.world);
       if (holds[1]) candidate.cost += ArmCost(Side::kLeft, *grasp.left, stance, candidate.world);
       if (k == 0 && script_.table_m) {
-        candidate.cost += TableCost(*grasp.right, candidate.world, stance);
+        candidate.cost += TableCost(grasp.right, candidate.world, stance);
       }
       candidate.cost = std::min(candidate.cost, kWorst + 1e-3 * candidate.cost);
       candidates.push_back(candidate);
@@ -118,8 +118,9 @@ class ActionKeySearch {
   double PushOff(const ActionGrasp& grasp, const Vector3d& direction, Isometry3d& object) const {
     double pushed = 0.0, depth = 0.0;
     for (int k = 0; k < kPushes; ++k) {
-      const Isometry3d wrist = object * grasp.right->wrist_from_object.inverse();
-      depth = std::max(DepthInHead(object, object_points_), DepthInHead(wrist, grasp.right_skin));
+      const Isometry3d wrist = object * grasp.right.wrist_from_object.inverse();
+      depth = std::max(DeepestIn(actor_.Head(), object, object_points_),
+                       DeepestIn(actor_.Head(), wrist, grasp.right_skin));
       if (depth <= kTouch_m || pushed >= kFarPush_m) break;
       const double step = std::max(0.001, depth);
       object.translation() += step * direction.normalized();
@@ -128,26 +129,13 @@ class ActionKeySearch {
     return Square(std::max(0.0, pushed - 0.004) / 0.01) + Square(depth / 0.002);
   }
 
-  double DepthInHead(const Isometry3d& head_from_points, const Eigen::Matrix3Xd& points) const {
-    double deepest = 0.0;
-    for (Eigen::Index i = 0; i < points.cols(); ++i) {
-      const Vector3d p = head_from_points * points.col(i);
-      if ((p.array() < person_.head.Min().array()).any() ||
-          (p.array() > person_.head.Max().array()).any()) {
-        continue;
-      }
-      deepest = std::max(deepest, -person_.head.Distance(p));
-    }
-    return deepest;
-  }
-
   double ArmCost(Side side, const Grasp& grasp, const NominalStance& stance,
                  const Isometry3d& object) const {
     const Isometry3d wrist = object * grasp.wrist_from_object.inverse();
     const ArmTarget target{stance.Shoulder(side), stance.chest, wrist};
     double least = std::numeric_limits<double>::infinity();
     for (const double swivel : {-5.0, 15.0, 35.0, 60.0}) {
-      const ArmChoice arm = person_.Arm(side).At(target, swivel * kDegree);
+      const ArmChoice arm = actor_.Arm(side).At(target, swivel * kDegree);
       const double shortfall = std::max(0.0, arm.shortfall_m - kEasyShortfall_m);
       least = std::min(least, arm.discomfort + Square(shortfall / 0.02));
     }
@@ -176,7 +164,7 @@ class ActionKeySearch {
     return wanted ? Square((angle - *wanted) / (15.0 * kDegree)) : Square(angle / (60.0 * kDegree));
   }
 
-  const ActionPerson& person_;
+  const ActionActor& actor_;
   const ActionScript& script_;
   const Eigen::Matrix3Xd& object_points_;
   std::vector<NominalStance> stances_;
@@ -189,13 +177,13 @@ std::array<bool, 2> HoldersAt(const ActionScript& script, int key) {
   return {key <= script.handover->key, key >= script.handover->key};
 }
 
-ActionChoice ChooseKeys(const ActionPerson& person, const BodyPlacement& start,
+ActionChoice ChooseKeys(const ActionActor& actor, const BodyPlacement& start,
                         const ActionScript& script, std::span<const ActionGrasp> grasps,
                         std::span<const double> offsets, const Eigen::Matrix3Xd& object_points) {
   if (grasps.empty()) {
     throw Error("action", "has no grasp of the object", "Find grasps first");
   }
-  const ActionKeySearch search(person, start, script, object_points);
+  const ActionKeySearch search(actor, start, script, object_points);
   std::size_t best = 0;
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t g = 0; g < grasps.size(); ++g) {
@@ -211,9 +199,6 @@ ActionChoice ChooseKeys(const ActionPerson& person, const BodyPlacement& start,
 }
 
 namespace {
-
-using Eigen::Isometry3d;
-using Eigen::Vector3d;
 
 constexpr double kAlike_m = 0.02, kAlike_rad = 20.0 * std::numbers::pi / 180.0;
 
@@ -262,7 +247,7 @@ Eigen::Matrix3Xd SkinInWrist(const HandModel& hand, const FingerPose& fingers, i
   return skin;
 }
 
-std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionObject& object,
+std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionProp& prop,
                                     std::uint64_t seed, int most, GraspStatus* status,
                                     int threads) {
   GraspOptions options;
@@ -275,13 +260,13 @@ std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionObject& o
   options.closings = 160;
   options.refinements = 36;
   GraspReport report;
-  CloseHand(hand, object.mesh, object.surface, object.distance, options, &report);
+  CloseHand(hand, prop.mesh, prop.surface, *prop.fit.distance, options, &report);
   if (status != nullptr) *status = report.status;
   return Differing(report, most);
 }
 
-std::vector<Grasp> FindToolGrips(const HandModel& hand, const ActionObject& object,
-                                 std::uint64_t seed, int most, int threads) {
+std::vector<Grasp> FindToolGrips(const HandModel& hand, const ActionProp& prop, std::uint64_t seed,
+                                 int most, int threads) {
   GraspOptions options;
   options.threads = threads;
   options.seed = seed;
@@ -289,7 +274,7 @@ std::vector<Grasp> FindToolGrips(const HandModel& hand, const ActionObject& obje
   options.style = GraspStyle::kPower;
   options.table_weight = 0.0;
   GraspReport report;
-  CloseHand(hand, object.mesh, object.surface, object.distance, options, &report);
+  CloseHand(hand, prop.mesh, prop.surface, *prop.fit.distance, options, &report);
   std::vector<Grasp> grips = Differing(report, 4 * most);
   std::erase_if(grips, [](const Grasp& grasp) { return !grasp.palm_touching; });
   if (static_cast<int>(grips.size()) > most) grips.resize(static_cast<std::size_t>(most));

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -13,32 +14,24 @@
 #include "generator/actions/face_marks.h"
 #include "generator/matching/body_frame.h"
 #include "geometry/body/hand_model.h"
-#include "geometry/mesh/distance_grid.h"
-#include "geometry/mesh/mesh.h"
-#include "geometry/mesh/signed_distance.h"
-#include "solver/body_ik/arm_ik.h"
 #include "solver/grasp/grasp.h"
 
 namespace holdfast {
 
-/// An object as used in synthetic actions; const and shared.
-struct ActionObject {
-  const TriangleMesh& mesh;
-  const SignedDistance& surface;
-  const DistanceGrid& distance;
-};
+class ActionActor;
+struct ActionProp;
 
 /// Returns grasps accepted by CloseHand, best first, no two similar (wrists at least 2 cm or 20
 /// degrees apart). The up direction covers orientations of a hand at a table. Empty if the hand
 /// cannot hold the object; `status` gives the reason. Independent of `threads`.
-std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionObject& object,
+std::vector<Grasp> FindActionGrasps(const HandModel& hand, const ActionProp& prop,
                                     std::uint64_t seed, int most, GraspStatus* status = nullptr,
                                     int threads = 1);
 
 /// Returns grasps for heavy work with a tool: handle in the palm, thumb side towards the tool's
 /// head, any up direction; not for picking it up from a table. Empty if there are none.
-std::vector<Grasp> FindToolGrips(const HandModel& hand, const ActionObject& object,
-                                 std::uint64_t seed, int most, int threads = 1);
+std::vector<Grasp> FindToolGrips(const HandModel& hand, const ActionProp& prop, std::uint64_t seed,
+                                 int most, int threads = 1);
 
 /// For an object with two sides (ObjectMarks::two_sided), adds each grasp with the object turned
 /// over in the hand. From above, a right hand takes a hammer lying on one side with its face to the
@@ -48,22 +41,13 @@ void AddTurnedOver(const ObjectMarks& marks, std::vector<Grasp>& grasps);
 /// The hand's skin with a grasp's fingers, in the wrist's frame: every `every`-th vertex (3 x n).
 Eigen::Matrix3Xd SkinInWrist(const HandModel& hand, const FingerPose& fingers, int every);
 
-/// Properties of an acting person that are constant across clips. `head`: signed distances of
-/// FaceMarks::head.
-struct ActionPerson {
-  ArmIk right, left;
-  const DistanceGrid& head;
-
-  const ArmIk& Arm(Side side) const { return side == Side::kRight ? right : left; }
-};
-
 /// A grasp of the right hand, and for offhand also of the left.
 struct ActionGrasp {
-  const Grasp* right = nullptr;
-  const Grasp* left = nullptr;
-  Eigen::Matrix3Xd right_skin, left_skin;  ///< subsampled SkinInWrist; only the right is required
+  Grasp right;
+  std::optional<Grasp> left;
+  Eigen::Matrix3Xd right_skin;  ///< subsampled SkinInWrist
 
-  const Grasp* Of(Side side) const { return side == Side::kRight ? right : left; }
+  const Grasp& Of(Side side) const { return side == Side::kRight ? right : *left; }
 };
 
 /// Poses of the object at the keys of a script, relative to their anchors.
@@ -85,7 +69,7 @@ struct ActionChoice {
 /// / 15 degrees)^2: by dynamic programming for each grasp. Shoulder and head at a key are those of
 /// `start`, leaned and turned as scripted. `offsets`: added to each grasp's cost, for variety.
 /// `object_points` (3 x n): surface samples in the object's frame. Throws Error for no grasps.
-ActionChoice ChooseKeys(const ActionPerson& person, const BodyPlacement& start,
+ActionChoice ChooseKeys(const ActionActor& actor, const BodyPlacement& start,
                         const ActionScript& script, std::span<const ActionGrasp> grasps,
                         std::span<const double> offsets, const Eigen::Matrix3Xd& object_points);
 

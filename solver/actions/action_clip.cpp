@@ -2,6 +2,7 @@
 #include "solver/actions/action_clip.h"
 
 #include <algorithm>
+#include <tuple>
 
 #include "generator/actions/action_strokes.h"
 #include "generator/body/pose_builder.h"
@@ -49,8 +50,8 @@ Clip ClipOf(const ActionActor& actor, const ActionMotion& motion, const ActionGr
     for (const Side side : {Side::kRight, Side::kLeft}) {
       FingerPose fingers = RelaxedFingers(rest, side);
       const double closed = motion.closed[at][side == Side::kRight ? 0 : 1];
-      if (const Grasp* of_hand = grasp.Of(side)) {
-        fingers += closed * (of_hand->fingers - fingers);
+      if (side == Side::kRight || grasp.left) {
+        fingers += closed * (grasp.Of(side).fingers - fingers);
       }
       SetFingers(clip.pose[at], side, fingers);
     }
@@ -62,10 +63,10 @@ Clip ClipOf(const ActionActor& actor, const ActionMotion& motion, const ActionGr
 // Fits object and fingers with FitClip; the receiving hand of a handover has its own grasp.
 Clip Fitted(const ActionClipRequest& request, const ActionGrasp& grasp, const Clip& clip) {
   std::vector<const HandModel*> hands = {&request.actor.Hand(Side::kRight)};
-  if (grasp.left != nullptr) hands.push_back(&request.actor.Hand(Side::kLeft));
+  if (grasp.left) hands.push_back(&request.actor.Hand(Side::kLeft));
   const GraspMaker grasps = [&](const GraspRequest& asked) {
     if (asked.frame == 0) return GraspPose{FingersOf(asked.pose, asked.side), {}};
-    const Grasp& of_hand = *grasp.Of(asked.side);
+    const Grasp& of_hand = grasp.Of(asked.side);
     const Isometry3d wrist = asked.object.Transform() * of_hand.wrist_from_object.inverse();
     return GraspPose{of_hand.fingers,
                      OffsetTo(request.actor.Hand(asked.side), wrist, asked.trans, asked.pose)};
@@ -83,8 +84,7 @@ struct Chosen {
 Chosen Choose(const ActionClipRequest& request, std::optional<bool> in_hand, ActionClip& made) {
   Chosen chosen;
   const bool handover = request.action == "offhand";
-  const std::vector<ActionGrasp>& grasps =
-      handover ? request.grasps.Paired() : request.grasps.Single();
+  const std::vector<ActionGrasp>& grasps = handover ? request.grasps.paired : request.grasps.single;
   if (grasps.empty()) {
     made.fault = handover ? "no room for both hands" : "no grasp";
     return chosen;
@@ -99,21 +99,23 @@ Chosen Choose(const ActionClipRequest& request, std::optional<bool> in_hand, Act
   chosen.script = WriteScript(request.action, scene, draws);
   std::vector<double> offsets;
   for (const ActionGrasp& grasp : grasps) {
-    offsets.push_back(kVariety * draws.Uniform(0.0, 1.0) - 0.5 * grasp.right->score);
+    offsets.push_back(kVariety * draws.Uniform(0.0, 1.0) - 0.5 * grasp.right.score);
   }
-  chosen.choice =
-      ChooseKeys(actor.Person(), start, chosen.script, grasps, offsets, request.prop.samples);
+  chosen.choice = ChooseKeys(actor, start, chosen.script, grasps, offsets, request.prop.samples);
   made.quality.worst_key = chosen.choice.worst_key;
-  const ActionFault fault =
+  std::tie(made.fault, made.detail) =
       FaultOf(ActionQuality{.worst_key = chosen.choice.worst_key, .contact = 1.0}, request.action);
-  made.fault = fault.fault;
-  made.detail = fault.detail;
-  if (fault.fault.empty()) chosen.grasp = &grasps[chosen.choice.grasp];
+  if (made.fault.empty()) chosen.grasp = &grasps[chosen.choice.grasp];
   return chosen;
 }
 
-// Adds the table on which the object stands in the first frame, if any.
-void SetTable(const ActionScript& script, Clip& clip) {
+// Adds what the motion does not say: person, action, object, and the table on which the object
+// stands in the first frame, if any.
+void Label(const ActionClipRequest& request, const ActionScript& script, Clip& clip) {
+  clip.betas = request.actor.Betas();
+  clip.body_model = request.actor.Model().Name();
+  clip.action = request.action;
+  clip.object->name = imos::VocabularyName(request.prop.name);
   if (!script.table_m) return;
   const Vector3d low = clip.object->trans.col(0);
   clip.table.emplace();
@@ -139,15 +141,9 @@ ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool>
   script.handover.reset();
   chosen.choice.keys.resize(1);
   const std::vector<BodyFrame> idle = IdleMotion(actor.Measures(), request.start, FramesOf(script));
-  const ActionMotion motion = MakeActionMotion(actor.Person(), actor.Measures(), script,
-                                               *chosen.grasp, chosen.choice, idle);
-  const Clip clip = ClipOf(actor, motion, *chosen.grasp);
-  made.clip = Slice(clip, 0, 1);
-  made.clip.betas = actor.Betas();
-  made.clip.body_model = actor.Model().Name();
-  made.clip.action = request.action;
-  made.clip.object->name = imos::VocabularyName(request.prop.name);
-  SetTable(script, made.clip);
+  const ActionMotion motion = MakeActionMotion(actor, script, *chosen.grasp, chosen.choice, idle);
+  made.clip = Slice(ClipOf(actor, motion, *chosen.grasp), 0, 1);
+  Label(request, script, made.clip);
   if (request.mirrored) made.clip = MirrorClip(made.clip, actor.Measures().rest_joints.col(0));
   return made;
 }
@@ -158,11 +154,9 @@ ActionClip MakeActionClip(const ActionClipRequest& request) {
   if (chosen.grasp == nullptr) return made;
   const ActionActor& actor = request.actor;
   const ActionScript& script = chosen.script;
-  const ActionChoice& choice = chosen.choice;
   const ActionGrasp& grasp = *chosen.grasp;
   const std::vector<BodyFrame> idle = IdleMotion(actor.Measures(), request.start, FramesOf(script));
-  const ActionMotion motion =
-      MakeActionMotion(actor.Person(), actor.Measures(), script, grasp, choice, idle);
+  const ActionMotion motion = MakeActionMotion(actor, script, grasp, chosen.choice, idle);
   made.quality.hand_error_rad = motion.worst_hand_error_rad;
   made.quality.shortfall_m = motion.worst_shortfall_m;
 
@@ -178,15 +172,9 @@ ActionClip MakeActionClip(const ActionClipRequest& request) {
         std::max(made.quality.slipped_mm,
                  1000.0 * (clip.object->trans.col(t) - made.clip.object->trans.col(t)).norm());
   }
-  made.clip.betas = actor.Betas();
-  made.clip.body_model = actor.Model().Name();
-  made.clip.action = request.action;
-  made.clip.object->name = imos::VocabularyName(request.prop.name);
-  SetTable(script, made.clip);
+  Label(request, script, made.clip);
   MeasureAction(actor, request.prop, made.clip, made.quality);
-  const ActionFault fault = FaultOf(made.quality, request.action);
-  made.fault = fault.fault;
-  made.detail = fault.detail;
+  std::tie(made.fault, made.detail) = FaultOf(made.quality, request.action);
   if (request.mirrored) made.clip = MirrorClip(made.clip, actor.Measures().rest_joints.col(0));
   return made;
 }

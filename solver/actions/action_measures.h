@@ -2,6 +2,8 @@
 #pragma once
 
 #include <string>
+#include <string_view>
+#include <utility>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -10,6 +12,7 @@
 #include "generator/matching/body_frame.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/clip.h"
+#include "geometry/mesh/distance_grid.h"
 #include "solver/actions/action_clip.h"
 
 namespace holdfast {
@@ -20,10 +23,11 @@ void MeasureAction(const ActionActor& actor, const ActionProp& prop, const Clip&
                    ActionQuality& quality);
 
 /// Why a clip of this quality is rejected: brief, and with numbers. Both empty if it is accepted.
-struct ActionFault {
-  std::string fault, detail;
-};
-ActionFault FaultOf(const ActionQuality& quality, std::string_view action);
+std::pair<std::string, std::string> FaultOf(const ActionQuality& quality, std::string_view action);
+
+/// Depth of the deepest of `points` in a solid, meters; 0 if none is inside.
+double DeepestIn(const DistanceGrid& solid, const Eigen::Isometry3d& solid_from_points,
+                 const Eigen::Matrix3Xd& points);
 
 /// Target direction of the face at a time of a script: unit vector, world. `object`: what the
 /// person may look at; `eyes`: position of the eyes (world).

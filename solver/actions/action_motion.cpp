@@ -5,10 +5,12 @@
 #include <cmath>
 
 #include "generator/body/limb_ik.h"
+#include "generator/matching/capture_quality.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/rotation.h"
 #include "solver/actions/action_measures.h"
+#include "solver/actions/action_studio.h"
 #include "solver/fit/clip_state.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/change_spline.h"
@@ -20,110 +22,62 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-class ActionBodySolver {
- public:
-  ActionBodySolver(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet,
-                   const ActionScript& script, const ActionPath& path, double path_end_s,
-                   const ActionBodyOptions& options, std::vector<BodyFrame>& frames)
-      : chain_(rest_joints, Side::kRight),
-        feet_(feet),
-        script_(script),
-        path_(path),
-        path_end_s_(path_end_s),
-        options_(options),
-        frames_(frames),
-        base_(frames),
-        change_(static_cast<int>(frames.size()), options.knot_frames) {}
+constexpr int kKnotFrames = 5;
+constexpr double kHandSigma_m = 0.012, kGazeSigma = 0.12, kLeanSigma = 0.05;
 
-  ActionBodyReport Solve() {
-    ceres::Problem problem;
-    change_.AddTo(problem);
-    for (int t = 0; t < static_cast<int>(base_.size()); ++t) {
-      change_.AddFrame(problem, t, [&](const Eigen::Vector4d& basis) {
-        return new ActionFrameBlock(chain_, base_[static_cast<std::size_t>(t)], TermsOf(t), basis);
-      });
-    }
-    // The arm is already near its target.
-    change_.AddPrior(problem, UpperBodySigma({0.03, 0.04, 0.02}, 4.0 * kDegree, 12.0 * kDegree),
-                     0.35);
-    const ceres::Solver::Summary summary =
-        SolveQuietly(SparseOptions(options_.max_iterations, 1e-3), problem);
-    ActionBodyReport report;
-    report.iterations = summary.num_successful_steps + summary.num_unsuccessful_steps;
-    report.usable = summary.IsSolutionUsable();
-    if (report.usable) Finish(report);
-    return report;
-  }
+}  // namespace
 
- private:
-  ActionFrameTerms TermsOf(int t) const {
-    const double time = t / options_.frame_rate;
-    const BodyFrame& frame = base_[static_cast<std::size_t>(t)];
-    const BodyPlacement placed = Place(chain_.RestJoints(), frame);
+void MoveActionBody(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet,
+                    const ActionScript& script, const ActionPath& path, double path_end_s,
+                    std::vector<BodyFrame>& frames) {
+  const UpperBodyChain chain(rest_joints, Side::kRight);
+  const JointLimits limits = CapturedJointLimits();
+  const auto terms_of = [&](int t) {
+    const double time = t / kActionRate;
+    const BodyFrame& frame = frames[t];
+    const BodyPlacement placed = Place(rest_joints, frame);
     ActionFrameTerms terms;
-    const PathPoint wanted = path_.At(time);
+    const PathPoint wanted = path.At(time);
     terms.hand.share = wanted.share;
     terms.hand.in_world = wanted.world.translation();
     terms.hand.in_head = wanted.head.translation();
     // A hand that is free again has no target.
-    terms.hand.sigma_m = time < path_end_s_ ? options_.hand_sigma_m : 1.0;
+    terms.hand.sigma_m = time < path_end_s ? kHandSigma_m : 1.0;
     const Isometry3d head = placed.WorldFromJoint(kHead);
     const Vector3d eyes = head * Vector3d(0.0, 0.05, 0.08);
-    terms.gaze.wanted = GazeAt(script_, time, eyes, wanted.At(head).translation());
-    terms.gaze.sigma = options_.gaze_sigma;
-    const Matrix3d chest = LeanRotation(LeanAt(script_, time)) * placed.rotation[kSpine3];
+    terms.gaze.wanted = GazeAt(script, time, eyes, wanted.At(head).translation());
+    terms.gaze.sigma = kGazeSigma;
+    const Matrix3d chest = LeanRotation(LeanAt(script, time)) * placed.rotation[kSpine3];
     terms.lean.up = chest.col(1);
     terms.lean.forward = chest.col(2);
-    terms.lean.sigma = options_.lean_sigma;
-    terms.balance.captured = Balance::Middle(chain_, placed);
-    terms.legs = LegReach::Of(chain_, placed, feet_);
-    terms.range = JointRange::Of(chain_, frame, options_.joint_limits);
+    terms.lean.sigma = kLeanSigma;
+    terms.balance.captured = Balance::Middle(chain, placed);
+    terms.legs = LegReach::Of(chain, placed, feet);
+    terms.range = JointRange::Of(chain, frame, limits);
     return terms;
+  };
+  const int count = static_cast<int>(frames.size());
+  ChangeSpline change(count, kKnotFrames);
+  ceres::Problem problem;
+  change.AddTo(problem);
+  for (int t = 0; t < count; ++t) {
+    change.AddFrame(problem, t, [&](const Eigen::Vector4d& basis) {
+      return new ActionFrameBlock(chain, frames[t], terms_of(t), basis);
+    });
   }
-
-  // Applies the change to the frames, legs included.
-  void Finish(ActionBodyReport& report) {
-    for (int t = 0; t < static_cast<int>(base_.size()); ++t) {
-      BodyFrame frame = chain_.Changed(base_[static_cast<std::size_t>(t)], change_.At(t));
-      report.worst_missed_m =
-          std::max(report.worst_missed_m, PlaceLegs(chain_.RestJoints(), feet_, frame));
-      const double time = t / options_.frame_rate;
-      if (time < path_end_s_) {
-        const BodyPlacement placed = Place(chain_.RestJoints(), frame);
-        const Vector3d wanted = path_.At(time).At(placed.WorldFromJoint(kHead)).translation();
-        report.worst_hand_m = std::max(report.worst_hand_m,
-                                       (placed.joints.col(chain_.WristJointId()) - wanted).norm());
-      }
-      frames_[static_cast<std::size_t>(t)] = frame;
-    }
+  // The arm is already near its target.
+  change.AddPrior(problem, UpperBodySigma({0.03, 0.04, 0.02}, 4.0 * kDegree, 12.0 * kDegree), 0.35);
+  if (!SolveQuietly(SparseOptions(12, 1e-3), problem).IsSolutionUsable()) return;
+  for (int t = 0; t < count; ++t) {
+    BodyFrame& frame = frames[t];
+    frame = chain.Changed(frame, change.At(t));
+    PlaceLegs(rest_joints, feet, frame);
   }
-
-  UpperBodyChain chain_;
-  const FeetTarget& feet_;
-  const ActionScript& script_;
-  const ActionPath& path_;
-  double path_end_s_;
-  const ActionBodyOptions& options_;
-  std::vector<BodyFrame>& frames_;
-  std::vector<BodyFrame> base_;
-  ChangeSpline change_;
-};
-
-}  // namespace
-
-ActionBodyReport MoveActionBody(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet,
-                                const ActionScript& script, const ActionPath& path,
-                                double path_end_s, const ActionBodyOptions& options,
-                                std::vector<BodyFrame>& frames) {
-  return ActionBodySolver(rest_joints, feet, script, path, path_end_s, options, frames).Solve();
 }
 
 namespace {
 
-using Eigen::Isometry3d;
-using Eigen::Matrix3d;
 using Eigen::Quaterniond;
-using Eigen::Vector3d;
 
 constexpr double kUsualSwivel = 0.25;
 constexpr double kBackOff_m = 0.09, kBackOff_s = 0.4;
@@ -155,29 +109,26 @@ Isometry3d BackedOff(const Isometry3d& wrist, Side side) {
 
 class ActionMotionBuilder {
  public:
-  ActionMotionBuilder(const ActionPerson& person, const BodyMeasures& body,
-                      const ActionScript& script, const ActionGrasp& grasp,
-                      const ActionChoice& choice, const std::vector<BodyFrame>& idle,
-                      const ActionBodyOptions& options)
-      : person_(person),
-        body_(body),
+  ActionMotionBuilder(const ActionActor& actor, const ActionScript& script,
+                      const ActionGrasp& grasp, const ActionChoice& choice,
+                      const std::vector<BodyFrame>& idle)
+      : actor_(actor),
+        rest_joints_(actor.Measures().rest_joints),
         script_(script),
         grasp_(grasp),
         choice_(choice),
-        options_(options),
         frames_(idle),
         right_(PathOf(Side::kRight)) {
     if (script.handover) left_.emplace(PathOf(Side::kLeft));
   }
 
   ActionMotion Build() {
-    const Eigen::Matrix3Xd& rest = body_.rest_joints;
-    const FeetTarget feet = FeetOf(Place(rest, frames_.front()));
-    for (BodyFrame& frame : frames_) PlaceLegs(rest, feet, frame);
+    const FeetTarget feet = FeetOf(Place(rest_joints_, frames_.front()));
+    for (BodyFrame& frame : frames_) PlaceLegs(rest_joints_, feet, frame);
     RoughArm();
     ActionMotion made;
     const double end = script_.handover ? script_.handover->both_end_s : script_.duration_s + 1.0;
-    made.body = MoveActionBody(rest, feet, script_, right_, end, options_, frames_);
+    MoveActionBody(rest_joints_, feet, script_, right_, end, frames_);
     ExactArm(Side::kRight, right_, made);
     if (left_) ExactArm(Side::kLeft, *left_, made);
     Hold(made);
@@ -187,14 +138,14 @@ class ActionMotionBuilder {
 
  private:
   ActionPath PathOf(Side side) const {
-    const Grasp& grasp = *grasp_.Of(side);
+    const Grasp& grasp = grasp_.Of(side);
     const Isometry3d object_from_wrist = grasp.wrist_from_object.inverse();
     std::vector<PathKey> keys;
     for (int k = 0; k < static_cast<int>(script_.keys.size()); ++k) {
       if (!HoldersAt(script_, k)[side == Side::kRight ? 0 : 1]) continue;
-      const ScriptKey& key = script_.keys[static_cast<std::size_t>(k)];
-      keys.push_back({key.arrive_s, key.leave_s, key.anchor,
-                      choice_.keys[static_cast<std::size_t>(k)] * object_from_wrist, key.bulge});
+      const ScriptKey& key = script_.keys[k];
+      keys.push_back(
+          {key.arrive_s, key.leave_s, key.anchor, choice_.keys[k] * object_from_wrist, key.bulge});
     }
     if (script_.handover && side == Side::kRight) {
       PathKey away = keys.back();
@@ -226,19 +177,19 @@ class ActionMotionBuilder {
   }
 
   ArmTarget TargetOf(const BodyPlacement& placed, Side side, const Isometry3d& wrist) const {
-    return {placed.joints.col(person_.Arm(side).Bones().root), placed.rotation[kSpine3], wrist};
+    return {placed.joints.col(actor_.Arm(side).Bones().root), placed.rotation[kSpine3], wrist};
   }
 
   void SetArm(Side side, const BodyPlacement& placed, const ArmChoice& arm, double share,
               BodyFrame& frame) const {
-    const Limb& limb = person_.Arm(side).Bones();
-    const Matrix3d& collar = placed.rotation[static_cast<std::size_t>(limb.root - 3)];
+    const Limb& limb = actor_.Arm(side).Bones();
+    const Matrix3d& collar = placed.rotation[limb.root - 3];
     const std::array<std::pair<int, Quaterniond>, 3> turns = {
         std::pair(limb.root, Relative(collar, arm.limb.upper)),
         std::pair(limb.middle, Relative(arm.limb.upper, arm.wrist.lower)),
         std::pair(limb.end, Quaterniond(arm.wrist.wrist).normalized())};
     for (const auto& [joint, turn] : turns) {
-      Quaterniond& local = frame.local[static_cast<std::size_t>(joint)];
+      Quaterniond& local = frame.local[joint];
       local = share >= 1.0 ? turn : local.slerp(share, turn);
     }
   }
@@ -247,20 +198,20 @@ class ActionMotionBuilder {
   void RoughArm() {
     for (std::size_t t = 0; t < frames_.size(); ++t) {
       const double time = static_cast<double>(t) / kActionRate;
-      const BodyPlacement placed = Place(body_.rest_joints, frames_[t]);
+      const BodyPlacement placed = Place(rest_joints_, frames_[t]);
       const Isometry3d wrist = right_.At(time).At(placed.WorldFromJoint(kHead));
       SetArm(Side::kRight, placed,
-             person_.right.At(TargetOf(placed, Side::kRight, wrist), kUsualSwivel),
+             actor_.Arm(Side::kRight).At(TargetOf(placed, Side::kRight, wrist), kUsualSwivel),
              Share(Side::kRight, time), frames_[t]);
     }
   }
 
   void ExactArm(Side side, const ActionPath& path, ActionMotion& made) {
-    const ArmIk& arm = person_.Arm(side);
+    const ArmIk& arm = actor_.Arm(side);
     std::vector<BodyPlacement> placed;
     std::vector<ArmTarget> targets;
     for (std::size_t t = 0; t < frames_.size(); ++t) {
-      placed.push_back(Place(body_.rest_joints, frames_[t]));
+      placed.push_back(Place(rest_joints_, frames_[t]));
       const Isometry3d wrist =
           path.At(static_cast<double>(t) / kActionRate).At(placed.back().WorldFromJoint(kHead));
       targets.push_back(TargetOf(placed.back(), side, wrist));
@@ -288,11 +239,11 @@ class ActionMotionBuilder {
   void Hold(ActionMotion& made) const {
     for (std::size_t t = 0; t < frames_.size(); ++t) {
       const double time = static_cast<double>(t) / kActionRate;
-      const BodyPlacement placed = Place(body_.rest_joints, frames_[t]);
+      const BodyPlacement placed = Place(rest_joints_, frames_[t]);
       const bool right = Holds(Side::kRight, time), left = Holds(Side::kLeft, time);
       const Side side = right ? Side::kRight : Side::kLeft;
       made.object.push_back(placed.WorldFromJoint(WristJoint(side)) *
-                            grasp_.Of(side)->wrist_from_object);
+                            grasp_.Of(side).wrist_from_object);
       made.holding.push_back(
           static_cast<std::uint8_t>((right ? kHoldsRight : 0) | (left ? kHoldsLeft : 0)));
       std::array<double, 2> closed = {1.0, 0.0};
@@ -305,12 +256,11 @@ class ActionMotionBuilder {
     }
   }
 
-  const ActionPerson& person_;
-  const BodyMeasures& body_;
+  const ActionActor& actor_;
+  const Eigen::Matrix3Xd& rest_joints_;
   const ActionScript& script_;
   const ActionGrasp& grasp_;
   const ActionChoice& choice_;
-  const ActionBodyOptions& options_;
   std::vector<BodyFrame> frames_;
   ActionPath right_;
   std::optional<ActionPath> left_;
@@ -322,11 +272,10 @@ int FramesOf(const ActionScript& script) {
   return static_cast<int>(std::ceil(script.duration_s * kActionRate)) + 1;
 }
 
-ActionMotion MakeActionMotion(const ActionPerson& person, const BodyMeasures& body,
-                              const ActionScript& script, const ActionGrasp& grasp,
-                              const ActionChoice& choice, const std::vector<BodyFrame>& idle,
-                              const ActionBodyOptions& options) {
-  return ActionMotionBuilder(person, body, script, grasp, choice, idle, options).Build();
+ActionMotion MakeActionMotion(const ActionActor& actor, const ActionScript& script,
+                              const ActionGrasp& grasp, const ActionChoice& choice,
+                              const std::vector<BodyFrame>& idle) {
+  return ActionMotionBuilder(actor, script, grasp, choice, idle).Build();
 }
 
 }  // namespace holdfast

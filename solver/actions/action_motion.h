@@ -11,9 +11,7 @@
 #include "generator/actions/action_path.h"
 #include "generator/actions/action_script.h"
 #include "generator/matching/body_frame.h"
-#include "generator/matching/capture_quality.h"
 #include "generator/matching/foot_lock.h"
-#include "generator/scripted/reach_motion.h"
 #include "solver/actions/action_choice.h"
 #include "solver/body_ik/frame_pose.h"
 #include "solver/terms/body/goal_terms.h"
@@ -21,33 +19,15 @@
 
 namespace holdfast {
 
-struct ActionBodyOptions {
-  JointLimits joint_limits = CapturedJointLimits();
-  double frame_rate = 30.0;
-  int knot_frames = 5;
-  double hand_sigma_m = 0.012;
-  double gaze_sigma = 0.12;
-  double lean_sigma = 0.05;
-  int max_iterations = 12;
-};
-
-struct ActionBodyReport {
-  double worst_hand_m = 0.0;    ///< distance to its target, before the exact arm IK
-  double worst_missed_m = 0.0;  ///< of an ankle
-  int iterations = 0;
-  bool usable = false;
-};
-
 /// Solves trunk, head, right arm and pelvis of a whole clip so that the right wrist follows `path`
 /// (until `path_end_s`; free afterwards) and the face turns and the chest leans as scripted: least
 /// squares over all frames at once (Ceres) with HeldAtFace, Gaze, TrunkLean, LegReach, Balance,
 /// JointRange and a prior, over a cubic B-spline change of `frames`, an idling person. Feet stay at
 /// `feet`: the legs follow by two-bone inverse kinematics. The captured idle motion is preserved
-/// underneath.
-ActionBodyReport MoveActionBody(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet,
-                                const ActionScript& script, const ActionPath& path,
-                                double path_end_s, const ActionBodyOptions& options,
-                                std::vector<BodyFrame>& frames);
+/// underneath. Frames are unchanged if there is no usable solution.
+void MoveActionBody(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& feet,
+                    const ActionScript& script, const ActionPath& path, double path_end_s,
+                    std::vector<BodyFrame>& frames);
 
 /// All terms on the body in one frame of an action: 26 residuals.
 struct ActionFrameTerms {
@@ -71,7 +51,6 @@ struct ActionMotion {
   std::vector<std::uint8_t> holding;  ///< as Clip::holding_hand
   /// Per frame and hand (right, left): 0 relaxed, 1 as grasped.
   std::vector<std::array<double, 2>> closed;
-  ActionBodyReport body;
   double worst_hand_error_rad = 0.0;  ///< while holding: unattainable wrist rotation
   double worst_shortfall_m = 0.0;     ///< while holding: shortfall of the arm
 };
@@ -79,10 +58,9 @@ struct ActionMotion {
 /// Builds the motion: hand paths through the chosen keys, the trunk by whole-body inverse
 /// kinematics (MoveActionBody), then both arms exactly (ArmIk) with elbows that are comfortable
 /// over the whole clip. `idle`: one frame per frame of the script.
-ActionMotion MakeActionMotion(const ActionPerson& person, const BodyMeasures& body,
-                              const ActionScript& script, const ActionGrasp& grasp,
-                              const ActionChoice& choice, const std::vector<BodyFrame>& idle,
-                              const ActionBodyOptions& options = {});
+ActionMotion MakeActionMotion(const ActionActor& actor, const ActionScript& script,
+                              const ActionGrasp& grasp, const ActionChoice& choice,
+                              const std::vector<BodyFrame>& idle);
 
 /// Number of frames of a clip of this script, 30 fps.
 int FramesOf(const ActionScript& script);

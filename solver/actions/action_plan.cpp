@@ -20,28 +20,21 @@ namespace {
 
 constexpr std::uint64_t kShapes = 0x5EED, kDraws = 0xD0;
 
-struct Choice {
-  std::string_view action;
-  std::vector<std::string_view> objects;
-  double share;
-};
-
-std::vector<Choice> ChoicesOf(const ActionSetOptions& options) {
-  std::vector<Choice> choices;
+// The requested actions, with their requested objects.
+std::vector<ScriptedAction> ChoicesOf(const ActionSetOptions& options) {
+  const auto asked = [](const std::vector<std::string>& list, std::string_view name) {
+    return list.empty() || std::ranges::find(list, name) != list.end();
+  };
+  std::vector<ScriptedAction> choices;
   std::vector<std::string_view> known;
-  for (const ScriptedAction& action : ScriptedActions()) {
-    Choice choice{action.name, {}, action.share};
-    const bool wanted = options.actions.empty() ||
-                        std::ranges::find(options.actions, action.name) != options.actions.end();
-    if (!wanted) continue;
+  for (ScriptedAction action : ScriptedActions()) {
+    if (!asked(options.actions, action.name)) continue;
     for (const std::string_view object : action.objects) {
       if (std::ranges::find(known, object) == known.end()) known.push_back(object);
-      if (options.objects.empty() ||
-          std::ranges::find(options.objects, object) != options.objects.end()) {
-        choice.objects.push_back(object);
-      }
     }
-    if (!choice.objects.empty()) choices.push_back(std::move(choice));
+    std::erase_if(action.objects,
+                  [&](std::string_view object) { return !asked(options.objects, object); });
+    if (!action.objects.empty()) choices.push_back(std::move(action));
   }
   for (const std::string& object : options.objects) {
     if (std::ranges::find(known, object) != known.end()) continue;
@@ -51,11 +44,12 @@ std::vector<Choice> ChoicesOf(const ActionSetOptions& options) {
   return choices;
 }
 
-}  // namespace
-
+// Whether a subject is left-handed: evenly spread, including the last subject if there are any.
 bool IsLeftHanded(int subject, double share) {
   return std::floor((subject + 1) * share + 1e-9) > std::floor(subject * share + 1e-9);
 }
+
+}  // namespace
 
 bool IsHeldOut(int subject, int subjects) {
   return subject >= subjects - std::max(1, subjects / 5);
@@ -70,9 +64,9 @@ Eigen::VectorXd SubjectBetas(int subject, int count, std::uint64_t seed) {
 
 std::vector<ActionJob> PlanActions(const ActionSetOptions& options) {
   for (const std::string& action : options.actions) FindScriptedAction(action);
-  const std::vector<Choice> choices = ChoicesOf(options);
+  const std::vector<ScriptedAction> choices = ChoicesOf(options);
   double total = 0.0;
-  for (const Choice& choice : choices) total += choice.share;
+  for (const ScriptedAction& choice : choices) total += choice.share;
   std::vector<double> made(choices.size(), 0.0);
   std::vector<int> turns(choices.size(), 0);
   std::map<std::string, int> numbers;
@@ -84,19 +78,19 @@ std::vector<ActionJob> PlanActions(const ActionSetOptions& options) {
       if (made[k] / choices[k].share < made[next] / choices[next].share) next = k;
     }
     made[next] += 1.0;
-    const Choice& choice = choices[next];
+    const ScriptedAction& choice = choices[next];
     ActionJob job;
     job.index = index;
     job.seed = MixSeed(options.seed, static_cast<std::uint64_t>(index));
     RandomDraws draws(MixSeed(job.seed, kDraws));
-    job.action = choice.action;
+    job.action = choice.name;
     // Separate counter per action, so that subjects and actions do not become correlated.
     job.subject = (turns[next]++ + static_cast<int>(next)) % options.subjects;
     const double u = draws.Uniform(0.0, 1.0);
     const auto objects = static_cast<double>(choice.objects.size());
     std::size_t object = std::min(choice.objects.size() - 1,
                                   static_cast<std::size_t>((0.4 * u + 0.6 * u * u) * objects));
-    if (choice.action == "offhand") {
+    if (choice.name == "offhand") {
       object = (static_cast<std::size_t>(job.subject) + (u < 0.5 ? 0 : 1)) % choice.objects.size();
     }
     job.object = choice.objects[object];

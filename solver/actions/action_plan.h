@@ -63,9 +63,6 @@ struct CapturedJob {
 inline constexpr int kMaxScripted = 1'000'000;
 std::vector<CapturedJob> PlanCaptured(const ActionSetOptions& options);
 
-/// Whether a subject is left-handed: evenly spread, including the last subject if there are any.
-bool IsLeftHanded(int subject, double share);
-
 /// The last fifth of the subjects, at least one: synthesized from other people's starts.
 bool IsHeldOut(int subject, int subjects);
 

@@ -124,29 +124,27 @@ ActionGrasps ActionShelf::GraspsOf(const ActionJob& job, bool both) {
       folder_ / "grasps" /
       fmt::format("s{}_{}{}", job.subject + 1, job.object, job.left ? "_left" : "");
   std::vector<Grasp> right = KeptGrasps(stem.string() + ".json", key, 1, [&] {
-    const ActionProp& prop = Prop(job.object, job.left);
-    return FindActionGrasps(actor.Hand(Side::kRight), {prop.mesh, prop.surface, *prop.fit.distance},
-                            seed, kGraspChoice);
+    return FindActionGrasps(actor.Hand(Side::kRight), Prop(job.object, job.left), seed,
+                            kGraspChoice);
   });
   AddTurnedOver(Prop(job.object, job.left).marks, right);
-  std::vector<GraspPair> pairs;
+  std::vector<std::pair<Grasp, Grasp>> pairs;
   if (both) {
     key["pairs_tried"] = kPairTries;
     // Stored alternately: right, left.
     const std::vector<Grasp> flat = KeptGrasps(stem.string() + "_pairs.json", key, 2, [&] {
-      const ActionProp& prop = Prop(job.object, job.left);
       std::vector<Grasp> in_turn;
-      for (const GraspPair& pair :
+      for (const auto& [giving, taking] :
            FindGraspPairs(actor.Hand(Side::kRight), actor.Hand(Side::kLeft),
-                          {prop.mesh, prop.surface, *prop.fit.distance}, right, seed, kPairTries)) {
-        in_turn.push_back(pair.right);
-        in_turn.push_back(pair.left);
+                          Prop(job.object, job.left), right, seed, kPairTries)) {
+        in_turn.push_back(giving);
+        in_turn.push_back(taking);
       }
       return in_turn;
     });
-    for (std::size_t k = 0; k < flat.size(); k += 2) pairs.push_back({flat[k], flat[k + 1]});
+    for (std::size_t k = 0; k < flat.size(); k += 2) pairs.emplace_back(flat[k], flat[k + 1]);
   }
-  return ActionGrasps(actor, std::move(right), std::move(pairs));
+  return ActionGrasps(actor, right, pairs);
 }
 
 std::vector<Grasp> ActionShelf::GraspsOf(int subject, const std::string& object, Side side) {
@@ -156,8 +154,7 @@ std::vector<Grasp> ActionShelf::GraspsOf(int subject, const std::string& object,
   const fs::path path =
       folder_ / "grasps" / fmt::format("s{}_{}_{}_hand.json", subject + 1, object, SideName(side));
   return KeptGrasps(path, key, 1, [&] {
-    const ActionProp& prop = Prop(object, false);
-    return FindActionGrasps(actor.Hand(side), {prop.mesh, prop.surface, *prop.fit.distance},
+    return FindActionGrasps(actor.Hand(side), Prop(object, false),
                             MixSeed(options_.seed, kGraspSeed), kGraspChoice);
   });
 }

@@ -21,23 +21,17 @@ class Shelf {
  public:
   template <typename Make>
   const Value& Get(const Key& key, const Make& make) {
-    Place* place = nullptr;
-    {
-      const std::scoped_lock guard(lock_);
-      place = &places_[key];
-    }
-    const std::scoped_lock guard(place->lock);
-    if (!place->value) place->value = make();
-    return *place->value;
+    std::unique_lock guard(lock_);
+    auto& [its_lock, value] = places_[key];
+    guard.unlock();
+    const std::scoped_lock its_guard(its_lock);
+    if (!value) value = make();
+    return *value;
   }
 
  private:
-  struct Place {
-    std::mutex lock;
-    std::unique_ptr<const Value> value;
-  };
   std::mutex lock_;
-  std::map<Key, Place> places_;
+  std::map<Key, std::pair<std::mutex, std::unique_ptr<const Value>>> places_;
 };
 
 /// Subjects, objects and grasps of a set, shared by clips on any number of threads. Grasps are

@@ -54,19 +54,18 @@ TriangleMesh TrunkOf(const BodySurface& body) {
   TriangleMesh trunk;
   trunk.vertices.resize(3, static_cast<Eigen::Index>(ids.size()));
   for (std::size_t k = 0; k < ids.size(); ++k) {
-    place[static_cast<std::size_t>(ids[k])] = static_cast<int>(k);
-    trunk.vertices.col(static_cast<Eigen::Index>(k)) =
-        body.RestVertices().col(ids[k]) - body.RestJoints().col(kSpine3);
+    place[ids[k]] = static_cast<int>(k);
+    trunk.vertices.col(k) = body.RestVertices().col(ids[k]) - body.RestJoints().col(kSpine3);
   }
   std::vector<Eigen::Vector3i> faces;
   for (Eigen::Index f = 0; f < body.Faces().cols(); ++f) {
     Eigen::Vector3i face;
-    for (int c = 0; c < 3; ++c) face(c) = place[static_cast<std::size_t>(body.Faces()(c, f))];
+    for (int c = 0; c < 3; ++c) face(c) = place[body.Faces()(c, f)];
     if ((face.array() >= 0).all()) faces.push_back(face);
   }
   trunk.faces.resize(3, static_cast<Eigen::Index>(faces.size()));
   for (std::size_t f = 0; f < faces.size(); ++f) {
-    trunk.faces.col(static_cast<Eigen::Index>(f)) = faces[f];
+    trunk.faces.col(f) = faces[f];
   }
   return CloseHoles(trunk);
 }
@@ -93,8 +92,8 @@ ActionActor::ActionActor(std::shared_ptr<const BodyModel> model, const Eigen::Ve
                                          return joint >= 18 && joint <= 21;
                                        }) > 0.7;
                               })),
-      person_{ArmIk(measures_.rest_joints, Side::kRight), ArmIk(measures_.rest_joints, Side::kLeft),
-              head_} {}
+      right_arm_(measures_.rest_joints, Side::kRight),
+      left_arm_(measures_.rest_joints, Side::kLeft) {}
 
 ActionProp MakeActionProp(std::string name, const TriangleMesh& mesh,
                           const TriangleMesh& simplified, bool mirrored, int threads) {
@@ -105,68 +104,28 @@ ActionProp MakeActionProp(std::string name, const TriangleMesh& mesh,
   ObjectMarks marks = MarksOf(name, mesh);
   if (mirrored) marks = ReflectX(marks);
   const Eigen::Index every = std::max<Eigen::Index>(1, fit.surface.cols() / kSamples);
-  Eigen::Matrix3Xd samples(3, (fit.surface.cols() + every - 1) / every);
-  for (Eigen::Index i = 0; i < samples.cols(); ++i) samples.col(i) = fit.surface.col(i * every);
+  Eigen::Matrix3Xd samples = fit.surface(Eigen::all, Eigen::seq(0, Eigen::last, every));
   return {std::move(name), shown, std::move(surface), std::move(fit), marks, std::move(samples)};
 }
 
-ActionGrasps::ActionGrasps(const ActionActor& actor, std::vector<Grasp> right,
-                           std::vector<GraspPair> pairs)
-    : right_(std::move(right)), pairs_(std::move(pairs)) {
-  const auto skin = [&](Side side, const Grasp& grasp) {
-    return SkinInWrist(actor.Hand(side), grasp.fingers, kSkinEvery);
+ActionGrasps::ActionGrasps(const ActionActor& actor, const std::vector<Grasp>& right,
+                           const std::vector<std::pair<Grasp, Grasp>>& pairs) {
+  const auto skin = [&](const Grasp& grasp) {
+    return SkinInWrist(actor.Hand(Side::kRight), grasp.fingers, kSkinEvery);
   };
-  for (const Grasp& grasp : right_) {
-    single_.push_back({&grasp, nullptr, skin(Side::kRight, grasp), Eigen::Matrix3Xd()});
-  }
-  for (const GraspPair& pair : pairs_) {
-    paired_.push_back(
-        {&pair.right, &pair.left, skin(Side::kRight, pair.right), skin(Side::kLeft, pair.left)});
-  }
+  for (const Grasp& grasp : right) single.push_back({grasp, std::nullopt, skin(grasp)});
+  for (const auto& [giving, taking] : pairs) paired.push_back({giving, taking, skin(giving)});
 }
 
 namespace {
 
 using Eigen::Isometry3d;
 using Eigen::Matrix3d;
-using Eigen::Vector3d;
 
 constexpr double kComfortable = 25.0;  // sum of both arms' discomfort
 constexpr int kTurns = 36;
 
 Matrix3d FacingFront() { return (Matrix3d() << 1, 0, 0, 0, 0, -1, 0, 1, 0).finished(); }
-
-// An upright person facing -y who holds an object in front of the chest.
-class Meeting {
- public:
-  Meeting(const Eigen::Matrix3Xd& rest_joints, const TriangleMesh& mesh)
-      : rest_joints_(rest_joints),
-        right_(rest_joints, Side::kRight),
-        left_(rest_joints, Side::kLeft) {
-    const Vector3d middle =
-        0.5 * (mesh.vertices.rowwise().minCoeff() + mesh.vertices.rowwise().maxCoeff());
-    const Vector3d place =
-        Shoulder(right_) + Vector3d(-Shoulder(right_).x(), -0.6 * right_.Length(), -0.2);
-    poses_ = UprightPoses(middle, place, kTurns, {0.4});
-  }
-
-  const std::vector<Isometry3d>& Poses() const { return poses_; }
-  double Cost(Side side, const Isometry3d& object, const Grasp& grasp) const {
-    const ArmIk& arm = side == Side::kRight ? right_ : left_;
-    const ArmChoice choice =
-        arm.Best({Shoulder(arm), FacingFront(), object * grasp.wrist_from_object.inverse()});
-    return choice.discomfort + 50.0 * choice.shortfall_m;
-  }
-
- private:
-  Vector3d Shoulder(const ArmIk& arm) const {
-    return FacingFront() * (rest_joints_.col(arm.Bones().root) - rest_joints_.col(0));
-  }
-
-  const Eigen::Matrix3Xd& rest_joints_;
-  ArmIk right_, left_;
-  std::vector<Isometry3d> poses_;
-};
 
 // Pose of the other side's wrist, mirrored at the body's midplane.
 Isometry3d Mirrored(const Isometry3d& wrist) {
@@ -177,10 +136,27 @@ Isometry3d Mirrored(const Isometry3d& wrist) {
 
 }  // namespace
 
-std::vector<GraspPair> FindGraspPairs(const HandModel& right_hand, const HandModel& left_hand,
-                                      const ActionObject& object, const std::vector<Grasp>& right,
-                                      std::uint64_t seed, int tries) {
-  const Meeting meeting(right_hand.Surface().RestJoints(), object.mesh);
+std::vector<std::pair<Grasp, Grasp>> FindGraspPairs(const HandModel& right_hand,
+                                                    const HandModel& left_hand,
+                                                    const ActionProp& prop,
+                                                    const std::vector<Grasp>& right,
+                                                    std::uint64_t seed, int tries) {
+  // An upright person facing -y who holds an object in front of the chest.
+  const Eigen::Matrix3Xd& rest_joints = right_hand.Surface().RestJoints();
+  const ArmIk right_arm(rest_joints, Side::kRight), left_arm(rest_joints, Side::kLeft);
+  const auto shoulder = [&](const ArmIk& arm) -> Vector3d {
+    return FacingFront() * (rest_joints.col(arm.Bones().root) - rest_joints.col(0));
+  };
+  const Vector3d middle =
+      0.5 * (prop.mesh.vertices.rowwise().minCoeff() + prop.mesh.vertices.rowwise().maxCoeff());
+  const Vector3d place =
+      shoulder(right_arm) + Vector3d(-shoulder(right_arm).x(), -0.6 * right_arm.Length(), -0.2);
+  const std::vector<Isometry3d> poses = UprightPoses(middle, place, kTurns, {0.4});
+  const auto cost_of = [&](const ArmIk& arm, const Isometry3d& object, const Grasp& grasp) {
+    const ArmChoice choice =
+        arm.Best({shoulder(arm), FacingFront(), object * grasp.wrist_from_object.inverse()});
+    return choice.discomfort + 50.0 * choice.shortfall_m;
+  };
   struct Offered {
     double cost;
     std::size_t grasp;
@@ -189,8 +165,8 @@ std::vector<GraspPair> FindGraspPairs(const HandModel& right_hand, const HandMod
   std::vector<Offered> offered;
   for (std::size_t g = 0; g < right.size(); ++g) {
     Offered best{std::numeric_limits<double>::infinity(), g, Isometry3d::Identity()};
-    for (const Isometry3d& pose : meeting.Poses()) {
-      const double cost = meeting.Cost(Side::kRight, pose, right[g]);
+    for (const Isometry3d& pose : poses) {
+      const double cost = cost_of(right_arm, pose, right[g]);
       if (cost < best.cost) best = {cost, g, pose};
     }
     offered.push_back(best);
@@ -198,7 +174,7 @@ std::vector<GraspPair> FindGraspPairs(const HandModel& right_hand, const HandMod
   std::ranges::stable_sort(offered, {}, &Offered::cost);
   if (static_cast<int>(offered.size()) > tries) offered.resize(static_cast<std::size_t>(tries));
 
-  std::vector<GraspPair> pairs;
+  std::vector<std::pair<Grasp, Grasp>> pairs;
   GraspTransferOptions options;
   options.seed = seed;
   options.closings = 12;
@@ -207,15 +183,15 @@ std::vector<GraspPair> FindGraspPairs(const HandModel& right_hand, const HandMod
     const Isometry3d wrist = offer.object * giving.wrist_from_object.inverse();
     const GraspTransfer transfer =
         TransferGrasp(right_hand, giving.fingers, giving.wrist_from_object, left_hand,
-                      Mirrored(wrist).inverse() * offer.object, object.mesh, object.surface,
-                      object.distance, options);
+                      Mirrored(wrist).inverse() * offer.object, prop.mesh, prop.surface,
+                      *prop.fit.distance, options);
     if (!transfer.found) continue;
     double least = std::numeric_limits<double>::infinity();
-    for (const Isometry3d& pose : meeting.Poses()) {
-      least = std::min(least, meeting.Cost(Side::kRight, pose, giving) +
-                                  meeting.Cost(Side::kLeft, pose, transfer.grasp));
+    for (const Isometry3d& pose : poses) {
+      least = std::min(least,
+                       cost_of(right_arm, pose, giving) + cost_of(left_arm, pose, transfer.grasp));
     }
-    if (least < kComfortable) pairs.push_back({giving, transfer.grasp});
+    if (least < kComfortable) pairs.emplace_back(giving, transfer.grasp);
   }
   return pairs;
 }

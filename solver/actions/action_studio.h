@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -16,6 +17,7 @@
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
 #include "solver/actions/action_choice.h"
+#include "solver/body_ik/arm_ik.h"
 #include "solver/fit/fit_options.h"
 
 namespace holdfast {
@@ -24,18 +26,15 @@ namespace holdfast {
 /// object vertices used for both.
 inline constexpr int kGraspChoice = 14, kPairTries = 5, kPairVertices = 300;
 
-/// Two hands that can hold the object at once, for a handover.
-struct GraspPair {
-  Grasp right, left;
-};
-
-/// Returns grasps of the left hand that takes over the object from the right one (TransferGrasp) in
-/// front of the chest of an upright person; the upright object has the yaw that suits both arms.
-/// The `tries` most comfortable right-hand grasps are tried; pairs that keep both wrists within
-/// their limits are returned.
-std::vector<GraspPair> FindGraspPairs(const HandModel& right_hand, const HandModel& left_hand,
-                                      const ActionObject& object, const std::vector<Grasp>& right,
-                                      std::uint64_t seed, int tries);
+/// Returns pairs of grasps, of the right hand and of the left one that takes over the object from
+/// it (TransferGrasp), in front of the chest of an upright person; the upright object has the yaw
+/// that suits both arms. The `tries` most comfortable right-hand grasps are tried; pairs that keep
+/// both wrists within their limits are returned.
+std::vector<std::pair<Grasp, Grasp>> FindGraspPairs(const HandModel& right_hand,
+                                                    const HandModel& left_hand,
+                                                    const ActionProp& prop,
+                                                    const std::vector<Grasp>& right,
+                                                    std::uint64_t seed, int tries);
 
 /// An acting person of one shape: const and shared by clips.
 class ActionActor {
@@ -48,7 +47,9 @@ class ActionActor {
   const BodyMeasures& Measures() const { return measures_; }
   const FaceMarks& Face() const { return face_; }
   const HandModel& Hand(Side side) const { return side == Side::kRight ? right_ : left_; }
-  const ActionPerson& Person() const { return person_; }
+  const ArmIk& Arm(Side side) const { return side == Side::kRight ? right_arm_ : left_arm_; }
+  /// Signed distances of FaceMarks::head.
+  const DistanceGrid& Head() const { return head_; }
   /// Skin that the object must not penetrate: all but forearms and hands, every other vertex.
   const BodySurface& Skin() const { return skin_; }
   /// Signed distances of the closed trunk in the frame of spine3 at rest: origin at the joint.
@@ -65,7 +66,7 @@ class ActionActor {
   DistanceGrid head_, trunk_;
   HandModel right_, left_;
   BodySurface skin_, forearms_;
-  ActionPerson person_;
+  ArmIk right_arm_, left_arm_;
 };
 
 /// An object of an action, as it is or mirrored (ReflectX): const and shared by clips.
@@ -83,23 +84,13 @@ ActionProp MakeActionProp(std::string name, const TriangleMesh& mesh,
                           const TriangleMesh& simplified, bool mirrored, int threads);
 
 /// Grasps of one prop by one actor: right hand, and both hands at once.
-class ActionGrasps {
- public:
+struct ActionGrasps {
   /// `right`: FindActionGrasps of the prop; `pairs`: FindGraspPairs, if clips need both hands.
-  ActionGrasps(const ActionActor& actor, std::vector<Grasp> right, std::vector<GraspPair> pairs);
+  ActionGrasps(const ActionActor& actor, const std::vector<Grasp>& right,
+               const std::vector<std::pair<Grasp, Grasp>>& pairs);
 
-  /// One for each grasp of the right hand.
-  const std::vector<ActionGrasp>& Single() const { return single_; }
-  /// One for each pair: for offhand.
-  const std::vector<ActionGrasp>& Paired() const { return paired_; }
-
-  ActionGrasps(const ActionGrasps&) = delete;  // grasps point into it
-  ActionGrasps& operator=(const ActionGrasps&) = delete;
-
- private:
-  std::vector<Grasp> right_;
-  std::vector<GraspPair> pairs_;
-  std::vector<ActionGrasp> single_, paired_;
+  std::vector<ActionGrasp> single;  ///< one for each grasp of the right hand
+  std::vector<ActionGrasp> paired;  ///< one for each pair: for offhand
 };
 
 }  // namespace holdfast

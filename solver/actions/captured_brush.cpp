@@ -35,6 +35,12 @@ struct BrushWay {
 
 double Squared(double x) { return x * x; }
 
+Isometry3d JointInWorld(const Matrix3Xd& rest_joints, const Clip& clip, int t, int joint) {
+  BodyState state;
+  ForwardJoints(rest_joints, clip.pose[t], clip.trans.col(t), state);
+  return state.WorldFromJoint(joint);
+}
+
 class BrushServer {
  public:
   BrushServer(const ActionActor& actor, const ActionProp& brush, Side side, int begin, int end,
@@ -50,32 +56,27 @@ class BrushServer {
     FindWay();
   }
 
-  BrushReport Serve(std::span<const Grasp> grasps) {
-    BrushReport report;
+  const Grasp* Serve(std::span<const Grasp> grasps) {
     BrushWay best;
+    double least = 0.0;
     for (const Grasp& grasp : grasps) {
       const Matrix3Xd skin = SkinInWrist(actor_.Hand(side_), grasp.fingers, kSkinOfHand);
       for (const double turn : {0.0, 35.0, -35.0, 70.0, -70.0}) {
         for (const double tilt : {0.0, 20.0, 40.0}) {
           const BrushWay way{&grasp, turn * kDegree, tilt * kDegree};
           const double cost = CostOf(way, skin);
-          if (best.grasp != nullptr && cost >= report.cost) continue;
-          report.cost = cost;
+          if (best.grasp != nullptr && cost >= least) continue;
+          least = cost;
           best = way;
         }
       }
     }
-    report.grasp = best.grasp;
-    if (best.grasp != nullptr) Move(best, report);
-    return report;
+    if (best.grasp != nullptr) Move(best);
+    return best.grasp;
   }
 
  private:
-  Isometry3d InWorld(int t, int joint) const {
-    BodyState state;
-    ForwardJoints(rest_, clip_.pose[static_cast<std::size_t>(t)], clip_.trans.col(t), state);
-    return state.WorldFromJoint(joint);
-  }
+  Isometry3d InWorld(int t, int joint) const { return JointInWorld(rest_, clip_, t, joint); }
 
   // Path of the bristles and skin normals along it: head frame, smoothed over time.
   void FindWay() {
@@ -126,7 +127,7 @@ class BrushServer {
       const int k = (count - 1) * look / (kLooks - 1), t = begin_ + k;
       const Isometry3d head = InWorld(t, kHead), was = InWorld(t, WristJoint(side_));
       const Isometry3d wrist = WristFor(way, k, head, was);
-      JointPose pose = clip_.pose[static_cast<std::size_t>(t)];
+      JointPose pose = clip_.pose[t];
       const double missing =
           MoveWrist(rest_, side_, wrist.linear(), wrist.translation(), clip_.trans.col(t), pose);
       const double bent = pose.col(WristJoint(side_)).norm();
@@ -147,7 +148,7 @@ class BrushServer {
   // Minimum distance of points, fixed to the head's frame by the given pose, from its skin.
   double Nearest(const Isometry3d& head_from_points, const Matrix3Xd& points) const {
     double nearest = 1e9;
-    const DistanceGrid& head = actor_.Person().head;
+    const DistanceGrid& head = actor_.Head();
     for (Eigen::Index i = 0; i < points.cols(); ++i) {
       const Vector3d p = head_from_points * points.col(i);
       if ((p.array() < head.Min().array()).any() || (p.array() > head.Max().array()).any()) {
@@ -158,7 +159,7 @@ class BrushServer {
     return nearest;
   }
 
-  void Move(const BrushWay& way, BrushReport& report) {
+  void Move(const BrushWay& way) {
     const int frames = clip_.NumFrames(), last = end_ - begin_ - 1;
     const double give_way = kGiveWay_s * clip_.frame_rate;
     // Wrist displacement and rotation while it is over the head.
@@ -168,8 +169,6 @@ class BrushServer {
       const Isometry3d is = WristFor(way, k, InWorld(begin_ + k, kHead), was);
       shift.push_back(is.translation() - was.translation());
       turn.push_back(LogSO3(is.linear() * was.linear().transpose()));
-      report.wrist_shift_m = std::max(report.wrist_shift_m, shift.back().norm());
-      report.wrist_turn_rad = std::max(report.wrist_turn_rad, turn.back().norm());
     }
     clip_.object.emplace();
     clip_.object->trans.setZero(3, frames);
@@ -179,7 +178,7 @@ class BrushServer {
       const auto k = static_cast<std::size_t>(std::clamp(t - begin_, 0, last));
       const int off = std::max({0, begin_ - t, t - (end_ - 1)});
       const double share = 1.0 - MinimumJerk(off / give_way);
-      JointPose& pose = clip_.pose[static_cast<std::size_t>(t)];
+      JointPose& pose = clip_.pose[t];
       const Isometry3d was = InWorld(t, WristJoint(side_));
       if (share > 0.0) {
         MoveWrist(rest_, side_, ExpSO3(share * turn[k]) * was.linear(),
@@ -202,19 +201,16 @@ class BrushServer {
 
 }  // namespace
 
-BrushReport ServeBrush(const ActionActor& actor, const ActionProp& brush,
-                       std::span<const Grasp> grasps, Side side, int begin, int end, Clip& clip) {
+const Grasp* ServeBrush(const ActionActor& actor, const ActionProp& brush,
+                        std::span<const Grasp> grasps, Side side, int begin, int end, Clip& clip) {
   return BrushServer(actor, brush, side, begin, end, clip).Serve(grasps);
 }
 
 double BristlesFromHead(const ActionActor& actor, const ObjectMarks& brush, const Clip& clip,
                         int frame) {
-  BodyState state;
-  ForwardJoints(actor.Measures().rest_joints, clip.pose[static_cast<std::size_t>(frame)],
-                clip.trans.col(frame), state);
   const Vector3d bristles = clip.object->Pose(frame) * brush.tip;
-  return SignedDistance(actor.Face().head)
-      .Distance(state.WorldFromJoint(kHead).inverse() * bristles);
+  const Isometry3d head = JointInWorld(actor.Measures().rest_joints, clip, frame, kHead);
+  return SignedDistance(actor.Face().head).Distance(head.inverse() * bristles);
 }
 
 }  // namespace holdfast

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <tuple>
 #include <vector>
 
 #include <fmt/format.h>
@@ -26,6 +27,9 @@
 
 namespace holdfast {
 namespace {
+
+// Maximum mean distance between rim and mouth, or bristles and head, of an accepted clip.
+constexpr double kMaxFromKey_m = 0.025;
 
 std::vector<std::string> CapturedParts(const std::vector<int>& unmarked) {
   const auto moved = [&](std::initializer_list<int> joints) {
@@ -72,10 +76,10 @@ bool Carry(const CapturedClipRequest& request, CapturedClip& made, CarryReport& 
   options.drink = made.action.action == "drink";
   if (!options.drink) {
     options.grasp = GraspSource::kClips;
-    const BrushReport brush =
+    const Grasp* const grasp =
         ServeBrush(request.actor, request.prop, request.grasps, made.action.side, made.action.act,
                    made.action.back, made.clip);
-    if (brush.grasp == nullptr) {
+    if (grasp == nullptr) {
       made.fault = "no grasp";
       return false;
     }
@@ -147,9 +151,7 @@ CapturedClip MakeCapturedClip(const CapturedClipRequest& request) {
   made.in_body_frames = carried.clearance.deep;
   made.in_object_frames =
       static_cast<int>(std::lround(made.quality.penetrating * made.clip.NumFrames()));
-  const ActionFault fault = FaultOf(made.quality, captured.action);
-  made.fault = fault.fault;
-  made.detail = fault.detail;
+  std::tie(made.fault, made.detail) = FaultOf(made.quality, captured.action);
   if (made.fault.empty() && made.key_mean_m > kMaxFromKey_m) {
     made.fault = carried.drunk ? "rim misses the mouth" : "bristles miss the head";
     made.detail = fmt::format("by {:.0f} mm", 1e3 * made.key_mean_m);
@@ -182,7 +184,7 @@ OverHead OverHeadOf(const PalmTracks& tracks, const FaceMarks& face, const Signe
   const Matrix3Xd& at = tracks.Of(side);
   over.from_skin.setConstant(at.cols(), kFar_m);
   for (Eigen::Index t = 0; t < at.cols(); ++t) {
-    const Vector3d palm = tracks.head[static_cast<std::size_t>(t)].inverse() * Vector3d(at.col(t));
+    const Vector3d palm = tracks.head[t].inverse() * Vector3d(at.col(t));
     if (palm.y() < face.mouth.y()) continue;
     over.from_skin(t) = head.Distance(palm);
     over.behind_eyes |= over.from_skin(t) < kOnHead_m && palm.z() < face.eyes.z() - kBehindEyes_m;
@@ -253,13 +255,10 @@ Clip RetargetCaptured(const Clip& clip, const CapturedAction& action, const Capt
     if (posture == RestPosture::kSeated) continue;
     for (const int joint :
          {kLeftKnee, kRightKnee, kLeftAnkle, kRightAnkle, kLeftFoot, kRightFoot}) {
-      frame.local[static_cast<std::size_t>(joint)] =
-          standing.local[static_cast<std::size_t>(joint)];
+      frame.local[joint] = standing.local[joint];
     }
     for (const int hip : {kLeftHip, kRightHip}) {
-      frame.local[static_cast<std::size_t>(hip)] =
-          frame.local[0].conjugate() *
-          Eigen::Quaterniond(stands.rotation[static_cast<std::size_t>(hip)]);
+      frame.local[hip] = frame.local[0].conjugate() * Eigen::Quaterniond(stands.rotation[hip]);
     }
   }
   const BodyPlacement first = Place(body.rest_joints, frames.front());
@@ -274,8 +273,8 @@ Clip RetargetCaptured(const Clip& clip, const CapturedAction& action, const Capt
   const Vector3d mark_before = drinks ? from.face.mouth : from.face.eyes;
   BodyState was, is;
   for (int t = 0; t < moved.NumFrames(); ++t) {
-    JointPose& pose = moved.pose[static_cast<std::size_t>(t)];
-    const JointPose& captured = part.pose[static_cast<std::size_t>(t)];
+    JointPose& pose = moved.pose[t];
+    const JointPose& captured = part.pose[t];
     pose.rightCols<kNumJoints - kNumBodyJoints>() =
         captured.rightCols<kNumJoints - kNumBodyJoints>();
     ForwardJoints(from.rest_joints, captured, part.trans.col(t), was);

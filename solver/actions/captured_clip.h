@@ -80,19 +80,13 @@ struct CapturedClipRequest {
   std::uint64_t seed = 1;
 };
 
-/// Maximum mean distance between rim and mouth, or bristles and head, of an accepted clip.
-inline constexpr double kMaxFromKey_m = 0.025;
-
-struct CapturedClip {
-  Clip clip;  ///< with action, object track (no mesh name) and holding_hand; drink: also a table
-  ActionQuality quality;
+/// Its clip also has a table if the person drinks.
+struct CapturedClip : ActionClip {
   CapturedAction action;  ///< in frames of the clip
   /// Distance of the rim from the mouth at the key frame, or of the bristles from the head's skin
   /// while the hand is over the head.
   double key_mean_m = 0.0, key_worst_m = 0.0;
   int in_object_frames = 0, in_body_frames = 0;  ///< deeper than 2 mm: hands; object, hands, arms
-  std::string fault;                             ///< as in ActionClip
-  std::string detail;
 };
 
 /// Synthesizes a clip of a captured arm on another body, standing or seated, with the object

@@ -5,7 +5,6 @@
 #include <chrono>
 #include <map>
 #include <mutex>
-#include <numbers>
 #include <optional>
 #include <span>
 #include <tuple>
@@ -20,6 +19,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/json_file.h"
 #include "geometry/parallel.h"
+#include "geometry/rotation.h"
 #include "geometry/seed.h"
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_shelf.h"
@@ -35,9 +35,8 @@ constexpr int kClipTries = 4;  // per clip, before it is given up
 constexpr std::uint64_t kStartSeed = 0x57A7;
 
 json ActionQualityJson(const ActionQuality& quality) {
-  const double degree = std::numbers::pi / 180.0;
   return {{"worst_key", quality.worst_key},
-          {"hand_error_deg", quality.hand_error_rad / degree},
+          {"hand_error_deg", quality.hand_error_rad / kDegree},
           {"lack_mm", 1000.0 * quality.shortfall_m},
           {"penetrating", quality.penetrating},
           {"deepest_mm", quality.deepest_mm},
@@ -123,7 +122,7 @@ const StandingStart& DrawStart(const std::vector<StandingStart>& starts, std::ui
   for (const StandingStart& start : starts) people[start.person].push_back(&start);
   const auto& moments =
       std::next(people.begin(), draws.Index(static_cast<int>(people.size())))->second;
-  return *moments[static_cast<std::size_t>(draws.Index(static_cast<int>(moments.size())))];
+  return *moments[draws.Index(static_cast<int>(moments.size()))];
 }
 
 // Synthesizes the clips of a set; thread-safe.
@@ -161,17 +160,10 @@ class ActionSetMaker {
         dropped.push_back({{"reason", made.fault}, {"detail", made.detail}});
         continue;
       }
-      made.clip.subject = fmt::format("s{}", job.subject + 1);
-      made.clip.object->mesh = job.object;
-      RoundToFloat(made.clip);
-      const fs::path file = job.name + ".npz";
-      WriteClip(made.clip, folder_ / file);
-      line["file"] = file.string();
-      line["frames"] = made.clip.NumFrames();
+      Write(made.clip, job.object, made.quality, line);
       line["person"] = start.person;
       line["start"] = start.source;
       line["start_frame"] = start.source_frame;
-      line["quality"] = ActionQualityJson(made.quality);
       break;
     }
     if (!dropped.empty()) line["tries_dropped"] = std::move(dropped);
@@ -212,6 +204,19 @@ class ActionSetMaker {
     line["tries_dropped"] = json::array({{{"reason", reason}, {"detail", detail}}});
   }
 
+  // Writes the clip of a line that has subject and name.
+  void Write(Clip& clip, const std::string& object, const ActionQuality& quality,
+             json& line) const {
+    clip.subject = line["subject"].get<std::string>();
+    clip.object->mesh = object;
+    RoundToFloat(clip);
+    const std::string file = line["name"].get<std::string>() + ".npz";
+    WriteClip(clip, folder_ / file);
+    line["file"] = file;
+    line["frames"] = clip.NumFrames();
+    line["quality"] = ActionQualityJson(quality);
+  }
+
   // First requested object of a requested action; otherwise empty.
   std::string ObjectFor(const std::string& action) const {
     const auto asked = [](const std::vector<std::string>& list, std::string_view name) {
@@ -235,20 +240,13 @@ class ActionSetMaker {
     CapturedClip made =
         MakeCapturedClip({trial, body_, shelf_.Actor(job.subject), shelf_.Prop(object, false),
                           shelf_.Prepared(object), grasps, job.posture, start, job.seed});
-    const std::string subject = fmt::format("s{}", job.subject + 1);
     line["object"] = imos::VocabularyName(object);
     line["hand"] = SideName(trial.action.side);
-    line["name"] =
-        fmt::format("{}/{}_{}_{}_{}", subject, imos::VocabularyName(object), trial.action.action,
-                    job.files.name, line["posture"].get<std::string>());
+    line["name"] = fmt::format("{}/{}_{}_{}_{}", line["subject"].get<std::string>(),
+                               imos::VocabularyName(object), trial.action.action, job.files.name,
+                               line["posture"].get<std::string>());
     if (!made.fault.empty()) return Drop(made.fault, made.detail, line);
-    made.clip.subject = subject;
-    made.clip.object->mesh = object;
-    RoundToFloat(made.clip);
-    const std::string file = line["name"].get<std::string>() + ".npz";
-    WriteClip(made.clip, folder_ / file);
-    line["file"] = file;
-    line["frames"] = made.clip.NumFrames();
+    Write(made.clip, object, made.quality, line);
     line["captured"] = trial.parts;
     line["act_frame"] = made.action.act;
     line["key_frame"] = made.action.key;
@@ -257,7 +255,6 @@ class ActionSetMaker {
     line["key_worst_mm"] = 1e3 * made.key_worst_m;
     line["in_object_frames"] = made.in_object_frames;
     line["in_body_frames"] = made.in_body_frames;
-    line["quality"] = ActionQualityJson(made.quality);
     if (job.posture == RestPosture::kStanding) line["start"] = start.source;
   }
 
@@ -367,8 +364,7 @@ ActionSetReport MakeActionSet(const std::shared_ptr<const BodyModel>& body,
   ParallelFor(parts, options.threads, [&](int g) {
     if (!go_on()) return;
     const std::vector<json> some =
-        g < num_groups ? make_group(groups[static_cast<std::size_t>(g)])
-                       : maker.Make(trials[static_cast<std::size_t>(g - num_groups)]);
+        g < num_groups ? make_group(groups[g]) : maker.Make(trials[g - num_groups]);
     const std::scoped_lock guard(lock);
     for (const json& line : some) lines[line["index"].get<int>()] = line;
     report.made += static_cast<int>(some.size());

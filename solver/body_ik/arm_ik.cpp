@@ -77,29 +77,10 @@ std::vector<double> ArmIk::Track(std::span<const ArmTarget> targets, double fram
   const auto swivel = [](int s) { return kMinSwivel + kGrid * s; };
   // Costs are per frame; kSwivelSpeed for a second costs as much as a discomfort of 1.
   const double change = Square(kGrid * frame_rate / kSwivelSpeed);
-  std::vector<double> cost(static_cast<std::size_t>(states)), next(cost.size());
-  std::vector<std::vector<int>> from(targets.size(), std::vector<int>(cost.size(), 0));
-  for (int t = 0; t < count; ++t) {
-    for (int s = 0; s < states; ++s) {
-      const double here = At(targets[t], swivel(s)).discomfort;
-      double least = t == 0 ? 0.0 : std::numeric_limits<double>::infinity();
-      for (int p = 0; t > 0 && p < states; ++p) {
-        const double total = cost[p] + change * Square(s - p);
-        if (total < least) {
-          least = total;
-          from[t][s] = p;
-        }
-      }
-      next[s] = here + least;
-    }
-    cost.swap(next);
-  }
-  std::vector<double> coarse(targets.size());
-  int at = static_cast<int>(std::ranges::min_element(cost) - cost.begin());
-  for (int t = count - 1; t >= 0; --t) {
-    coarse[t] = swivel(at);
-    at = from[t][at];
-  }
+  const std::vector<int> path = CheapestPath(
+      count, states, change, [&](int t, int s) { return At(targets[t], swivel(s)).discomfort; });
+  std::vector<double> coarse;
+  for (const int s : path) coarse.push_back(swivel(s));
   const int radius = static_cast<int>(std::lround(3.0 * kBell_s * frame_rate));
   std::vector<double> smooth(targets.size());
   for (int t = 0; t < count; ++t) {
@@ -112,6 +93,35 @@ std::vector<double> ArmIk::Track(std::span<const ArmTarget> targets, double fram
     smooth[t] = sum / total;
   }
   return smooth;
+}
+
+std::vector<int> CheapestPath(int steps, int states, double change,
+                              const std::function<double(int, int)>& cost) {
+  std::vector<double> before(static_cast<std::size_t>(states)), next(before.size());
+  std::vector<std::vector<int>> from(static_cast<std::size_t>(steps),
+                                     std::vector<int>(before.size(), 0));
+  for (int t = 0; t < steps; ++t) {
+    for (int s = 0; s < states; ++s) {
+      const double here = cost(t, s);
+      double least = t == 0 ? 0.0 : std::numeric_limits<double>::infinity();
+      for (int p = 0; t > 0 && p < states; ++p) {
+        const double total = before[p] + change * Square(s - p);
+        if (total < least) {
+          least = total;
+          from[t][s] = p;
+        }
+      }
+      next[s] = here + least;
+    }
+    before.swap(next);
+  }
+  std::vector<int> path(from.size());
+  int at = static_cast<int>(std::ranges::min_element(before) - before.begin());
+  for (int t = steps - 1; t >= 0; --t) {
+    path[t] = at;
+    at = from[t][at];
+  }
+  return path;
 }
 
 void SwingArms(const Eigen::Matrix3Xd& rest_joints, const std::array<double, 2>& idle, double walks,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <functional>
 #include <span>
 #include <vector>
 
@@ -45,6 +46,10 @@ class ArmIk {
   const Limb& Bones() const { return limb_; }
   double Length() const { return longest_; }  ///< shoulder to wrist, nearly straight, meters
 
+  /// Target for a wrist pose (world) of this body.
+  ArmTarget TargetFor(const BodyPlacement& body, const Eigen::Isometry3d& wrist) const {
+    return {body.joints.col(limb_.root), body.rotation[kSpine3], wrist};
+  }
   /// Returns the arm with this swivel.
   ArmChoice At(const ArmTarget& target, double swivel_rad) const;
   /// Returns the arm with the swivel of least discomfort.
@@ -59,6 +64,11 @@ class ArmIk {
   Limb limb_;
   double longest_;
 };
+
+/// Path of one of `states` values per step that minimizes the sum of cost(step, state) and of
+/// `change` times the squared difference between successive states.
+std::vector<int> CheapestPath(int steps, int states, double change,
+                              const std::function<double(int, int)>& cost);
 
 /// Makes idle arms hang and swing, frame by frame: they hang lower than in the motion, and swing
 /// opposite to the legs, each forward with the ankle of the other side, with a slightly bent elbow.

@@ -25,7 +25,7 @@ std::vector<AirborneStep> StepsOf(const std::vector<SoleBits>& contacts) {
     int planted = -1;
     bool carried = true;
     for (int t = 0; t < static_cast<int>(contacts.size()); ++t) {
-      const SoleBits bits = contacts[static_cast<std::size_t>(t)];
+      const SoleBits bits = contacts[t];
       if ((bits & own) == 0) {
         carried = carried && (bits & other) != 0;
         continue;
@@ -46,7 +46,7 @@ class StepLift {
     for (int t = step.begin; t <= step.end; ++t) points_.push_back(At(t, 0.0));
     double highest = 0.0;
     for (int t = step.begin; t <= step.end; ++t) {
-      const double height = Height(points_[static_cast<std::size_t>(t - step.begin)]);
+      const double height = Height(points_[t - step.begin]);
       if (height <= highest) continue;
       highest = height;
       peak_ = t;
@@ -71,7 +71,7 @@ class StepLift {
 
   void Bend(double bend) {
     for (int t = step_.begin + 1; t < step_.end; ++t) {
-      frames_[static_cast<std::size_t>(t)] = Bent(t, bend * Share(t));
+      frames_[t] = Bent(t, bend * Share(t));
     }
   }
 
@@ -81,9 +81,9 @@ class StepLift {
                       : MinimumJerk(static_cast<double>(step_.end - t) / (step_.end - peak_));
   }
   BodyFrame Bent(int t, double bend) const {
-    BodyFrame frame = frames_[static_cast<std::size_t>(t)];
+    BodyFrame frame = frames_[t];
     const Limb leg = Leg(step_.foot == 0 ? Side::kLeft : Side::kRight);
-    Eigen::Quaterniond& knee = frame.local[static_cast<std::size_t>(leg.middle)];
+    Eigen::Quaterniond& knee = frame.local[leg.middle];
     knee = (knee * Eigen::Quaterniond(Eigen::AngleAxisd(bend, leg.hinge))).normalized();
     return frame;
   }

@@ -217,12 +217,12 @@ bool MakeBatch(const ReachWorkshop& shop, double wanted, const GoOn& go_on, Reac
     return stopped = stopped || !go_on();
   };
   ParallelFor(count, shop.options.threads, [&](int k) {
-    if (!stops()) batch[static_cast<std::size_t>(k)] = MakeReachLine(shop, begin + k);
+    if (!stops()) batch[k] = MakeReachLine(shop, begin + k);
   });
   if (stops()) return false;
   std::error_code error;
   for (int k = 0; k < count; ++k) {
-    json& line = batch[static_cast<std::size_t>(k)];
+    json& line = batch[k];
     if (made.minutes >= wanted) {
       fs::remove(shop.folder / line.value("file", "made/none"), error);
       continue;

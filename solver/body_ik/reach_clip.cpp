@@ -16,6 +16,17 @@ namespace {
 
 constexpr int kBefore = 40, kAfter = 41;  // maximum frames around the goal frame that may change
 constexpr int kIntoTransition = 6;        // of these, frames before the captured reach begins
+constexpr double kGoalError_m = 0.01;     // a reach with a larger error is left as captured
+// Acceptance limits of a clip.
+constexpr double kFootCorrection_m = 0.20;  // of a planted foot, by foot locking
+constexpr double kPelvisSink_m = 0.12;      // for legs to reach
+constexpr double kAnkleMissed_m = 0.03;
+constexpr double kSkateRatio = 0.15;
+constexpr double kLowestSole_m = -0.05;
+constexpr double kMaxAcceleration = 150.0;  // m/s^2, of any joint in any frame
+constexpr double kP99Acceleration = 34.0;
+constexpr double kBeyondLimitsRatio =
+    0.01;  // fraction of frames and joints beyond the joint limits
 
 // Window of the k-th reach: within its own captured segment, disjoint from other reaches.
 ReachWarp WindowOf(const MatchedReaches& motion, std::size_t k) {
@@ -32,32 +43,32 @@ ReachWarp WindowOf(const MatchedReaches& motion, std::size_t k) {
   return warp;
 }
 
-std::string FaultOf(const ReachClip& clip, const ReachClipLimits& limits) {
+std::string FaultOf(const ReachClip& clip) {
   const MotionQuality& quality = clip.quality;
-  if (clip.feet.max_correction_m > limits.foot_correction_m) {
+  if (clip.feet.max_correction_m > kFootCorrection_m) {
     return fmt::format("a planted foot moved by {:.0f} cm", 100 * clip.feet.max_correction_m);
   }
-  if (clip.feet.max_sink_m > limits.pelvis_sink_m) {
+  if (clip.feet.max_sink_m > kPelvisSink_m) {
     return fmt::format("the pelvis is lowered by {:.0f} cm for the feet to reach their targets",
                        100 * clip.feet.max_sink_m);
   }
-  if (clip.feet.max_missed_m > limits.ankle_missed_m) {
+  if (clip.feet.max_missed_m > kAnkleMissed_m) {
     return fmt::format("an ankle is {:.0f} cm from its target", 100 * clip.feet.max_missed_m);
   }
-  if (quality.skate_ratio > limits.skate_ratio) {
+  if (quality.skate_ratio > kSkateRatio) {
     return fmt::format("feet slide in {:.0f} % of frames", 100 * quality.skate_ratio);
   }
-  if (quality.lowest_sole_m < limits.lowest_sole_m) {
+  if (quality.lowest_sole_m < kLowestSole_m) {
     return fmt::format("feet {:.0f} cm below the ground", -100 * quality.lowest_sole_m);
   }
-  if (quality.max_acceleration > limits.max_acceleration) {
+  if (quality.max_acceleration > kMaxAcceleration) {
     return fmt::format("a joint jumps ({:.0f} m/s^2)", quality.max_acceleration);
   }
-  if (quality.p99_acceleration > limits.p99_acceleration) {
+  if (quality.p99_acceleration > kP99Acceleration) {
     return fmt::format("jittery ({:.0f} m/s^2 in 1 % of frames and joints)",
                        quality.p99_acceleration);
   }
-  if (quality.beyond_limits_ratio > limits.beyond_limits_ratio) {
+  if (quality.beyond_limits_ratio > kBeyondLimitsRatio) {
     return fmt::format("{:.1f} % of joint angles beyond captured limits",
                        100 * quality.beyond_limits_ratio);
   }
@@ -81,8 +92,7 @@ ReachClip MakeReachClip(const MotionLibrary& library, const ReachClipOptions& op
     const ReachEvent& event = motion.reaches[k];
     const int wrist = WristJoint(event.wrist);
     const auto wrist_now = [&]() -> Eigen::Vector3d {
-      return Place(rest_joints, clip.frames[static_cast<std::size_t>(event.frame)])
-          .joints.col(wrist);
+      return Place(rest_joints, clip.frames[event.frame]).joints.col(wrist);
     };
     ReachLabel label;
     label.frame = event.frame;
@@ -96,8 +106,7 @@ ReachClip MakeReachClip(const MotionLibrary& library, const ReachClipOptions& op
       const std::vector<BodyFrame> before(clip.frames.begin() + warp.begin,
                                           clip.frames.begin() + warp.end);
       const ReachWarpReport report = WarpReach(rest_joints, feet, warp, options.warp, clip.frames);
-      label.warped = report.wrist_error_m < options.limits.goal_error_m &&
-                     report.max_missed_m < options.limits.ankle_missed_m;
+      label.warped = report.wrist_error_m < kGoalError_m && report.max_missed_m < kAnkleMissed_m;
       if (label.warped) {
         label.carried_m = (event.goal - captured).norm();
       } else {
@@ -111,7 +120,7 @@ ReachClip MakeReachClip(const MotionLibrary& library, const ReachClipOptions& op
   }
   clip.quality = MeasureQuality(rest_joints, library.SolesOfBody(), clip.frames,
                                 options.warp.joint_limits, &clip.statistics);
-  clip.fault = FaultOf(clip, options.limits);
+  clip.fault = FaultOf(clip);
   return clip;
 }
 

@@ -29,23 +29,9 @@ struct ReachLabel {
   int source = 0;        ///< library clip of the reach
 };
 
-/// Acceptance limits of a synthetic clip.
-struct ReachClipLimits {
-  double goal_error_m = 0.01;       ///< a reach with a larger error is left as captured
-  double foot_correction_m = 0.20;  ///< of a planted foot, by foot locking
-  double pelvis_sink_m = 0.12;      ///< for legs to reach
-  double ankle_missed_m = 0.03;
-  double skate_ratio = 0.15;
-  double lowest_sole_m = -0.05;
-  double max_acceleration = 150.0;  ///< m/s^2, of any joint in any frame
-  double p99_acceleration = 34.0;
-  double beyond_limits_ratio = 0.01;  ///< fraction of frames and joints beyond the joint limits
-};
-
 struct ReachClipOptions {
   MatchedReachOptions synthesis;
   ReachWarpOptions warp;
-  ReachClipLimits limits;
   bool carry_to_goals = true;  ///< false: reaches stay as captured, goals are the wrist positions
 };
 

@@ -40,7 +40,7 @@ void ComeToRest(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles, in
       FindSupports(soles.At(Place(rest_joints, frames)), wandr::kFramesPerSecond);
   int still = std::min(arrival + kEase, last);
   const auto both = [&](int t) {
-    const SoleBits bits = stands[static_cast<std::size_t>(t)];
+    const SoleBits bits = stands[t];
     return (bits & kLeftSole) != 0 && (bits & kRightSole) != 0;
   };
   while (still < last && !both(still)) ++still;
@@ -51,8 +51,7 @@ void ComeToRest(const Eigen::Matrix3Xd& rest_joints, const SolePoints& soles, in
     const double at = tau < slowing ? tau - 0.5 * (1.0 - kWaiting) * tau * tau / slowing
                                     : way + kWaiting * (tau - slowing);
     const auto from = std::min(static_cast<std::size_t>(at), before.size() - 2);
-    frames[static_cast<std::size_t>(t)] =
-        Interpolate(before[from], before[from + 1], at - static_cast<double>(from));
+    frames[t] = Interpolate(before[from], before[from + 1], at - static_cast<double>(from));
   }
 }
 
@@ -79,13 +78,12 @@ void SwingArmsOnTheWay(const Eigen::Matrix3Xd& rest_joints, std::span<const Refi
   for (const BodyFrame& frame : frames) pelvis.emplace_back(frame.pelvis.head<2>());
   for (int t = 1; t < count; ++t) {
     const int from = std::max(0, t - kAround), to = std::min(count - 1, t + kAround);
-    const double way =
-        (pelvis[static_cast<std::size_t>(to)] - pelvis[static_cast<std::size_t>(from)]).norm();
+    const double way = (pelvis[to] - pelvis[from]).norm();
     const double walks = MinimumJerk(way * wandr::kFramesPerSecond / (to - from) / kWalking);
     const double begun = MinimumJerk(static_cast<double>(t) / kFadeIn);
     std::array<double, 2> idle = {begun * walks, begun * walks};
     idle[wrist == Side::kLeft ? 0 : 1] = begun * (1.0 - Reaching(goals, t));
-    SwingArms(rest_joints, idle, walks, frames[static_cast<std::size_t>(t)]);
+    SwingArms(rest_joints, idle, walks, frames[t]);
   }
 }
 
@@ -99,14 +97,14 @@ std::vector<double> Bends(const std::vector<BodyFrame>& frames, const Eigen::Mat
   const int count = static_cast<int>(frames.size());
   std::vector<double> needed(frames.size(), 0.0);
   for (int t = 0; t < count; ++t) {
-    const BodyPlacement placed = Place(rest_joints, frames[static_cast<std::size_t>(t)]);
-    const Vector3d hand = placed.rotation[static_cast<std::size_t>(wrist)] * tip;
+    const BodyPlacement placed = Place(rest_joints, frames[t]);
+    const Vector3d hand = placed.rotation[wrist] * tip;
     const double height = placed.joints(2, wrist);
     if (height + hand.z() >= kClearance) continue;
     const double length = hand.norm();
     const double now = std::asin(std::clamp(hand.z() / length, -1.0, 1.0));
     const double wanted = std::asin(std::clamp((kClearance - height) / length, -1.0, 1.0));
-    needed[static_cast<std::size_t>(t)] = std::min(wanted - now, kFarthest);
+    needed[t] = std::min(wanted - now, kFarthest);
   }
   return Envelope(needed, kReach);
 }
@@ -119,16 +117,16 @@ double LiftHand(const Eigen::Matrix3Xd& rest_joints, int wrist, std::vector<Body
   for (std::size_t t = 0; t < frames.size(); ++t) {
     if (bends[t] <= 0.0) continue;
     const BodyPlacement placed = Place(rest_joints, frames[t]);
-    const Eigen::Matrix3d world = placed.rotation[static_cast<std::size_t>(wrist)];
+    const Eigen::Matrix3d world = placed.rotation[wrist];
     const Vector3d hand = world * tip;
     Vector3d level(hand.x(), hand.y(), 0.0);
     // A hand that hangs straight down bends to its back, so that the palm faces the floor.
     if (level.norm() < 0.2 * hand.norm()) level = world * Vector3d::UnitY();
     const Vector3d axis = level.cross(Vector3d::UnitZ());
     if (axis.norm() < 1e-6) continue;
-    const Eigen::Matrix3d parent = placed.rotation[static_cast<std::size_t>(kJointParents[wrist])];
+    const Eigen::Matrix3d parent = placed.rotation[kJointParents[wrist]];
     const Eigen::AngleAxisd turn(bends[t], axis.normalized());
-    frames[t].local[static_cast<std::size_t>(wrist)] =
+    frames[t].local[wrist] =
         Eigen::Quaterniond(Eigen::Matrix3d(parent.transpose() * turn * world)).normalized();
   }
   return *std::ranges::max_element(bends);
@@ -162,12 +160,11 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   const int count = static_cast<int>(states.cols());
   std::vector<BodyFrame> frames(static_cast<std::size_t>(count));
   for (int t = 0; t < count; ++t) {
-    frames[static_cast<std::size_t>(t)] =
-        FrameOf(wandr::PoseOf<double>(states.col(t)), rest_joints.col(0));
+    frames[t] = FrameOf(wandr::PoseOf<double>(states.col(t)), rest_joints.col(0));
   }
   const int wrist = WristJoint(options.wrist);
   const auto lacks = [&](const RefitGoal& goal) {
-    const BodyPlacement placed = Place(rest_joints, frames[static_cast<std::size_t>(goal.frame)]);
+    const BodyPlacement placed = Place(rest_joints, frames[goal.frame]);
     return (placed.joints.col(wrist) - goal.position).norm();
   };
   const SolePoints soles(rest_joints, measures.sole_y);
@@ -221,7 +218,7 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   }
   wandr::StateMatrix<double> refitted(wandr::kStateSize, count);
   for (int t = 0; t < count; ++t) {
-    const BodyFrame& frame = frames[static_cast<std::size_t>(t)];
+    const BodyFrame& frame = frames[t];
     wandr::WriteState<double>(PoseOf(frame, rest_joints.col(0)), refitted.col(t));
   }
   if (report != nullptr) *report = found;

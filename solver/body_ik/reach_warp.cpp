@@ -52,8 +52,7 @@ class ReachWarpSolver {
   ReachWarpReport Solve() {
     ceres::Problem problem;
     change_.AddTo(problem);
-    const BodyPlacement at_goal =
-        Place(chain_.RestJoints(), captured_[static_cast<std::size_t>(warp_.frame - warp_.begin)]);
+    const BodyPlacement at_goal = Place(chain_.RestJoints(), captured_[warp_.frame - warp_.begin]);
     const Vector3d lacks = warp_.goal - at_goal.joints.col(chain_.WristJointId());
     for (int t = warp_.begin; t < warp_.end; ++t) {
       change_.AddFrame(problem, t - warp_.begin, [&](const Eigen::Vector4d& basis) {
@@ -74,9 +73,7 @@ class ReachWarpSolver {
   }
 
  private:
-  const BodyFrame& Captured(int t) const {
-    return captured_[static_cast<std::size_t>(t - warp_.begin)];
-  }
+  const BodyFrame& Captured(int t) const { return captured_[t - warp_.begin]; }
 
   ReachFrameTerms TermsOf(int t, const Vector3d& lacks) const {
     const BodyFrame& frame = Captured(t);
@@ -96,7 +93,7 @@ class ReachWarpSolver {
         RotationBetween(warp_.goal - lacks - head, warp_.goal - lacks + share * lacks - head);
     terms.gaze.wanted = turn * face;
     terms.balance.captured = Balance::Middle(chain_, placed);
-    terms.legs = LegReach::Of(chain_, placed, feet_[static_cast<std::size_t>(t)]);
+    terms.legs = LegReach::Of(chain_, placed, feet_[t]);
     terms.range = JointRange::Of(chain_, frame, options_.joint_limits);
     return terms;
   }
@@ -108,14 +105,12 @@ class ReachWarpSolver {
       changed.push_back(chain_.Changed(Captured(t), change_.At(t - warp_.begin)));
     }
     for (int t = warp_.begin; t < warp_.end; ++t) {
-      BodyFrame& frame = changed[static_cast<std::size_t>(t - warp_.begin)];
+      BodyFrame& frame = changed[t - warp_.begin];
       report.max_missed_m =
-          std::max(report.max_missed_m,
-                   PlaceLegs(chain_.RestJoints(), feet_[static_cast<std::size_t>(t)], frame));
-      frames_[static_cast<std::size_t>(t)] = frame;
+          std::max(report.max_missed_m, PlaceLegs(chain_.RestJoints(), feet_[t], frame));
+      frames_[t] = frame;
     }
-    const BodyPlacement placed =
-        Place(chain_.RestJoints(), frames_[static_cast<std::size_t>(warp_.frame)]);
+    const BodyPlacement placed = Place(chain_.RestJoints(), frames_[warp_.frame]);
     report.wrist_error_m = (placed.joints.col(chain_.WristJointId()) - warp_.goal).norm();
   }
 
@@ -163,9 +158,8 @@ void BendForward(const BodyPlacement& placed, double yaw, double angle, BodyFram
   const Eigen::Vector3d left(std::cos(yaw), std::sin(yaw), 0.0);
   const auto turn = [&](int joint, double by) {
     const Eigen::Matrix3d& parent = placed.rotation[kJointParents[joint]];
-    const Eigen::Matrix3d turned =
-        Eigen::AngleAxisd(by, left) * placed.rotation[static_cast<std::size_t>(joint)];
-    frame.local[static_cast<std::size_t>(joint)] =
+    const Eigen::Matrix3d turned = Eigen::AngleAxisd(by, left) * placed.rotation[joint];
+    frame.local[joint] =
         Eigen::Quaterniond(Eigen::Matrix3d(parent.transpose() * turned)).normalized();
   };
   for (std::size_t k = 0; k < kSpine.size(); ++k) turn(kSpine[k], kShares[k] * angle / moved);
@@ -191,7 +185,6 @@ void StraightenTrunk(const Eigen::Matrix3Xd& rest_joints, std::vector<BodyFrame>
 namespace {
 
 using Dofs = UpperBodyDofs;
-using Eigen::Vector3d;
 
 struct WristTerms {
   WristGoal wrist;

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <chrono>
 #include <filesystem>
 #include <functional>
 #include <future>
@@ -34,9 +33,9 @@ HoldLabels Always(std::uint8_t bits, std::size_t frames) {
   return {std::vector<std::uint8_t>(frames, bits), {}, std::vector<double>(frames, 1.0)};
 }
 
-std::uint8_t BitsOf(CarryHands hands) {
-  if (hands == CarryHands::kLeft) return kHoldsLeft;
-  return hands == CarryHands::kBoth ? kHoldsBoth : kHoldsRight;
+std::uint8_t BitsOf(GraspHands hands) {
+  if (hands == GraspHands::kLeft) return kHoldsLeft;
+  return hands == GraspHands::kBoth ? kHoldsBoth : kHoldsRight;
 }
 
 // One run through all stages.
@@ -100,7 +99,7 @@ class Carrier {
   // Puts the object into the drinking hand; from then on it counts as the clip's own object.
   bool Serve() {
     report_.drink = ServeDrink(body_, object_, options_.seed, clip_);
-    options_.hands = CarryHands::kAuto;
+    options_.hands = GraspHands::kAuto;
     options_.grasp = GraspSource::kClips;
     options_.place.reset();
     report_.holding = Always(HoldingBit(report_.drink->times.side), clip_.pose.size());
@@ -126,7 +125,7 @@ class Carrier {
     const auto frames = static_cast<std::size_t>(clip_.NumFrames());
     const bool has_track = !needs_grasp_;
     const bool switches_given = !options_.handover.switch_frames.empty();
-    const bool automatic = options_.hands == CarryHands::kAuto;
+    const bool automatic = options_.hands == GraspHands::kAuto;
     // Without an object trajectory, some hand has to hold the object in every frame.
     const bool labeled = !clip_.holding_hand.empty() &&
                          (has_track || std::ranges::count(clip_.holding_hand, 0) == 0);
@@ -142,9 +141,7 @@ class Carrier {
     } else if (!has_track) {
       return Always(UsualHolder(), frames);
     } else {
-      HoldOptions search;
-      search.threads = options_.threads;
-      holding = FindHolds(clip_, right_, left_, *object_.fit.distance, search);
+      holding = FindHolds(clip_, right_, left_, *object_.fit.distance, options_.threads);
     }
     if (std::ranges::all_of(holding.hands, [](std::uint8_t bits) { return bits == 0; })) {
       throw Error("the clip", "has an object that no hand holds",
@@ -192,9 +189,7 @@ class Carrier {
                                                                 *object_.fit.distance, transfer);
     receivers_[first.to == Side::kRight ? 0 : 1] = receiver;
     const auto wrist = [&](Side side) {
-      HandState state(Hand(side));
-      state.SetBody(clip_.pose[first.both_begin], clip_.trans.col(first.both_begin));
-      return state.WorldFromWrist();
+      return WristIn(Hand(side), clip_.pose[first.both_begin], clip_.trans.col(first.both_begin));
     };
     const Eigen::Isometry3d receiver_from_giver = wrist(first.to).inverse() * wrist(first.from);
     const auto giver = std::make_shared<const HandAnatomy>(Hand(first.from));
@@ -271,7 +266,6 @@ class Carrier {
     const bool hands_change =
         std::ranges::adjacent_find(holding, std::ranges::not_equal_to{}) != holding.end();
     const bool transfers = options_.hand_over || (needs_grasp_ && hands_change);
-    const auto begin = std::chrono::steady_clock::now();
     std::vector<GraspTransfer> made;
     if (first_handover_) made.push_back(first_handover_->second);
     std::optional<Clip> met;
@@ -285,7 +279,6 @@ class Carrier {
             ? FitClipImosCode(clip_, *hands_.front(), object_.fit.vertices, {}, GoesOnFitting())
             : FitClip(source, hands_, object_.fit, holding, options_.fit,
                       Grasps(transfers, std::move(made)), GoesOnFitting());
-    report_.fit_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     report_.clip = std::move(report_.fit.clip);
     if (transfers || report_.drink || options_.clear_passages) {
       ClearPassages(source, hands_, *object_.fit.distance, options_.fit.release_s, report_.clip);
@@ -443,8 +436,8 @@ class Carrier {
   std::future<ClearanceScene> scene_;  // for ResolveBodyCollisions
 };
 
-}  // namespace
-
+// Whether the object of a clip is this one: the same surface if the clip's mesh is known (as given
+// or times `scale`), else the same name.
 bool IsObjectOf(const Clip& clip, const std::optional<TriangleMesh>& clip_object,
                 const LoadedObject& object, double scale) {
   if (!clip.object) return false;
@@ -461,6 +454,8 @@ bool IsObjectOf(const Clip& clip, const std::optional<TriangleMesh>& clip_object
   return clip.object->name.empty() || std::ranges::equal(clip.object->name, object.name, same) ||
          std::ranges::equal(mesh, object.name, same);
 }
+
+}  // namespace
 
 bool NeedsGrasp(const Clip& clip, const LoadedObject& object, const CarryOptions& options) {
   if (!clip.object || options.grasp == GraspSource::kNew || options.place) return true;

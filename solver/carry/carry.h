@@ -27,7 +27,6 @@
 
 namespace holdfast {
 
-enum class CarryHands { kAuto, kRight, kLeft, kBoth };
 /// Source of the grasp: the clip if it has one of this object, else new; always new; always the
 /// clip.
 enum class GraspSource { kClipsOrNew, kNew, kClips };
@@ -38,7 +37,7 @@ enum class FitRecipe {
 };
 
 struct CarryOptions {
-  CarryHands hands = CarryHands::kAuto;
+  GraspHands hands = GraspHands::kAuto;
   GraspSource grasp = GraspSource::kClipsOrNew;
   /// Mesh of the clip's object, if known: decides whether it is the same object.
   std::optional<TriangleMesh> clip_object;
@@ -87,17 +86,11 @@ struct CarryReport {
   FitResult fit;              ///< its `clip` is moved to `clip` above
   ClearanceReport clearance;  ///< avoidance of the body by the arms; recipe kHoldfast
   ContactScore contact;
-  double fit_s = 0.0;
   /// The result passes its own checks: grasps are clean and holding hands touch the object in most
   /// frames. If false, `warnings` (or those of `grasp`) give the reasons.
   bool sound = true;
   std::vector<std::string> warnings;
 };
-
-/// Whether the object of a clip is this one: the same surface if the clip's mesh is known (as given
-/// or times `scale`), else the same name.
-bool IsObjectOf(const Clip& clip, const std::optional<TriangleMesh>& clip_object,
-                const LoadedObject& object, double scale = 1.0);
 
 /// Whether CarryObject needs a new grasp: the clip has no object, a new grasp or a place is
 /// requested, or the clip's grasp is of another object or another body's hand.

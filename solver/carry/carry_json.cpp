@@ -196,7 +196,7 @@ nlohmann::json SwitchesJson(const HoldLabels& holding, const std::vector<Handove
       }
       const GraspTransfer& transfer = handover.transfer;
       entry["grasp"] = {{"clean", transfer.found},
-                        {"method", MethodName(transfer.method)},
+                        {"method", transfer.method},
                         {"refused", transfer.refused},
                         {"wrist_correction_mm", 1e3 * transfer.correction_m},
                         {"wrist_correction_deg", transfer.correction_rad / kDegree},

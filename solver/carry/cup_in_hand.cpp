@@ -100,11 +100,9 @@ class StandingHold {
                       2.0 * std::numbers::pi * turn / turns);
             if (!HasRoom(skin, wrist_from_object)) continue;
             GraspAttempt attempt;
-            ClosingOptions closing;
-            closing.allowed_depth = kMaxDeep_m;
-            attempt.angles =
-                CloseFingers(anatomy_, evaluation_, grid_, wrist_from_object, start, closing)
-                    .angles;
+            attempt.angles = CloseFingers(anatomy_, evaluation_, grid_, wrist_from_object, start,
+                                          kAllFingers, kMaxDeep_m)
+                                 .angles;
             attempt.wrist_from_object = wrist_from_object;
             attempt.rank = Assess(scene_, evaluation_, attempt, false).score + Also(attempt);
             attempts.push_back(attempt);

@@ -58,7 +58,7 @@ bool CombsHair(const PalmTracks& tracks, const Matrix3Xd& palm, const FaceMarks&
   double over_eyes = -1.0, behind_eyes = -1.0, behind_face = -1.0, rearmost = 1e9, falls = 0.0;
   const double top = palm.row(2).maxCoeff();
   for (Eigen::Index t = 0; t < palm.cols(); ++t) {
-    const Isometry3d& head = tracks.head[static_cast<std::size_t>(t)];
+    const Isometry3d& head = tracks.head[t];
     const Vector3d from_eyes = palm.col(t) - head * face.eyes;
     over_eyes = std::max(over_eyes, from_eyes.z());
     if (from_eyes.z() > kOverEyes_m) {
@@ -76,6 +76,18 @@ bool CombsHair(const PalmTracks& tracks, const Matrix3Xd& palm, const FaceMarks&
          (goes_down && behind_face > kBehindEyes_m);
 }
 
+// Drinking point of a cup in a pose: the lowest point of its rim, or, if upright, the one nearest
+// to `mouth`; world, meters.
+Vector3d DrinkingEdge(const ObjectMarks& cup, const Isometry3d& world_from_cup,
+                      const Vector3d& mouth) {
+  constexpr double kTowardsMouth = 0.15;  // relative to the sine of the tilt
+  const Vector3d axis = world_from_cup.linear().col(2), middle = world_from_cup * cup.rim;
+  const auto in_plane = [&](const Vector3d& v) { return Vector3d(v - v.dot(axis) * axis); };
+  const Vector3d way =
+      kTowardsMouth * in_plane(mouth - middle).normalized() - in_plane(Vector3d::UnitZ());
+  return middle + cup.rim_radius * way.normalized();
+}
+
 }  // namespace
 
 std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& face) {
@@ -83,7 +95,7 @@ std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& f
   double nearest = 1e9;
   for (const Side side : {Side::kRight, Side::kLeft}) {
     for (Eigen::Index t = 0; t < tracks.Of(side).cols(); ++t) {
-      const Vector3d mouth = tracks.head[static_cast<std::size_t>(t)] * face.mouth;
+      const Vector3d mouth = tracks.head[t] * face.mouth;
       const double away = (tracks.Of(side).col(t) - mouth).norm();
       if (away >= nearest) continue;
       nearest = away;
@@ -99,16 +111,6 @@ std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& f
   times.lift = RestBeside(palm, speed, times.drink, -1, low + 0.2 * rise);
   times.put_down = RestBeside(palm, speed, times.drink, 1, low + 0.2 * rise);
   return times;
-}
-
-Vector3d DrinkingEdge(const ObjectMarks& cup, const Isometry3d& world_from_cup,
-                      const Vector3d& mouth) {
-  constexpr double kTowardsMouth = 0.15;  // relative to the sine of the tilt
-  const Vector3d axis = world_from_cup.linear().col(2), middle = world_from_cup * cup.rim;
-  const auto in_plane = [&](const Vector3d& v) { return Vector3d(v - v.dot(axis) * axis); };
-  const Vector3d way =
-      kTowardsMouth * in_plane(mouth - middle).normalized() - in_plane(Vector3d::UnitZ());
-  return middle + cup.rim_radius * way.normalized();
 }
 
 DrinkMeasures MeasureDrink(const Clip& clip, const DrinkTimes& times, const Matrix3Xd& rest_joints,
@@ -206,10 +208,7 @@ class DrinkServer {
   std::function<double(const Isometry3d&, const Matrix3Xd&)> Drinkable() {
     constexpr double kLostByMeter = 12.0, kRoom_m = 0.03, kLostByHand = 20.0;  // per meter
     const Isometry3d drinks = Wrist(times_.drink);
-    BodyState state;
-    ForwardJoints(surface_.RestJoints(), clip_.pose[times_.drink], clip_.trans.col(times_.drink),
-                  state);
-    const Vector3d lips = state.WorldFromJoint(kHead) * LipsOf(face_);
+    const Vector3d lips = Head(times_.drink) * LipsOf(face_);
     return [this, drinks, lips](const Isometry3d& wrist_from_cup, const Matrix3Xd& skin) {
       const Vector3d edge = DrinkingEdge(marks_, drinks * wrist_from_cup, lips);
       const Vector3d at = drinks.inverse() * edge;

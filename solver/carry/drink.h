@@ -30,14 +30,9 @@ struct DrinkTimes {
 /// moves on above the eyes, or by the side of the head and down behind it.
 std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& face);
 
-/// Drinking point of a cup in a pose: the lowest point of its rim, or, if upright, the one nearest
-/// to `mouth`; world, meters.
-Eigen::Vector3d DrinkingEdge(const ObjectMarks& cup, const Eigen::Isometry3d& world_from_cup,
-                             const Eigen::Vector3d& mouth);
-
 /// Quality of drinking in a clip, at DrinkTimes.
 struct DrinkMeasures {
-  double rim_from_mouth_m = 0.0;  ///< from DrinkingEdge to the mouth on the skin, at `drink`
+  double rim_from_mouth_m = 0.0;  ///< lowest point of the rim to the mouth on the skin, at `drink`
   double tilt_rad = 0.0;          ///< of the cup, at `drink`
   double lean_rad = 0.0;          ///< of the cup from upright, maximum of `lift` and `put_down`
 };

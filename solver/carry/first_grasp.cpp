@@ -10,7 +10,7 @@
 #include <fmt/format.h>
 
 #include "generator/body/limb_ik.h"
-#include "geometry/body/body_model.h"
+#include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/grasp/grasp_candidates.h"
 #include "solver/grasp/grasp_placement.h"
@@ -51,28 +51,27 @@ Grasp WorthMost(const HandModel& hand, const GraspReport& report, const FirstGra
   HandEvaluation evaluation = AtWrist(hand);
   const Eigen::Matrix3Xd in_object =
       best.wrist_from_object.inverse() * evaluation.At(best.fingers.data(), false).Vertices();
-  ContactProtocol protocol;
-  protocol.threads = options.threads;
-  best.metrics = MeasureContact(TriangleMesh{in_object, hand.Surface().Faces()}, surface, protocol);
+  best.metrics = MeasureContact(TriangleMesh{in_object, hand.Surface().Faces()}, surface,
+                                {.threads = options.threads});
   return best;
 }
 
 }  // namespace
 
-std::optional<std::string> WhyTooLarge(const LoadedObject& object, bool both) {
+void RequireGraspable(const LoadedObject& object, bool both) {
   RequireHandheld(object);
   constexpr double kLarge_m = 0.25;  // for smaller objects, the search reports this fast enough
   const Eigen::Vector3d extent = Extent(object.mesh);
   const double span = both ? BothHandsOptions{}.max_width_m : OppositionOptions{}.max_width_m;
-  if (extent.maxCoeff() < kLarge_m || IsWithinSpan(object.mesh, span)) return std::nullopt;
-  return fmt::format(
+  if (extent.maxCoeff() < kLarge_m || IsWithinSpan(object.mesh, span)) return;
+  throw FitFailure(fmt::format(
       "{}: no part of it is thinner than the {:.0f} cm that {}. It measures {:.1f} x {:.1f} x "
       "{:.1f} cm: check its unit (--object-scale){}",
       object.name, 100.0 * span, both ? "two hands can hold between them" : "a hand can span",
       100.0 * extent.x(), 100.0 * extent.y(), 100.0 * extent.z(),
       !both && IsWithinSpan(object.mesh, BothHandsOptions{}.max_width_m)
           ? ", or hold it between both hands (--hand both)"
-          : "");
+          : ""));
 }
 
 FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object,
@@ -184,7 +183,7 @@ PalmTracks TrackPalms(const Clip& clip, const Eigen::Matrix3Xd& rest_joints) {
   Eigen::Vector3d forward = Eigen::Vector3d::Zero();
   BodyState state;
   for (int t = 0; t < clip.NumFrames(); ++t) {
-    ForwardJoints(rest_joints, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
+    ForwardJoints(rest_joints, clip.pose[t], clip.trans.col(t), state);
     tracks.at[0].col(t) = PalmOf(Side::kRight, state.WorldFromJoint(kRightWrist));
     tracks.at[1].col(t) = PalmOf(Side::kLeft, state.WorldFromJoint(kLeftWrist));
     tracks.head.push_back(state.WorldFromJoint(kHead));

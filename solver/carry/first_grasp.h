@@ -22,10 +22,12 @@
 
 namespace holdfast {
 
-/// Why no hand, or with `both` no two hands, can hold the object anywhere: no part of it is within
-/// their span. Returns nothing if some part is. Fast; needs no preparation. Throws Error for an
-/// object that is not of a size for a hand (RequireHandheld).
-std::optional<std::string> WhyTooLarge(const LoadedObject& object, bool both);
+enum class GraspHands { kAuto, kRight, kLeft, kBoth };
+
+/// Throws FitFailure if no hand, or with `both` no two hands, can hold the object anywhere: no part
+/// of it is within their span. Fast; needs no preparation. Throws Error for an object that is not
+/// of a size for a hand (RequireHandheld).
+void RequireGraspable(const LoadedObject& object, bool both);
 
 /// Grasp in a clip's first frame.
 struct FirstGrasp {

@@ -100,7 +100,7 @@ void ChooseGrasp(const FitJob& job, const FitInput& input, CarryOptions& options
   options.grasp = needed ? GraspSource::kNew : GraspSource::kClips;
   constexpr std::uint8_t kBothHands = kHoldsRight | kHoldsLeft;
   if (needed) {
-    RequireGraspable(*input.object, options.hands == CarryHands::kBoth ||
+    RequireGraspable(*input.object, options.hands == GraspHands::kBoth ||
                                         std::ranges::count(clip.holding_hand, kBothHands) > 0);
   }
 }
@@ -148,10 +148,10 @@ OptionTable OptionsOf(FitJob& job) {
   CarryOptions& carry = job.carry;
   OptionTable table;
   table.Choice("hand", carry.hands,
-               {{"auto", CarryHands::kAuto},
-                {"right", CarryHands::kRight},
-                {"left", CarryHands::kLeft},
-                {"both", CarryHands::kBoth}},
+               {{"auto", GraspHands::kAuto},
+                {"right", GraspHands::kRight},
+                {"left", GraspHands::kLeft},
+                {"both", GraspHands::kBoth}},
                "Holding hand; auto: as stored in the clip, else detected from its object's motion; "
                "right if the clip has no object");
   table.Choice(
@@ -176,10 +176,6 @@ OptionTable OptionsOf(FitJob& job) {
   AddEnergyOptions(carry.fit, table);
   AddSolverOptions(job, table);
   return table;
-}
-
-void RequireGraspable(const LoadedObject& object, bool both) {
-  if (const std::optional<std::string> why = WhyTooLarge(object, both)) throw FitFailure(*why);
 }
 
 bool FitRun::Sound() const {
@@ -210,7 +206,7 @@ FitRun RunFit(const FitJob& job, FitInput input,
   const Clip& clip = input.motion.clip;
   if (run.options.grasp == GraspSource::kClips) {
     if (const auto away = WarnOfHeldDistance(clip, run.body, run.object->object.mesh)) {
-      warn(fmt::format("{}: {}: {}", job.clip, away->seen, away->advice));
+      warn(fmt::format("{}: {}: {}", job.clip, *away, kHeldRemedy));
     }
   }
   run.report = NamingSource("the clip", job.clip, [&] {

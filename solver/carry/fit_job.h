@@ -62,7 +62,4 @@ FitRun RunFit(const FitJob& job, FitInput input,
 /// Contents of metrics.json for a fit, except options outside its option table.
 nlohmann::json FitMetricsJson(const FitJob& job, const FitRun& run);
 
-/// Throws FitFailure if no part of the object is within the span of one hand, or of both.
-void RequireGraspable(const LoadedObject& object, bool both);
-
 }  // namespace holdfast

@@ -8,7 +8,6 @@
 
 #include "geometry/conventions/hand_evidence.h"
 #include "geometry/error.h"
-#include "geometry/parallel.h"
 #include "geometry/score/contact_metrics.h"
 #include "geometry/score/contact_score.h"
 #include "geometry/score/hand_object_score.h"
@@ -23,6 +22,12 @@ namespace holdfast {
 namespace {
 
 constexpr double kGridError_m = 0.001;
+constexpr double kGap_m = 0.05;  // maximum distance from hand skin to object; inside counts as 0
+constexpr double kTogether_m_s = 1.5;  // maximum speed relative to the middle finger's root
+constexpr double kWindow_s = 0.05;     // to either side, for speeds (least-squares slopes)
+constexpr double kLeast_s = 0.1;       // shorter intervals are ignored
+constexpr double kLying_m = 0.05;      // an object at most this high above the ground
+constexpr double kLying_m_s = 0.1;     // and slower than this rests there and follows no hand
 
 // Position of the hand as a whole: root of the middle finger.
 Eigen::Matrix3Xd HandPlaces(const Clip& clip, const HandModel& hand) {
@@ -53,27 +58,19 @@ void DropShort(int least, std::uint8_t bit, std::vector<std::uint8_t>& bits) {
 std::vector<double> SkinGaps(const Clip& clip, const HandModel& hand, const PreparedObject& object,
                              int threads) {
   std::vector<double> gaps(clip.pose.size(), std::numeric_limits<double>::infinity());
-  constexpr int kBlock = 16;  // frames that share a scratch hand
-  const int frames = clip.NumFrames();
-  ParallelFor((frames + kBlock - 1) / kBlock, threads, [&](int block) {
-    HandState state(hand);
-    for (int t = kBlock * block; t < std::min(frames, kBlock * (block + 1)); ++t) {
-      state.SetBody(clip.pose[t], clip.trans.col(t));
-      state.Evaluate(FingersOf(clip.pose[t], hand.HandSide()), false);
-      const Eigen::Matrix3Xd skin = clip.object->Pose(t).inverse() * state.Vertices();
-      for (Eigen::Index i = 0; i < skin.cols(); ++i) {
-        // Far away, the grid's value is a lower bound.
-        if (object.fit.distance->Distance(skin.col(i)) - kGridError_m > gaps[t]) continue;
-        gaps[t] = std::min(gaps[t], object.solid.distance.Distance(skin.col(i)));
-      }
+  ForEachPosedHand(clip, hand, threads, [&](int t, const HandState& state) {
+    const Eigen::Matrix3Xd skin = clip.object->Pose(t).inverse() * state.Vertices();
+    for (Eigen::Index i = 0; i < skin.cols(); ++i) {
+      // Far away, the grid's value is a lower bound.
+      if (object.fit.distance->Distance(skin.col(i)) - kGridError_m > gaps[t]) continue;
+      gaps[t] = std::min(gaps[t], object.solid.distance.Distance(skin.col(i)));
     }
   });
   return gaps;
 }
 
 std::vector<std::uint8_t> FindFollows(const Clip& clip, std::span<const HandModel* const> hands,
-                                      const PreparedObject& object, const FollowProtocol& protocol,
-                                      int threads) {
+                                      const PreparedObject& object, int threads) {
   if (!clip.object) {
     throw Error("clip", "has no object trajectory that could follow a hand",
                 "Fit the object first");
@@ -89,7 +86,7 @@ std::vector<std::uint8_t> FindFollows(const Clip& clip, std::span<const HandMode
     places.col(t) = pose * middle;
     lowest(t) = (pose * vertices).row(2).minCoeff();
   }
-  const auto reach = std::max<Eigen::Index>(1, std::lround(protocol.window_s * clip.frame_rate));
+  const auto reach = std::max<Eigen::Index>(1, std::lround(kWindow_s * clip.frame_rate));
   const Eigen::Matrix3Xd velocity = clip.frame_rate * SlopesOverTime(places, reach);
   std::vector<std::uint8_t> follows(static_cast<std::size_t>(frames), 0);
   for (const HandModel* hand : hands) {
@@ -99,13 +96,13 @@ std::vector<std::uint8_t> FindFollows(const Clip& clip, std::span<const HandMode
     const Eigen::Matrix3Xd hand_velocity =
         clip.frame_rate * SlopesOverTime(HandPlaces(clip, *hand), reach);
     for (int t = 0; t < frames; ++t) {
-      const bool lies = lowest(t) < protocol.lying_m && velocity.col(t).norm() < protocol.lying_m_s;
-      if (!lies && gaps[t] <= protocol.gap_m &&
-          (velocity.col(t) - hand_velocity.col(t)).norm() <= protocol.speed_m_s) {
+      const bool lies = lowest(t) < kLying_m && velocity.col(t).norm() < kLying_m_s;
+      if (!lies && gaps[t] <= kGap_m &&
+          (velocity.col(t) - hand_velocity.col(t)).norm() <= kTogether_m_s) {
         follows[t] |= bit;
       }
     }
-    DropShort(static_cast<int>(std::lround(protocol.least_s * clip.frame_rate)), bit, follows);
+    DropShort(static_cast<int>(std::lround(kLeast_s * clip.frame_rate)), bit, follows);
   }
   return follows;
 }
@@ -177,9 +174,7 @@ class BallRefiner {
   }
 
  private:
-  std::uint8_t Bit(int hand) const {
-    return HoldingBit(hands_[static_cast<std::size_t>(hand)]->HandSide());
-  }
+  std::uint8_t Bit(int hand) const { return HoldingBit(hands_[hand]->HandSide()); }
   bool Follows(int hand, int t) const { return (follows_[t] & Bit(hand)) != 0; }
 
   // Solves one hand over successive frames, with growing penetration weight until it is resolved.
@@ -225,7 +220,7 @@ class BallRefiner {
   // Adds runs of frames in which a hand is adjusted, split where the ball starts or ends following
   // it.
   void AddRuns(int hand, std::vector<std::vector<ClipHold>>& runs) {
-    const HandModel& model = *hands_[static_cast<std::size_t>(hand)];
+    const HandModel& model = *hands_[hand];
     const std::vector<double> gaps = SkinGaps(clip_, model, object_, options_.threads);
     const int frames = clip_.NumFrames();
     const int around = static_cast<int>(std::lround(kAround_s * clip_.frame_rate));

@@ -41,11 +41,9 @@ std::vector<std::uint8_t> WhoHoldsIn(const Clip& clip, const HandModel& right,
   }
   if (ball) {
     const std::array<const HandModel*, 2> hands = {&right, &left};
-    return FindFollows(clip, hands, object, {}, options.threads);
+    return FindFollows(clip, hands, object, options.threads);
   }
-  HoldOptions search;
-  search.threads = options.threads;
-  return FindHolds(clip, right, left, *object.fit.distance, search).hands;
+  return FindHolds(clip, right, left, *object.fit.distance, options.threads).hands;
 }
 
 std::vector<const HandModel*> ThoseWhoHold(const HandModel& right, const HandModel& left,

@@ -47,21 +47,15 @@ Eigen::Vector3d FeetOnGround(const BodySurface& body, const JointPose& pose, Bod
   return {-state.joints(0, 0), -state.joints(1, 0), -state.vertices.row(2).minCoeff()};
 }
 
-// Pose of the person or hand that holds the object, in the world.
-struct Holder {
-  JointPose pose = JointPose::Zero();
-  Eigen::Vector3d trans = Eigen::Vector3d::Zero();
-};
-
-// A lone hand, oriented like that of a standing person.
-Holder HandAlone(const HandModel& hand, double pronation, const Grasp& grasp) {
+// Pose and trans of a lone hand, oriented like that of a standing person.
+std::pair<JointPose, Eigen::Vector3d> HandAlone(const HandModel& hand, double pronation,
+                                                const Grasp& grasp) {
   HandState state(hand);
   state.SetBody(StandingPose(hand.HandSide(), pronation, 0.0), Eigen::Vector3d::Zero());
-  Holder holder;
-  holder.pose.col(0) = LogSO3(state.WristRotation());
-  SetFingers(holder.pose, hand.HandSide(), grasp.fingers);
-  holder.trans = kHandAloneHeight_m * Eigen::Vector3d::UnitZ() - state.WristPosition();
-  return holder;
+  JointPose pose = JointPose::Zero();
+  pose.col(0) = LogSO3(state.WristRotation());
+  SetFingers(pose, hand.HandSide(), grasp.fingers);
+  return {pose, kHandAloneHeight_m * Eigen::Vector3d::UnitZ() - state.WristPosition()};
 }
 
 // A person holding an object: the data shared by all grasps.
@@ -77,30 +71,33 @@ struct Person {
   FingerPose other_fingers;
 };
 
-// A standing person with the arm as far out as the object needs to clear the body.
-Holder Standing(const Person& person, const HandModel& hand, double pronation, const Grasp& grasp,
-                const DistanceGrid& grid) {
+// Pose and trans of a standing person with the arm as far out as the object needs to clear the
+// body.
+std::pair<JointPose, Eigen::Vector3d> Standing(const Person& person, const HandModel& hand,
+                                               double pronation, const Grasp& grasp,
+                                               const DistanceGrid& grid) {
   const Side side = hand.HandSide();
   const BodySurface& whole = person.whole;
   HandState state(hand);
-  Holder holder;
+  JointPose pose = JointPose::Zero();
+  Eigen::Vector3d trans = Eigen::Vector3d::Zero();
   for (const double outward : {0.0, 20.0, 40.0, 60.0}) {
-    holder.pose = StandingPose(side, pronation, outward * kDegree);
-    SetFingers(holder.pose, side, grasp.fingers);
-    SetFingers(holder.pose, OtherSide(side), person.other_fingers);
+    pose = StandingPose(side, pronation, outward * kDegree);
+    SetFingers(pose, side, grasp.fingers);
+    SetFingers(pose, OtherSide(side), person.other_fingers);
     BodyState posed;
-    holder.trans = FeetOnGround(whole, holder.pose, posed);
-    state.SetBody(holder.pose, holder.trans);
+    trans = FeetOnGround(whole, pose, posed);
+    state.SetBody(pose, trans);
     const Eigen::Isometry3d object_from_world =
         ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()).inverse();
     bool clear = true;
     for (int i = 0; i < whole.NumVertices() && clear; ++i) {
       if (std::binary_search(person.hand_ids.begin(), person.hand_ids.end(), i)) continue;
-      clear = grid.Distance(object_from_world * (posed.vertices.col(i) + holder.trans)) > 0.0;
+      clear = grid.Distance(object_from_world * (posed.vertices.col(i) + trans)) > 0.0;
     }
     if (clear) break;
   }
-  return holder;
+  return {pose, trans};
 }
 
 // Possible forearm rotations; for each, adds the up direction in the wrist frame.
@@ -134,6 +131,14 @@ Clip ClipOf(const BodyModel& body) {
   return clip;
 }
 
+// Adds an object to a one-frame clip, held by these hands.
+void PutInHands(std::uint8_t hands, const std::string& name,
+                const Eigen::Isometry3d& world_from_object, Clip& clip) {
+  clip.object =
+      ObjectTrack{world_from_object.translation(), LogSO3(world_from_object.linear()), name, ""};
+  clip.holding_hand = {hands};
+}
+
 // One frame per grasp, with a person or hand holding the object.
 Clip HeldBy(const std::shared_ptr<const BodyModel>& body, const HandModel& hand,
             const DistanceGrid& grid, std::span<const Grasp> grasps, const std::string& name,
@@ -149,12 +154,12 @@ Clip HeldBy(const std::shared_ptr<const BodyModel>& body, const HandModel& hand,
   if (!body->LoneHand()) person.emplace(body, hand.HandSide());
   ParallelFor(count, threads, [&](int i) {
     const double pronation = UprightPronation(pronations, ups.up_in_wrist, grasps[i]);
-    const Holder holder = person ? Standing(*person, hand, pronation, grasps[i], grid)
-                                 : HandAlone(hand, pronation, grasps[i]);
-    clip.trans.col(i) = holder.trans;
-    clip.pose[i] = holder.pose;
+    const auto [pose, trans] = person ? Standing(*person, hand, pronation, grasps[i], grid)
+                                      : HandAlone(hand, pronation, grasps[i]);
+    clip.trans.col(i) = trans;
+    clip.pose[i] = pose;
     HandState state(hand);
-    state.SetBody(holder.pose, holder.trans);
+    state.SetBody(pose, trans);
     objects[i] = ObjectInWorld(grasps[i], state.WristRotation(), state.WristPosition());
   });
   if (body->LoneHand()) MarkHandAlone(clip);
@@ -170,13 +175,6 @@ Clip HeldBy(const std::shared_ptr<const BodyModel>& body, const HandModel& hand,
 }
 
 }  // namespace
-
-void PutInHands(std::uint8_t hands, const std::string& name,
-                const Eigen::Isometry3d& world_from_object, Clip& clip) {
-  clip.object =
-      ObjectTrack{world_from_object.translation(), LogSO3(world_from_object.linear()), name, ""};
-  clip.holding_hand = {hands};
-}
 
 Clip StandWithForearmsForward(const std::shared_ptr<const BodyModel>& body) {
   Clip clip = ClipOf(*body);
@@ -196,9 +194,7 @@ StandingGrasp GraspStanding(const std::shared_ptr<const BodyModel>& body, Side s
                             const GraspProgress& progress) {
   const HandModel hand(body, {}, side);
   const SignedDistance surface(object.mesh);
-  DistanceGridOptions grid_options;
-  grid_options.threads = options.threads;
-  const DistanceGrid grid(surface, grid_options);
+  const DistanceGrid grid(surface, {.threads = options.threads});
   AddPronations(hand, options);
   options.best_only = true;
   StandingGrasp held;
@@ -215,9 +211,7 @@ StandingGraspSet GraspsStanding(const std::shared_ptr<const BodyModel>& body, Si
                                 const GraspProgress& progress) {
   const HandModel hand(body, {}, side);
   const SignedDistance surface(object.mesh);
-  DistanceGridOptions grid_options;
-  grid_options.threads = options.search.threads;
-  const DistanceGrid grid(surface, grid_options);
+  const DistanceGrid grid(surface, {.threads = options.search.threads});
   StandingGraspSet held;
   held.set = FindGrasps(hand, object.mesh, grid, options, progress);
   std::vector<Grasp> shown;
@@ -311,9 +305,7 @@ BothHandsGrasp HoldStanding(const ClipBody& person, const LoadedObject& object,
   const HandModel right(person.model, person.betas, Side::kRight);
   const HandModel left(person.model, person.betas, Side::kLeft);
   const SignedDistance surface(object.mesh);
-  DistanceGridOptions grid_options;
-  grid_options.threads = options.threads;
-  const DistanceGrid grid(surface, grid_options);
+  const DistanceGrid grid(surface, {.threads = options.threads});
   BothHandsGrasp grasp =
       HoldInBothHands(right, left, BodySurface(person.model, person.betas), clip.pose[0],
                       clip.trans.col(0), object.mesh, grid, options);

@@ -13,6 +13,7 @@
 #include "geometry/clip/clip_body.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/options.h"
+#include "solver/carry/first_grasp.h"
 #include "solver/grasp/grasp.h"
 #include "solver/grasp/grasp_both.h"
 #include "solver/grasp/grasp_set.h"
@@ -50,12 +51,6 @@ StandingGraspSet GraspsStanding(const std::shared_ptr<const BodyModel>& body, Si
 /// One frame of a standing person of the mean shape with both forearms forward, feet at z = 0: a
 /// start for HoldInBothHands.
 Clip StandWithForearmsForward(const std::shared_ptr<const BodyModel>& body);
-
-/// Adds an object with this name and pose (meters) to a one-frame clip, held by these hands.
-void PutInHands(std::uint8_t hands, const std::string& name,
-                const Eigen::Isometry3d& world_from_object, Clip& clip);
-
-enum class GraspHands { kAuto, kRight, kLeft, kBoth };
 
 /// A grasp as requested by the command line or Python.
 struct GraspJob {

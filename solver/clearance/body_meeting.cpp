@@ -68,16 +68,8 @@ void ForEachNear(const OwnBody::Posed& skin, const Eigen::Matrix3Xd& points,
 }  // namespace
 
 std::string_view MeetingPartName(MeetingPart part) {
-  switch (part) {
-    case MeetingPart::kObject:
-      return "object";
-    case MeetingPart::kRightArm:
-      return "right arm";
-    case MeetingPart::kLeftArm:
-      return "left arm";
-    default:
-      return "";
-  }
+  constexpr const char* kNames[] = {"", "object", "right arm", "left arm"};
+  return kNames[static_cast<std::size_t>(part)];
 }
 
 BodyCollisionDetector::BodyCollisionDetector(const BodySurface& body, const TriangleMesh& object,
@@ -111,7 +103,7 @@ BodyCollisionDetector::Clusters BodyCollisionDetector::Clustered(const Eigen::Ma
   const auto split = [&](const auto& self, auto begin, auto end) -> void {
     if (begin == end) return;
     if (end - begin <= kClusterSize) {
-      clusters.members.emplace_back(begin, end);
+      clusters.emplace_back(begin, end);
       return;
     }
     Eigen::AlignedBox3d box;
@@ -147,28 +139,23 @@ BodyCollisionDetector::Frame BodyCollisionDetector::Measure(
     if (box.isEmpty()) return;
     const OwnBody::Posed body(*obstacles_[obstacle], state.vertices, box.min(), box.max(),
                               kDeepest_m);
-    const auto look = [&](const Eigen::Vector3d& at, double skin_m, int arm, double share,
-                          MeetingPart part) {
+    const auto look = [&](const Eigen::Vector3d& at, double skin_m, int arm, double share) {
       const auto touch = body.Query(at, skin_m);
       if (!touch || touch->depth < -within_m) return;
       frame.near[arm].push_back({at, *touch, share});
       frame.nearest_m = std::max(frame.nearest_m, touch->depth);
       frame.arm_depth_m[arm] = std::max(frame.arm_depth_m[arm], touch->depth);
-      if (touch->depth <= frame.depth_m) return;
-      frame.depth_m = touch->depth;
-      frame.part = part;
+      frame.depth_m = std::max(frame.depth_m, touch->depth);
     };
     if (with_object) {
-      ForEachNear(body, object, object_clusters_.members, within_m, [&](int i, double skin_m) {
-        look(object.col(i), skin_m, (arms & 1) != 0 ? 0 : 1, 1.0, MeetingPart::kObject);
+      ForEachNear(body, object, object_clusters_, within_m, [&](int i, double skin_m) {
+        look(object.col(i), skin_m, (arms & 1) != 0 ? 0 : 1, 1.0);
       });
     }
     for (int a = 0; a < 2; ++a) {
       if ((of & (1 << a)) == 0) continue;
-      ForEachNear(body, skin[a], skin_clusters_[a].members, within_m, [&](int i, double skin_m) {
-        look(skin[a].col(i), skin_m, a, share_[a][i],
-             a == 0 ? MeetingPart::kRightArm : MeetingPart::kLeftArm);
-      });
+      ForEachNear(body, skin[a], skin_clusters_[a], within_m,
+                  [&](int i, double skin_m) { look(skin[a].col(i), skin_m, a, share_[a][i]); });
     }
   };
   search(left_out, arms != 0, left_out);

@@ -44,8 +44,7 @@ class BodyCollisionDetector {
     double wrist_share;  ///< weight of following the wrist; the rest follows the elbow
   };
   struct Frame {
-    double depth_m = 0.0;  ///< of the deepest point; 0: none inside the body
-    MeetingPart part = MeetingPart::kNone;
+    double depth_m = 0.0;     ///< of the deepest point; 0: none inside the body
     double nearest_m = -1.0;  ///< maximum depth of a point, negative outside the skin
     std::array<double, 2> arm_depth_m = {};  ///< for the right and the left arm
     std::array<std::vector<Point>, 2> near;  ///< likewise
@@ -59,9 +58,7 @@ class BodyCollisionDetector {
                 std::uint8_t arms, std::uint8_t left_out, double within_m) const;
 
  private:
-  struct Clusters {
-    std::vector<std::vector<int>> members;  // columns near each other
-  };
+  using Clusters = std::vector<std::vector<int>>;  // columns near each other
   static Clusters Clustered(const Eigen::Matrix3Xd& points);
 
   const BodySurface& body_;

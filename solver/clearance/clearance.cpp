@@ -90,7 +90,6 @@ class BodyKeeper {
   ClearanceReport Run() {
     report_.frames.resize(static_cast<std::size_t>(frames_));
     Judge(clip_);
-    for (ClearanceReport::Frame& frame : report_.frames) frame.depth_before_m = frame.depth_m;
     report_.deep_before = report_.deep;
     report_.worst_before_m = report_.worst_m;
     if (report_.deep == 0 || options_.keep_motion) return report_;

@@ -29,8 +29,8 @@ struct ClearanceOptions {
 /// which it is held.
 struct ClearanceReport {
   struct Frame {
-    double depth_before_m = 0.0;  ///< deepest point of object, hands or forearms in the body
-    double depth_m = 0.0;         ///< the same in the result
+    double depth_m =
+        0.0;  ///< deepest point of object, hands or forearms in the body, in the result
     MeetingPart part = MeetingPart::kNone;  ///< deepest colliding part in the result
     double wrist_shift_m = 0.0;             ///< maximum displacement of a wrist from the clip
   };

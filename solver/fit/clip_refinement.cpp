@@ -10,7 +10,6 @@
 #include <ceres/problem.h>
 
 #include "geometry/error.h"
-#include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "geometry/score/hand_object_score.h"
 #include "solver/fit/finger_repair.h"
@@ -126,9 +125,7 @@ class Refiner {
   }
 
  private:
-  bool Holds(int hand, int t) const {
-    return (holding_[t] & HoldingBit(hands_[static_cast<std::size_t>(hand)]->HandSide())) != 0;
-  }
+  bool Holds(int hand, int t) const { return (holding_[t] & Bit(hand)) != 0; }
 
   void FindHolds(int hand) {
     for (int t = 0; t < clip_.NumFrames(); ++t) {
@@ -144,9 +141,7 @@ class Refiner {
     }
   }
 
-  std::uint8_t Bit(int hand) const {
-    return HoldingBit(hands_[static_cast<std::size_t>(hand)]->HandSide());
-  }
+  std::uint8_t Bit(int hand) const { return HoldingBit(hands_[hand]->HandSide()); }
 
   // Whether the object stays in place, whatever the holding labels are.
   bool ObjectLies() const {
@@ -190,7 +185,7 @@ class Refiner {
 
   void AddTouch(int hand, int begin, int end, int around, std::vector<std::uint8_t>& given_way,
                 std::vector<RefinedTouch>& touches) {
-    touches.push_back({hands_[static_cast<std::size_t>(hand)]->HandSide(), begin, end});
+    touches.push_back({hands_[hand]->HandSide(), begin, end});
     for (int t = std::max(0, begin - around); t < std::min(clip_.NumFrames(), end + around); ++t) {
       given_way[t] |= Bit(hand);
       if (t >= begin && t < end) holding_[t] |= Bit(hand);
@@ -202,20 +197,13 @@ class Refiner {
   // Distance from the skin of a hand in the clip to the object, meters, per frame; negative inside.
   std::vector<double> Gaps(const HandModel& hand, const std::vector<FittedFrame>& fitted) const {
     std::vector<double> gaps(fitted.size());
-    constexpr int kBlock = 16;  // frames that share a scratch hand
-    const int frames = clip_.NumFrames();
-    ParallelFor((frames + kBlock - 1) / kBlock, options_.threads, [&](int block) {
-      HandState state(hand);
-      for (int t = kBlock * block; t < std::min(frames, kBlock * (block + 1)); ++t) {
-        state.SetBody(clip_.pose[t], clip_.trans.col(t));
-        state.Evaluate(FingersOf(clip_.pose[t], hand.HandSide()), false);
-        const Matrix3Xd skin = fitted[t].object.Transform().inverse() * state.Vertices();
-        double least = std::numeric_limits<double>::infinity();
-        for (Eigen::Index i = 0; i < skin.cols(); ++i) {
-          least = std::min(least, object_.distance->Distance(skin.col(i)));
-        }
-        gaps[t] = least;
+    ForEachPosedHand(clip_, hand, options_.threads, [&](int t, const HandState& state) {
+      const Matrix3Xd skin = fitted[t].object.Transform().inverse() * state.Vertices();
+      double least = std::numeric_limits<double>::infinity();
+      for (Eigen::Index i = 0; i < skin.cols(); ++i) {
+        least = std::min(least, object_.distance->Distance(skin.col(i)));
       }
+      gaps[t] = least;
     });
     return gaps;
   }
@@ -227,8 +215,7 @@ class Refiner {
     for (std::size_t k = 0; k < touches.size(); ++k) {
       const ClipHold& hold = touched_[k];
       for (int t = hold.begin; t < hold.end; ++t) {
-        fitted[t].hands[static_cast<std::size_t>(hold.hand)] = {
-            FingersOf(clip_.pose[t], touches[k].side), {}};
+        fitted[t].hands[hold.hand] = {FingersOf(clip_.pose[t], touches[k].side), {}};
       }
     }
     const ClipReport touch = SolveClip(problem, options_, options_.threads, fitted, progress);
@@ -244,13 +231,12 @@ class Refiner {
   std::vector<Isometry3d> Relation(int hand, int begin, int end) const {
     std::vector<Isometry3d> relation;
     for (int t = begin; t < end; ++t) {
-      relation.push_back(wrists_[static_cast<std::size_t>(hand)][t].inverse() * data_[t]);
+      relation.push_back(wrists_[hand][t].inverse() * data_[t]);
     }
     return relation;
   }
 
   void AddHold(int hand, int begin, int end) {
-    const std::uint8_t bit = HoldingBit(hands_[static_cast<std::size_t>(hand)]->HandSide());
     const int first = begin, last = end;
     Hold hold;
     hold.hand = hand;
@@ -264,7 +250,7 @@ class Refiner {
       const double shift_most = kRigid_m + 2.0 * left * noise;
       const double turn_most = kRigid_rad + 2.0 * left * turn_noise;
       hold.about = {
-          hands_[static_cast<std::size_t>(hand)]->HandSide(),
+          hands_[hand]->HandSide(),
           begin,
           end,
           RootMeanSquare(slow.shift) < shift_most && RootMeanSquare(slow.turn) < turn_most,
@@ -287,7 +273,7 @@ class Refiner {
       end = to;
     }
     for (int t = first; t < last; ++t) {
-      if (t < begin || t >= end) holding_[t] &= static_cast<std::uint8_t>(~bit);
+      if (t < begin || t >= end) holding_[t] &= static_cast<std::uint8_t>(~Bit(hand));
     }
     MakeAnchor(hold);
     holds_.push_back(std::move(hold));
@@ -348,8 +334,7 @@ class Refiner {
       const auto h = static_cast<std::size_t>(hold->hand);
       for (int t = hold->about.begin; t < hold->about.end; ++t) {
         const Isometry3d& relation =
-            hold->about.rigid ? hold->anchor
-                              : hold->relation[static_cast<std::size_t>(t - hold->about.begin)];
+            hold->about.rigid ? hold->anchor : hold->relation[t - hold->about.begin];
         fitted[t].object = PoseOf(wrists_[h][t] * relation);
         fitted[t].hands[h].fingers =
             FingersOf(clip_.pose[t], hands_[h]->HandSide()) + (hold->fingers - hold->fingers_mean);
@@ -363,12 +348,10 @@ class Refiner {
     for (int t = 0; t < frames; ++t) goals[t].data = PoseOf(data_[t]);
     Matrix3Xd center(3, frames);
     for (int t = 0; t < frames; ++t) center.col(t) = data_[t].translation();
-    const auto reach = static_cast<Eigen::Index>(std::lround(0.15 * clip_.frame_rate));
-    const Matrix3Xd velocity =
-        clip_.frame_rate * SlopesOverTime(center, std::max<Eigen::Index>(1, reach));
+    const auto reach = std::max<Eigen::Index>(1, std::lround(0.15 * clip_.frame_rate));
+    const Matrix3Xd velocity = clip_.frame_rate * SlopesOverTime(center, reach);
     const double noise = WhiteNoise(center);
-    const double still = kStill_m_s + 3.0 * noise * NoiseOfSlope(std::max<Eigen::Index>(1, reach)) *
-                                          clip_.frame_rate;
+    const double still = kStill_m_s + 3.0 * noise * NoiseOfSlope(reach) * clip_.frame_rate;
     for (int t = 0; t < frames; ++t) {
       const auto lies = [&](int u) { return holding_[u] == 0 && velocity.col(u).norm() < still; };
       if (!lies(t)) continue;

@@ -13,6 +13,7 @@
 #include "solver/terms/hand/hand_prior.h"
 #include "solver/terms/hand/object_motion.h"
 #include "solver/terms/hand/paper_terms.h"
+#include "solver/terms/motion/goal_terms.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/rotation_manifold.h"
 
@@ -31,14 +32,8 @@ class WholeClip {
         fitted_(fitted),
         evaluation_(problem, options, threads),
         ceres_(ProblemOptions()) {
-    for (const HandModel* hand : problem.hands) {
-      if (options.lambda_limits <= 0.0) break;
-      axes_.push_back(std::make_unique<HandAxes>(*hand));
-      HandPriorWeights weights;
-      weights.limits = std::sqrt(options.lambda_limits);
-      weights.coupling = weights.neighbors = weights.stay = weights.spread = 0.0;
-      limits_.push_back(
-          std::make_unique<HandPriorTerm>(*axes_.back(), HandAngles::Zero(), weights));
+    for (std::size_t h = 0; h < problem.hands.size(); ++h) {
+      limits_.push_back(MakeLimits(evaluation_.Axes(h), options));
     }
     AddHands();
     evaluation_.MarkContacts();
@@ -52,7 +47,8 @@ class WholeClip {
     if (problem.first_frame_given) FixFirst();
   }
 
-  void Solve(const std::function<bool(int, int)>& progress, ClipReport& report) {
+  // Returns whether there is a solution.
+  bool Solve(const std::function<bool(int, int)>& progress, ClipReport& report) {
     // Ceres sums the results of its threads in order of completion. It runs on one thread; our
     // callback evaluates the hands in parallel, which takes most of the time.
     ceres::Solver::Options solver =
@@ -66,20 +62,18 @@ class WholeClip {
     if (report.cost_before == 0.0) report.cost_before = summary.initial_cost;
     report.converged = summary.termination_type == ceres::CONVERGENCE;
     report.failed = summary.termination_type == ceres::FAILURE;
-    stopped_ = summary.termination_type == ceres::USER_FAILURE;
+    return !report.failed && summary.termination_type != ceres::USER_FAILURE;
   }
-
-  bool Stopped() const { return stopped_; }
 
   // Stores the solution, with energies at the current wrists.
   void Keep(ClipReport& report) {
     evaluation_.EvaluateAll();
     report.frames.assign(fitted_.size(), {});
     for (const auto& held : evaluation_.Frames()) {
-      HandFrame& hand = Hand(*held);
+      GraspPose& hand = fitted_[held->frame].hands[problem_.holds[held->hold].hand];
       hand.fingers = held->fingers;
       if (held->moves) hand.offset = hand.offset.Compose(held->step);
-      report.frames[static_cast<std::size_t>(held->frame)] += held->energies;
+      report.frames[held->frame] += held->energies;
     }
   }
 
@@ -90,16 +84,8 @@ class WholeClip {
     return options;
   }
 
-  HandFrame& Hand(const HoldCost& held) {
-    const int hand = problem_.holds[static_cast<std::size_t>(held.hold)].hand;
-    return fitted_[static_cast<std::size_t>(held.frame)].hands[static_cast<std::size_t>(hand)];
-  }
-  double* Orientation(int t) {
-    return fitted_[static_cast<std::size_t>(t)].object.orientation.coeffs().data();
-  }
-  double* Translation(int t) {
-    return fitted_[static_cast<std::size_t>(t)].object.translation.data();
-  }
+  double* Orientation(int t) { return fitted_[t].object.orientation.coeffs().data(); }
+  double* Translation(int t) { return fitted_[t].object.translation.data(); }
 
   template <typename Term>
   void Add(std::unique_ptr<Term> term, const std::vector<double*>& blocks) {
@@ -122,24 +108,24 @@ class WholeClip {
       }
       if (holds.empty()) continue;
       JointPose body = problem_.source.pose[t];
-      Eigen::Vector3d trans = problem_.source.trans.col(static_cast<Eigen::Index>(t));
+      Eigen::Vector3d trans = problem_.source.trans.col(t);
       for (const int k : holds) {
-        const auto h = static_cast<std::size_t>(problem_.holds[static_cast<std::size_t>(k)].hand);
+        const int h = problem_.holds[k].hand;
         MoveHand(*problem_.hands[h], fitted_[t].hands[h].offset, trans, body);
       }
       BodyState joints;
       ForwardJoints(problem_.hands.front()->Surface().RestJoints(), body, trans, joints);
       for (const int k : holds) {
-        const auto h = static_cast<std::size_t>(problem_.holds[static_cast<std::size_t>(k)].hand);
+        const int h = problem_.holds[k].hand;
         const int wrist = WristJoint(problem_.hands[h]->HandSide());
         wrists_[t][h] = joints.WorldFromJoint(wrist);
-        AddHand(k, static_cast<int>(t), static_cast<int>(h), body, holds.size() > 1);
+        AddHand(k, static_cast<int>(t), h, body, holds.size() > 1);
       }
     }
   }
 
   void AddHand(int hold, int t, int h, const JointPose& body, bool together) {
-    FittedFrame& frame = fitted_[static_cast<std::size_t>(t)];
+    FittedFrame& frame = fitted_[t];
     const bool moves = (together || problem_.hands_give_way) && options_.lambda_wrist > 0.0;
     auto held = std::make_unique<HoldCost>(hold, t, frame, h, moves);
     held->body = body;
@@ -153,26 +139,22 @@ class WholeClip {
       double* const c = held->step.translation.data();
       ceres_.AddParameterBlock(C, 4, &manifold_);
       blocks.insert(blocks.end(), {C, c});
-      Add(std::make_unique<WristPrior>(frame.hands[static_cast<std::size_t>(h)].offset,
-                                       options_.lambda_wrist),
-          {C, c});
+      Add(std::make_unique<WristPrior>(frame.hands[h].offset, options_.lambda_wrist), {C, c});
     }
     ceres_.AddResidualBlock(held.get(), nullptr, blocks);
-    const auto index = static_cast<std::size_t>(h);
-    if (!limits_.empty()) ceres_.AddResidualBlock(limits_[index].get(), nullptr, P);
+    if (limits_[h] != nullptr) ceres_.AddResidualBlock(limits_[h].get(), nullptr, P);
     if (options_.lambda_fingers > 0.0) {
-      const FingerPose own = FingersOf(problem_.source.pose[static_cast<std::size_t>(t)],
-                                       problem_.hands[index]->HandSide());
-      Add(std::make_unique<FingerTemporal>(own, options_.lambda_fingers), {P});
+      const FingerPose own = FingersOf(problem_.source.pose[t], problem_.hands[h]->HandSide());
+      Add(std::make_unique<NearPoint>(own, options_.lambda_fingers), {P});
     }
-    held_[static_cast<std::size_t>(t)][index] = held.get();
+    held_[t][h] = held.get();
     evaluation_.Frames().push_back(std::move(held));
   }
 
   // Makes the object pose of this frame an unknown.
   void Solved(int t) {
-    if (solved_[static_cast<std::size_t>(t)]) return;
-    solved_[static_cast<std::size_t>(t)] = true;
+    if (solved_[t]) return;
+    solved_[t] = true;
     ceres_.AddParameterBlock(Orientation(t), 4, &manifold_);
     ceres_.AddParameterBlock(Translation(t), 3);
     if (!problem_.hands_give_way) return;
@@ -201,7 +183,7 @@ class WholeClip {
   }
 
   bool HeldBy(int t) const {
-    const auto& hands = held_[static_cast<std::size_t>(t)];
+    const auto& hands = held_[t];
     return hands[0] != nullptr || hands[1] != nullptr;
   }
 
@@ -210,8 +192,8 @@ class WholeClip {
   std::vector<Carrier> Carriers(int begin, int end) const {
     for (std::size_t h = 0; h < problem_.hands.size(); ++h) {
       std::vector<Carrier> carriers;
-      for (int t = begin; t < end && held_[static_cast<std::size_t>(t)][h] != nullptr; ++t) {
-        carriers.push_back(wrists_[static_cast<std::size_t>(t)][h]);
+      for (int t = begin; t < end && held_[t][h] != nullptr; ++t) {
+        carriers.push_back(wrists_[t][h]);
       }
       if (static_cast<int>(carriers.size()) == end - begin) return carriers;
     }
@@ -220,7 +202,7 @@ class WholeClip {
 
   void AddObjectMotion() {
     const auto frames = static_cast<int>(fitted_.size());
-    const auto solved = [&](int t) { return solved_[static_cast<std::size_t>(t)]; };
+    const auto solved = [&](int t) { return solved_[t]; };
     const Carrier world = Carrier::Identity();
     for (int t = 0; t + 1 < frames; ++t) {
       if (!solved(t) || !solved(t + 1)) continue;
@@ -316,13 +298,11 @@ class WholeClip {
   std::vector<FittedFrame>& fitted_;
   RotationManifold manifold_;
   HoldEvaluation evaluation_;
-  std::vector<std::unique_ptr<HandAxes>> axes_;         // per hand
-  std::vector<std::unique_ptr<HandPriorTerm>> limits_;  // per hand, empty when off
+  std::vector<std::unique_ptr<HandPriorTerm>> limits_;  // per hand, null when off
   std::vector<std::unique_ptr<ceres::CostFunction>> terms_;
   std::vector<std::array<HoldCost*, 2>> held_;  // per frame and hand, null if it does not hold
   std::vector<std::array<Carrier, 2>> wrists_;  // per frame and holding hand
   std::vector<bool> solved_;                    // per frame: the object pose is an unknown
-  bool stopped_ = false;
   ceres::Problem ceres_;
 };
 
@@ -347,8 +327,7 @@ ClipReport SolveClip(const ClipProblem& problem, const FitOptions& options, int 
   for (int round = 0; round < rounds; ++round) {
     std::vector<FittedFrame> solution = fitted;
     WholeClip whole(problem, options, threads, solution);
-    whole.Solve(progress, report);
-    if (whole.Stopped() || report.failed) break;
+    if (!whole.Solve(progress, report)) break;
     whole.Keep(report);
     fitted = std::move(solution);
   }

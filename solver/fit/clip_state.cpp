@@ -12,7 +12,7 @@ namespace {
 // Blends towards the start of a hold, or away from its end: the deviation of arm and fingers from
 // the clip decays with the time to it.
 void Blend(const Clip& source, const HandModel& hand, int held_frame, int direction,
-           const HandFrame& held, int num_blend, std::span<const std::uint8_t> holding,
+           const GraspPose& held, int num_blend, std::span<const std::uint8_t> holding,
            Clip& clip) {
   const Side side = hand.HandSide();
   for (int k = 1; k <= num_blend; ++k) {
@@ -64,12 +64,11 @@ GraspMaker GraspsFromClip(const Clip& clip, std::span<const HandModel* const> ha
         hands, [&](const HandModel* model) { return model->HandSide() == request.side; });
     const int t = request.frame;
     HandState state(hand);
-    state.SetBody(clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t));
+    state.SetBody(clip.pose[t], clip.trans.col(t));
     const Eigen::Isometry3d target =
         request.object.Transform() * clip.object->Pose(t).inverse() * state.WorldFromWrist();
-    return GraspPose{
-        FingersOf(clip.pose[static_cast<std::size_t>(t)], request.side),
-        OffsetTo(hand, target, clip.trans.col(t), clip.pose[static_cast<std::size_t>(t)])};
+    return GraspPose{FingersOf(clip.pose[t], request.side),
+                     OffsetTo(hand, target, clip.trans.col(t), clip.pose[t])};
   };
 }
 

@@ -18,6 +18,7 @@ namespace {
 
 using Turns = std::vector<Eigen::Quaterniond>;  // of one joint, one per frame
 
+constexpr double kFingerJump = 40.0 * kDegree;  // radians between two frames
 constexpr double kMaxSpeed = 1200.0 * kDegree;  // radians per second
 constexpr double kMaxStep = 30.0 * kDegree;     // radians per frame, at low rates
 constexpr double kBurst_s = 0.25;               // longer bursts are motion
@@ -30,10 +31,6 @@ Turns TurnsOf(const Clip& clip, int joint) {
   Turns turns;
   for (const JointPose& pose : clip.pose) turns.emplace_back(ExpSO3(pose.col(joint)));
   return turns;
-}
-
-bool Jumps(const Turns& turns, std::size_t t) {
-  return turns[t].angularDistance(turns[t - 1]) > kFingerJump;
 }
 
 // Largest set of mutually consistent frames.
@@ -78,7 +75,7 @@ void Smooth(const HandAxes& axes, int joint, const Eigen::VectorXd& trust, doubl
   ceres::Problem problem;
   const auto at = [&](Eigen::Index t) { return angles.col(t).data(); };
   for (Eigen::Index t = 0; t < angles.cols(); ++t) {
-    problem.AddResidualBlock(new JointGoal(angles.col(t), trust(t)), nullptr, at(t));
+    problem.AddResidualBlock(new NearPoint(angles.col(t), trust(t)), nullptr, at(t));
     problem.AddResidualBlock(new AngleRangeTerm(axes, joint, kLimitWeight), nullptr, at(t));
     if (t < 2) continue;
     problem.AddResidualBlock(new JointAcceleration(1.0, weight), nullptr, at(t - 2), at(t - 1),
@@ -96,7 +93,7 @@ int FingerJumpFrames(const Clip& clip, Side side) {
   for (int k = 0; k < kJointsPerHand; ++k) {
     const Turns turns = TurnsOf(clip, HandBegin(side) + k);
     for (std::size_t t = 1; t < turns.size(); ++t) {
-      if (Jumps(turns, t)) jumps[t] = true;
+      if (turns[t].angularDistance(turns[t - 1]) > kFingerJump) jumps[t] = true;
     }
   }
   return static_cast<int>(std::ranges::count(jumps, true));

@@ -11,9 +11,6 @@
 
 namespace holdfast {
 
-/// A finger joint jumps if it rotates by more than this between two frames, radians.
-inline constexpr double kFingerJump = 40.0 * kDegree;
-
 /// Result of repairing one hand's fingers.
 struct FingerRepair {
   Side side = Side::kRight;
@@ -22,7 +19,8 @@ struct FingerRepair {
   int replaced = 0;     ///< replaced finger joint rotations, of 15 per frame
 };
 
-/// Number of frames, from frame 1, in which a finger joint of this hand jumps.
+/// Number of frames, from frame 1, in which a finger joint of this hand jumps: rotates by more than
+/// 40 degrees.
 int FingerJumpFrames(const Clip& clip, Side side);
 
 /// Repairs fingers that jump; `axes` belong to the hand repaired in `clip`. A mocap solver that

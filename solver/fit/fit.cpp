@@ -196,13 +196,4 @@ FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
   return result;
 }
 
-FitResult FitClip(const Clip& clip, const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
-                  const FitOptions& options, const std::function<bool(int, int)>& progress) {
-  FitObject object;
-  object.vertices = object_vertices;
-  const HandModel* const hands[] = {&hand};
-  const std::vector<std::uint8_t> holding(clip.pose.size(), HoldingBit(hand.HandSide()));
-  return FitClip(clip, hands, object, holding, options.OnlyPaper(), {}, progress);
-}
-
 }  // namespace holdfast

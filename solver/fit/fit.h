@@ -19,7 +19,7 @@
 
 namespace holdfast {
 
-/// Hand configuration at the start of a hold.
+/// Hand configuration in one frame of a hold.
 struct GraspPose {
   FingerPose fingers = FingerPose::Zero();
   /// Hand pose relative to the clip's wrist of that frame: the hand may have to move to the object.
@@ -59,12 +59,6 @@ struct FitResult {
 FitResult FitClip(const Clip& clip, std::span<const HandModel* const> hands,
                   const FitObject& object, std::span<const std::uint8_t> holding,
                   const FitOptions& options, const GraspMaker& grasps = {},
-                  const std::function<bool(int, int)>& progress = {});
-
-/// One hand holding through the whole clip, with the paper's terms only, which need nothing of the
-/// object but `object_vertices` (3 x M).
-FitResult FitClip(const Clip& clip, const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
-                  const FitOptions& options = {},
                   const std::function<bool(int, int)>& progress = {});
 
 }  // namespace holdfast

@@ -98,15 +98,8 @@ class WristOffsetBlock final : public ceres::CostFunction {
   const HandState* state_;
 };
 
-/// Object pose relative to the unmoved hand, equivalent to (q, translation) for the moved hand.
-struct RelativePose {
-  Eigen::Quaterniond orientation;
-  Eigen::Vector3d translation;
-};
-RelativePose SeenByUnmovedHand(const Eigen::Matrix3d& wrist_rotation,
-                               const Eigen::Vector3d& wrist_position, const Eigen::Quaterniond& q,
-                               const Eigen::Vector3d& translation,
-                               const Eigen::Quaterniond& offset_rotation,
-                               const Eigen::Vector3d& offset);
+/// Object pose relative to the unmoved hand, equivalent to `object` for the hand moved by `offset`.
+ObjectPose SeenByUnmovedHand(const HandState& state, const ObjectPose& object,
+                             const WristOffset& offset);
 
 }  // namespace holdfast

@@ -17,6 +17,7 @@
 
 #include "solver/fit/fitted_hand.h"
 #include "solver/terms/hand/paper_terms.h"
+#include "solver/terms/motion/goal_terms.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/dense_problem.h"
 #include "solver/unknowns/rotation_manifold.h"
@@ -28,13 +29,17 @@ namespace {
 // Data of one hand while a frame is solved.
 struct HandBlocks {
   std::optional<Temporal> temporal;
-  std::optional<FingerTemporal> finger_temporal;
-  std::optional<FingerTemporal> finger_data;
+  std::optional<NearPoint> finger_temporal;
+  std::optional<NearPoint> finger_data;
   std::optional<WristOffsetBlock> moved;
   std::optional<WristPrior> prior, calm;
   WristOffset step;
   FingerPose fingers_before;
 };
+
+WristFrame Wrist(const FittedHand& hand) {
+  return {hand.State().WristRotation(), hand.State().WristPosition()};
+}
 
 Eigen::Isometry3d Transform(const WristFrame& wrist) {
   return RigidTransform(wrist.rotation, wrist.position);
@@ -82,14 +87,98 @@ class FrameProblem {
     data_.emplace(guide, options_.lambda_object);
     problem_.AddResidualBlock(*data_, {Q(), T()});
   }
+
   // Adds the k-th hand, with its wrist starting at `step`. `previous`: object in the last frame;
   // `pose`: the clip's in this frame.
   void AddHand(std::size_t k, const WristOffset& step, const ObjectPose& previous,
-               const JointPose& pose);
+               const JointPose& pose) {
+    FittedHand& hand = *holding_[k];
+    HandBlocks& own = blocks_[k];
+    double* const p = hand.fingers.data();
+    own.fingers_before = hand.fingers;
+    own.step = step;
+    hand.Watch(object_, own.step);
+    if (holding_.size() > 1) {
+      AddMovedHold(hand, own);
+    } else {
+      problem_.AddResidualBlock(hand.Block(), {Q(), T(), p});
+    }
+    if (k == 0) {
+      own.temporal.emplace(previous.orientation, previous.translation, hand.fingers,
+                           hand.TemporalWeight());
+      problem_.AddResidualBlock(*own.temporal, {Q(), T(), p});
+    } else {
+      own.finger_temporal.emplace(hand.fingers, hand.TemporalWeight());
+      problem_.AddResidualBlock(*own.finger_temporal, {p});
+    }
+    if (options_.lambda_fingers > 0.0) {
+      own.finger_data.emplace(FingersOf(pose, hand.HandSide()), options_.lambda_fingers);
+      problem_.AddResidualBlock(*own.finger_data, {p});
+    }
+    if (hand.Limits() != nullptr) problem_.AddResidualBlock(*hand.Limits(), {p});
+  }
+
   // User-defined terms; call after adding the hands.
-  void AddCustomTerms(const CustomTermFrame& frame);
+  void AddCustomTerms(const CustomTermFrame& frame) {
+    for (const CustomTerm& term : options_.custom_terms) {
+      std::vector<double*>& parameters = custom_parameters_.emplace_back();
+      for (const FitBlock block : term.blocks) parameters.push_back(FindBlock(block));
+      custom_.emplace_back();
+      if (std::ranges::find(parameters, nullptr) != parameters.end()) continue;
+      custom_.back() = std::make_unique<GuardedTerm>(term, frame);
+      if (custom_.back()->Acts()) problem_.AddResidualBlock(*custom_.back(), parameters);
+    }
+  }
+
   // Sets iterations, stop reason and energies of custom terms. Resets a frame that failed.
-  void Solve(FrameReport& report);
+  void Solve(FrameReport& report) {
+    const auto find_fault = [&] {
+      for (std::size_t k = 0; k < custom_.size(); ++k) {
+        if (custom_[k] == nullptr || custom_[k]->Fault().empty()) continue;
+        report.fault =
+            fmt::format("custom term '{}' {}", options_.custom_terms[k].name, custom_[k]->Fault());
+        return true;
+      }
+      return false;
+    };
+    if (find_fault()) {
+      report.stop = StopReason::kFailed;
+      Restore();
+      return;
+    }
+    // Terms that watch only some points may find that the hand has moved to where they did not
+    // look.
+    constexpr int kRounds = 3;
+    const ceres::Solver::Options options = FrameSolverOptions(options_);
+    ceres::Solver::Summary solved;
+    for (int round = 0; round < kRounds; ++round) {
+      solved = problem_.Solve(options);
+      report.iterations += StepsOf(solved);
+      if (solved.termination_type == ceres::FAILURE) break;
+      bool anew = false;
+      for (std::size_t k = 0; k < holding_.size(); ++k) {
+        anew |= holding_[k]->Watch(object_, blocks_[k].step);
+      }
+      if (!anew) break;
+    }
+    switch (solved.termination_type) {
+      case ceres::CONVERGENCE:
+      case ceres::USER_SUCCESS:
+        report.stop = StopReason::kConverged;
+        break;
+      case ceres::NO_CONVERGENCE:
+        report.stop = StopReason::kIterationLimit;
+        break;
+      default:
+        report.stop = StopReason::kFailed;
+        find_fault();
+        Restore();
+    }
+    for (std::size_t k = 0; k < custom_.size(); ++k) {
+      if (custom_[k] != nullptr)
+        report.custom_energies[k] = custom_[k]->Energy(custom_parameters_[k].data());
+    }
+  }
 
   const WristOffset& Step(std::size_t k) const { return blocks_[k].step; }
   const FingerPose& FingersBefore(std::size_t k) const { return blocks_[k].fingers_before; }
@@ -97,9 +186,52 @@ class FrameProblem {
  private:
   double* Q() { return object_.orientation.coeffs().data(); }
   double* T() { return object_.translation.data(); }
-  void AddMovedHold(FittedHand& hand, HandBlocks& own);
-  void Restore();
-  double* FindBlock(FitBlock block);
+
+  // Terms between the object and a hand whose wrist may deviate from the clip.
+  void AddMovedHold(FittedHand& hand, HandBlocks& own) {
+    double* const C = own.step.rotation.coeffs().data();
+    double* const c = own.step.translation.data();
+    own.moved.emplace(&hand.Block(), &hand.State());
+    problem_.AddResidualBlock(*own.moved, {Q(), T(), hand.fingers.data(), C, c});
+    if (!(options_.lambda_wrist > 0.0)) return;  // the wrist stays where it is
+    problem_.AddParameterBlock(C, 4, true);
+    problem_.AddParameterBlock(c, 3);
+    own.prior.emplace(hand.offset, options_.lambda_wrist);
+    problem_.AddResidualBlock(*own.prior, {C, c});
+    // Hands that start a hold off the clip's wrists return there within release_s, not at once.
+    own.calm.emplace(WristOffset{}, options_.lambda_wrist * options_.release_s / frame_s_);
+    problem_.AddResidualBlock(*own.calm, {C, c});
+  }
+
+  void Restore() {
+    object_ = start_;
+    for (std::size_t k = 0; k < holding_.size(); ++k) {
+      holding_[k]->fingers = blocks_[k].fingers_before;
+      blocks_[k].step = {};
+    }
+  }
+
+  // Null if the hand does not hold.
+  double* FindBlock(FitBlock block) {
+    if (block == FitBlock::kObjectRotation) return Q();
+    if (block == FitBlock::kObjectTranslation) return T();
+    const bool right = block == FitBlock::kRightFingers || block == FitBlock::kRightWristRotation ||
+                       block == FitBlock::kRightWristTranslation;
+    for (std::size_t k = 0; k < holding_.size(); ++k) {
+      if ((holding_[k]->HandSide() == Side::kRight) != right) continue;
+      switch (block) {
+        case FitBlock::kRightFingers:
+        case FitBlock::kLeftFingers:
+          return holding_[k]->fingers.data();
+        case FitBlock::kRightWristRotation:
+        case FitBlock::kLeftWristRotation:
+          return blocks_[k].step.rotation.coeffs().data();
+        default:
+          return blocks_[k].step.translation.data();
+      }
+    }
+    return nullptr;
+  }
 
   const FitOptions& options_;
   double frame_s_;
@@ -114,156 +246,11 @@ class FrameProblem {
   DenseProblem problem_;
 };
 
-void FrameProblem::AddHand(std::size_t k, const WristOffset& step, const ObjectPose& previous,
-                           const JointPose& pose) {
-  FittedHand& hand = *holding_[k];
-  HandBlocks& own = blocks_[k];
-  double* const p = hand.fingers.data();
-  own.fingers_before = hand.fingers;
-  own.step = step;
-  hand.Watch(object_, own.step);
-  if (holding_.size() > 1) {
-    AddMovedHold(hand, own);
-  } else {
-    problem_.AddResidualBlock(hand.Block(), {Q(), T(), p});
-  }
-  if (k == 0) {
-    own.temporal.emplace(previous.orientation, previous.translation, hand.fingers,
-                         hand.TemporalWeight());
-    problem_.AddResidualBlock(*own.temporal, {Q(), T(), p});
-  } else {
-    own.finger_temporal.emplace(hand.fingers, hand.TemporalWeight());
-    problem_.AddResidualBlock(*own.finger_temporal, {p});
-  }
-  if (options_.lambda_fingers > 0.0) {
-    own.finger_data.emplace(FingersOf(pose, hand.HandSide()), options_.lambda_fingers);
-    problem_.AddResidualBlock(*own.finger_data, {p});
-  }
-  if (hand.Limits() != nullptr) problem_.AddResidualBlock(*hand.Limits(), {p});
-}
-
-// Terms between the object and a hand whose wrist may deviate from the clip.
-void FrameProblem::AddMovedHold(FittedHand& hand, HandBlocks& own) {
-  double* const C = own.step.rotation.coeffs().data();
-  double* const c = own.step.translation.data();
-  own.moved.emplace(&hand.Block(), &hand.State());
-  problem_.AddResidualBlock(*own.moved, {Q(), T(), hand.fingers.data(), C, c});
-  if (!(options_.lambda_wrist > 0.0)) return;  // the wrist stays where it is
-  problem_.AddParameterBlock(C, 4, true);
-  problem_.AddParameterBlock(c, 3);
-  own.prior.emplace(hand.offset, options_.lambda_wrist);
-  problem_.AddResidualBlock(*own.prior, {C, c});
-  // Hands that start a hold off the clip's wrists return there within release_s, not at once.
-  own.calm.emplace(WristOffset{}, options_.lambda_wrist * options_.release_s / frame_s_);
-  problem_.AddResidualBlock(*own.calm, {C, c});
-}
-
-// Null if the hand does not hold.
-double* FrameProblem::FindBlock(FitBlock block) {
-  if (block == FitBlock::kObjectRotation) return Q();
-  if (block == FitBlock::kObjectTranslation) return T();
-  const bool right = block == FitBlock::kRightFingers || block == FitBlock::kRightWristRotation ||
-                     block == FitBlock::kRightWristTranslation;
-  for (std::size_t k = 0; k < holding_.size(); ++k) {
-    if ((holding_[k]->HandSide() == Side::kRight) != right) continue;
-    switch (block) {
-      case FitBlock::kRightFingers:
-      case FitBlock::kLeftFingers:
-        return holding_[k]->fingers.data();
-      case FitBlock::kRightWristRotation:
-      case FitBlock::kLeftWristRotation:
-        return blocks_[k].step.rotation.coeffs().data();
-      default:
-        return blocks_[k].step.translation.data();
-    }
-  }
-  return nullptr;
-}
-
-void FrameProblem::AddCustomTerms(const CustomTermFrame& frame) {
-  for (const CustomTerm& term : options_.custom_terms) {
-    std::vector<double*>& parameters = custom_parameters_.emplace_back();
-    for (const FitBlock block : term.blocks) parameters.push_back(FindBlock(block));
-    custom_.emplace_back();
-    if (std::ranges::find(parameters, nullptr) != parameters.end()) continue;
-    custom_.back() = std::make_unique<GuardedTerm>(term, frame);
-    if (custom_.back()->Acts()) problem_.AddResidualBlock(*custom_.back(), parameters);
-  }
-}
-
-void FrameProblem::Solve(FrameReport& report) {
-  report.custom_energies.assign(custom_.size(), std::numeric_limits<double>::quiet_NaN());
-  const auto find_fault = [&] {
-    for (std::size_t k = 0; k < custom_.size(); ++k) {
-      if (custom_[k] == nullptr || custom_[k]->Fault().empty()) continue;
-      report.fault =
-          fmt::format("custom term '{}' {}", options_.custom_terms[k].name, custom_[k]->Fault());
-      return true;
-    }
-    return false;
-  };
-  if (find_fault()) {
-    report.stop = StopReason::kFailed;
-    Restore();
-    return;
-  }
-  // Terms that watch only some points may find that the hand has moved to where they did not look.
-  constexpr int kRounds = 3;
-  const ceres::Solver::Options options = FrameSolverOptions(options_);
-  ceres::Solver::Summary solved;
-  for (int round = 0; round < kRounds; ++round) {
-    solved = problem_.Solve(options);
-    report.iterations += StepsOf(solved);
-    if (solved.termination_type == ceres::FAILURE) break;
-    bool anew = false;
-    for (std::size_t k = 0; k < holding_.size(); ++k) {
-      anew |= holding_[k]->Watch(object_, blocks_[k].step);
-    }
-    if (!anew) break;
-  }
-  switch (solved.termination_type) {
-    case ceres::CONVERGENCE:
-    case ceres::USER_SUCCESS:
-      report.stop = StopReason::kConverged;
-      break;
-    case ceres::NO_CONVERGENCE:
-      report.stop = StopReason::kIterationLimit;
-      break;
-    default:
-      report.stop = StopReason::kFailed;
-      find_fault();
-      Restore();
-  }
-  for (std::size_t k = 0; k < custom_.size(); ++k) {
-    if (custom_[k] != nullptr)
-      report.custom_energies[k] = custom_[k]->Energy(custom_parameters_[k].data());
-  }
-}
-
-void FrameProblem::Restore() {
-  object_ = start_;
-  for (std::size_t k = 0; k < holding_.size(); ++k) {
-    holding_[k]->fingers = blocks_[k].fingers_before;
-    blocks_[k].step = {};
-  }
-}
-
 }  // namespace
 
 std::string_view StopReasonName(StopReason reason) {
-  switch (reason) {
-    case StopReason::kGiven:
-      return "given";
-    case StopReason::kResting:
-      return "resting";
-    case StopReason::kConverged:
-      return "converged";
-    case StopReason::kIterationLimit:
-      return "iteration_limit";
-    case StopReason::kFailed:
-      return "failed";
-  }
-  return "unknown";
+  constexpr const char* kNames[] = {"given", "resting", "converged", "iteration_limit", "failed"};
+  return kNames[static_cast<std::size_t>(reason)];
 }
 
 ceres::Solver::Options FrameSolverOptions(const FitOptions& options) {
@@ -286,31 +273,11 @@ FrameFitter::FrameFitter(std::span<const HandModel* const> hands, const FitObjec
   body_.setZero();
 }
 
-FrameFitter::FrameFitter(const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
-                         const JointPose& first_pose, const Eigen::Vector3d& first_trans,
-                         const ObjectPose& first_object, const FitOptions& options)
-    : options_(options.OnlyPaper()), frame_s_(0.0), own_object_(std::make_unique<FitObject>()) {
-  own_object_->vertices = object_vertices;
-  hands_.push_back(std::make_unique<FittedHand>(hand, *own_object_, options_));
-  Place(first_object);
-  TakeHold(hand.HandSide(), first_pose, first_trans, FingersOf(first_pose, hand.HandSide()));
-}
-
-FrameFitter::~FrameFitter() = default;
-
-FittedHand& FrameFitter::Find(Side side) {
+FittedHand& FrameFitter::Find(Side side) const {
   const auto found =
       std::ranges::find_if(hands_, [&](const auto& hand) { return hand->HandSide() == side; });
   assert(found != hands_.end());
   return **found;
-}
-
-const FittedHand& FrameFitter::Hand(Side side) const {
-  return const_cast<FrameFitter*>(this)->Find(side);
-}
-
-WristFrame FrameFitter::Wrist(const FittedHand& hand) const {
-  return {hand.State().WristRotation(), hand.State().WristPosition()};
 }
 
 // Sets the clip's pose with the arms at the hands' offsets.

@@ -63,16 +63,6 @@ class FrameFitter {
   FrameFitter(std::span<const HandModel* const> hands, const FitObject& object,
               const FitOptions& options, double frame_s);
 
-  /// For one hand that holds from the first frame on, given by the body's pose including the
-  /// grasping fingers, and the object pose. `object_vertices`: (3 x M), object frame. Only the
-  /// paper's terms are on; they need nothing else.
-  FrameFitter(const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
-              const JointPose& first_pose, const Eigen::Vector3d& first_trans,
-              const ObjectPose& first_object, const FitOptions& options = {});
-  ~FrameFitter();
-  FrameFitter(const FrameFitter&) = delete;
-  FrameFitter& operator=(const FrameFitter&) = delete;
-
   /// Sets the object pose before any hand holds it.
   void Place(const ObjectPose& object) { object_ = object; }
   /// Starts a hold in the last solved (or the given first) frame, with the wrist at `offset` from
@@ -93,21 +83,18 @@ class FrameFitter {
   const ObjectPose& Object() const { return object_; }  ///< of the last solved frame
   /// The clip's pose of the last frame, with arms and fingers of the holding hands.
   const JointPose& Body() const { return body_; }
-  const FittedHand& Hand(Side side) const;
-  const FingerPose& Fingers() const { return hands_.front()->fingers; }  ///< of the first hand
+  const FittedHand& Hand(Side side) const { return Find(side); }
   /// Report of the current frame without solving: for the given first one.
   FrameReport FirstFrame();
   int NumContactPairs() const;  ///< of the currently holding hands
 
  private:
-  FittedHand& Find(Side side);
-  WristFrame Wrist(const FittedHand& hand) const;
+  FittedHand& Find(Side side) const;
   void SetBody(const JointPose& pose, const Eigen::Vector3d& trans);
   void FillEnergies(FrameReport& report);
 
   FitOptions options_;
   double frame_s_;
-  std::unique_ptr<FitObject> own_object_;
   std::vector<std::unique_ptr<FittedHand>> hands_;
   ObjectPose object_;
   int frame_ = 0;  // last solved

@@ -153,7 +153,7 @@ void HandObjectBlock::ChainGroup(int g, System& system) const {
   constexpr int kVerticesAtOnce = 20;             // their rows stay in the L1 cache
   using Row3 = Eigen::Matrix<double, 3, kWidth, Eigen::RowMajor>;
   Scratch& s = *scratch_;
-  const HandModel::Group& group = state_->Hand().Groups()[static_cast<std::size_t>(g)];
+  const HandModel::Group& group = state_->Hand().Groups()[g];
   const JacobianMatrix& J_fingers = state_->GroupJacobian(g);
   const Eigen::Matrix3d world_to_object = s.rotation.transpose();
   Eigen::Matrix<double, kWidth, kWidth, Eigen::RowMajor> hessian;
@@ -167,12 +167,12 @@ void HandObjectBlock::ChainGroup(int g, System& system) const {
     const int end = std::min(begin + kVerticesAtOnce, count);
     // All factors first: independent chains of roots and quotients that the processor can overlap.
     for (int m = begin; m < end; ++m) {
-      const int i = group.vertices[static_cast<std::size_t>(m)];
-      factors[m - begin] = Factor3(s.quadratics[static_cast<std::size_t>(i)].hessian);
+      const int i = group.vertices[m];
+      factors[m - begin] = Factor3(s.quadratics[i].hessian);
     }
     for (int m = begin; m < end; ++m) {
-      const int i = group.vertices[static_cast<std::size_t>(m)];
-      const VertexQuadratic& quadratic = s.quadratics[static_cast<std::size_t>(i)];
+      const int i = group.vertices[m];
+      const VertexQuadratic& quadratic = s.quadratics[i];
       const Eigen::Vector3d z = s.z.col(i);
       system.cost += quadratic.cost;
       const Eigen::Matrix3d& factor = factors[m - begin];
@@ -240,7 +240,7 @@ void HandObjectBlock::Chain(System& system) const {
   system.cost = 0.0;
   const std::vector<HandModel::Group>& groups = state_->Hand().Groups();
   for (int g = 0; g < static_cast<int>(groups.size()); ++g) {
-    switch (groups[static_cast<std::size_t>(g)].joints.size()) {
+    switch (groups[g].joints.size()) {
       case 0:
         ChainGroup<0>(g, system);
         break;
@@ -261,21 +261,15 @@ void HandObjectBlock::Linearize(double const* const* parameters, System& system)
   Chain(system);
 }
 
-double HandObjectBlock::Cost() const {
-  const Scratch& s = *scratch_;
+bool HandObjectBlock::Evaluate(double const* const* parameters, double* residuals,
+                               double** jacobians) const {
+  Scratch& s = *scratch_;
+  Update(parameters, jacobians != nullptr);
   double cost = 0.0;
   for (const VertexQuadratic& quadratic : s.quadratics) cost += quadratic.cost;
   for (std::size_t k = 0; k < s.rows.Size(); ++k) {
     cost += 0.5 * s.rows.Residual(k) * s.rows.Residual(k);
   }
-  return cost;
-}
-
-bool HandObjectBlock::Evaluate(double const* const* parameters, double* residuals,
-                               double** jacobians) const {
-  Scratch& s = *scratch_;
-  Update(parameters, jacobians != nullptr);
-  const double cost = Cost();
   if (!std::isfinite(cost)) return false;
   Eigen::Map<Eigen::Matrix<double, kRows, 1>> r(residuals);
   if (jacobians == nullptr) {

@@ -73,7 +73,6 @@ class HandObjectBlock final : public ceres::CostFunction {
   // unchanged parameters, since Ceres evaluates an accepted point twice.
   void Update(double const* const* parameters, bool with_jacobian) const;
   void UpdateRows() const;
-  double Cost() const;
   void Chain(System& system) const;
   template <int kFingers>
   void ChainGroup(int g, System& system) const;

@@ -22,7 +22,7 @@ HoldCost::HoldCost(int hold_index, int frame_index, const FittedFrame& frame_sta
       frame(frame_index),
       orientation(frame_state.object.orientation.coeffs().data()),
       translation(frame_state.object.translation.data()),
-      fingers(frame_state.hands[static_cast<std::size_t>(hand)].fingers),
+      fingers(frame_state.hands[hand].fingers),
       moves(moves_too) {
   set_num_residuals(HandObjectBlock::kRows);
   *mutable_parameter_block_sizes() = {4, 3, kHandDofs};
@@ -48,41 +48,30 @@ bool HoldCost::Evaluate(double const* const*, double* residuals, double** jacobi
   return true;
 }
 
+// One hand of one thread.
 struct HoldEvaluation::Worker {
-  struct Hand {
-    std::unique_ptr<HandState> state;
-    SkinTerms skin_terms;
-  };
-
   // The block of one hold, created on demand; the last one is cached.
-  HandObjectBlock& Block(const ClipProblem& problem, int hold, const HoldTerms& terms) {
-    const auto h = static_cast<std::size_t>(problem.holds[static_cast<std::size_t>(hold)].hand);
-    if (block_hold[h] != hold) {
-      blocks[h] = std::make_unique<HandObjectBlock>(hands[h].state.get());
-      slips[h].reset();
-      if (terms.Slips()) {
-        slips[h] = std::make_unique<Slip>(*terms.SlipTerm());  // its marks change with the frame
-        blocks[h]->AddTerm(EnergyTerm::kSlip, slips[h].get());
-      } else {
-        terms.AddTo(*blocks[h]);
-      }
-      for (const auto& [kind, term] : hands[h].skin_terms) blocks[h]->AddTerm(kind, term.get());
-      blocks[h]->WatchAlways();
-      block_hold[h] = hold;
+  HandObjectBlock& Block(int hold, const HoldTerms& terms) {
+    if (block_hold == hold) return *block;
+    block = std::make_unique<HandObjectBlock>(&state);
+    slip.reset();
+    if (terms.SlipTerm() != nullptr) {
+      slip = std::make_unique<Slip>(*terms.SlipTerm());  // its marks change with the frame
+      block->AddTerm(EnergyTerm::kSlip, slip.get());
+    } else {
+      terms.AddTo(*block);
     }
-    return *blocks[h];
+    for (const auto& [kind, term] : skin_terms) block->AddTerm(kind, term.get());
+    block->WatchAlways();
+    block_hold = hold;
+    return *block;
   }
 
-  void Forget() {
-    for (const Hand& hand : hands) {
-      for (const auto& [kind, term] : hand.skin_terms) term->Forget();
-    }
-  }
-
-  std::vector<Hand> hands;
-  std::array<std::unique_ptr<HandObjectBlock>, 2> blocks;
-  std::array<std::unique_ptr<Slip>, 2> slips;
-  std::array<int, 2> block_hold = {-1, -1};
+  HandState state;
+  SkinTerms skin_terms;
+  std::unique_ptr<HandObjectBlock> block = nullptr;
+  std::unique_ptr<Slip> slip = nullptr;
+  int block_hold = -1;
 };
 
 HoldEvaluation::HoldEvaluation(const ClipProblem& problem, const FitOptions& options, int threads)
@@ -94,12 +83,11 @@ HoldEvaluation::HoldEvaluation(const ClipProblem& problem, const FitOptions& opt
     terms_.push_back(std::make_unique<HoldTerms>(problem.object, hold.at, hold.slip, options));
   }
   for (int k = 0; k < std::max(1, threads); ++k) {
-    auto worker = std::make_unique<Worker>();
+    Workers& hands = workers_.emplace_back();
     for (std::size_t h = 0; h < problem.hands.size(); ++h) {
-      worker->hands.push_back({std::make_unique<HandState>(*problem.hands[h]),
-                               MakeSkinTerms(*anatomy_[h], problem.object, options)});
+      hands.emplace_back(new Worker{HandState(*problem.hands[h]),
+                                    MakeSkinTerms(*anatomy_[h], problem.object, options)});
     }
-    workers_.push_back(std::move(worker));
   }
 }
 
@@ -113,54 +101,51 @@ void HoldEvaluation::PrepareForEvaluation(bool, bool new_evaluation_point) {
 
 void HoldEvaluation::MarkContacts() {
   std::vector<std::vector<Slip::Mark>> last(problem_.holds.size());
-  Worker& worker = *workers_.front();
   for (const auto& held : frames_) {
     const auto k = static_cast<std::size_t>(held->hold);
-    if (!terms_[k]->Slips()) continue;
+    const Slip* const slip = terms_[k]->SlipTerm();
+    if (slip == nullptr) continue;
     const ClipHold& hold = problem_.holds[k];
-    const Slip& slip = *terms_[k]->SlipTerm();
-    HandState& state = *worker.hands[static_cast<std::size_t>(hold.hand)].state;
+    HandState& state = workers_.front()[hold.hand]->state;
     state.SetBody(held->body, problem_.source.trans.col(held->frame));
     state.Evaluate(held->fingers, false);
-    if (held->frame == hold.begin) last[k] = slip.MarksOf(hold.at);
+    if (held->frame == hold.begin) last[k] = slip->MarksOf(hold.at);
     held->marks = last[k];
-    last[k] = slip.MarksOf(
-        InObjectFrame(state.Vertices(),
-                      Eigen::Quaterniond(Eigen::Map<const Eigen::Quaterniond>(held->orientation)),
-                      Eigen::Map<const Eigen::Vector3d>(held->translation)));
+    last[k] = slip->MarksOf(InObjectFrame(state.Vertices(),
+                                          Eigen::Map<const Eigen::Quaterniond>(held->orientation),
+                                          Eigen::Map<const Eigen::Vector3d>(held->translation)));
   }
 }
 
 void HoldEvaluation::EvaluateAll() {
   const auto count = static_cast<int>(frames_.size());
   ParallelFor((count + kChunk - 1) / kChunk, threads_, [&](int chunk) {
-    std::unique_ptr<Worker> worker;
+    Workers hands;
     {
       const std::lock_guard lock(mutex_);
-      worker = std::move(workers_.back());
+      hands = std::move(workers_.back());
       workers_.pop_back();
     }
-    worker->Forget();
+    for (const auto& worker : hands) {
+      for (const auto& [kind, term] : worker->skin_terms) term->Forget();
+    }
     const int end = std::min(count, (chunk + 1) * kChunk);
     for (int k = chunk * kChunk; k < end; ++k) {
-      Evaluate(*worker, *frames_[static_cast<std::size_t>(k)]);
+      HoldCost& held = *frames_[k];
+      Evaluate(*hands[problem_.holds[held.hold].hand], held);
     }
     const std::lock_guard lock(mutex_);
-    workers_.push_back(std::move(worker));
+    workers_.push_back(std::move(hands));
   });
   evaluated_ = true;
 }
 
 void HoldEvaluation::Evaluate(Worker& worker, HoldCost& held) const {
-  const ClipHold& hold = problem_.holds[static_cast<std::size_t>(held.hold)];
-  const HoldTerms& terms = *terms_[static_cast<std::size_t>(held.hold)];
-  HandState& state = *worker.hands[static_cast<std::size_t>(hold.hand)].state;
-  HandObjectBlock& block = worker.Block(problem_, held.hold, terms);
+  HandState& state = worker.state;
+  HandObjectBlock& block = worker.Block(held.hold, *terms_[held.hold]);
   state.SetBody(held.body, problem_.source.trans.col(held.frame));
   block.Invalidate();
-  if (terms.Slips()) {
-    worker.slips[static_cast<std::size_t>(hold.hand)]->SetMarks(held.marks);
-  }
+  if (worker.slip != nullptr) worker.slip->SetMarks(held.marks);
 
   std::array<double*, 5> jacobians{};
   double* next = held.jacobians_.data();
@@ -170,13 +155,12 @@ void HoldEvaluation::Evaluate(Worker& worker, HoldCost& held) const {
   }
   const double* parameters[] = {held.orientation, held.translation, held.fingers.data(),
                                 held.step.rotation.coeffs().data(), held.step.translation.data()};
-  RelativePose seen{Eigen::Quaterniond(Eigen::Map<const Eigen::Quaterniond>(held.orientation)),
-                    Eigen::Map<const Eigen::Vector3d>(held.translation)};
+  ObjectPose seen(Eigen::Map<const Eigen::Quaterniond>(held.orientation),
+                  Eigen::Map<const Eigen::Vector3d>(held.translation));
   if (held.moves) {
     const WristOffsetBlock moved(&block, &state);
     held.finite_ = moved.Evaluate(parameters, held.residuals_.data(), jacobians.data());
-    seen = SeenByUnmovedHand(state.WristRotation(), state.WristPosition(), seen.orientation,
-                             seen.translation, held.step.rotation, held.step.translation);
+    seen = SeenByUnmovedHand(state, seen, held.step);
   } else {
     held.finite_ = block.Evaluate(parameters, held.residuals_.data(), jacobians.data());
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <memory>
 #include <mutex>
 #include <span>
@@ -55,6 +56,7 @@ class HoldEvaluation final : public ceres::EvaluationCallback {
   HoldEvaluation(const ClipProblem& problem, const FitOptions& options, int threads);
   ~HoldEvaluation() override;
 
+  const HandAxes& Axes(std::size_t hand) const { return anatomy_[hand]->axes; }
   /// In frame order; may be extended until the first evaluation.
   std::vector<std::unique_ptr<HoldCost>>& Frames() { return frames_; }
   void PrepareForEvaluation(bool evaluate_jacobians, bool new_evaluation_point) override;
@@ -65,6 +67,7 @@ class HoldEvaluation final : public ceres::EvaluationCallback {
 
  private:
   struct Worker;
+  using Workers = std::vector<std::unique_ptr<Worker>>;  // one per hand
   void Evaluate(Worker& worker, HoldCost& held) const;
 
   const ClipProblem& problem_;
@@ -74,7 +77,7 @@ class HoldEvaluation final : public ceres::EvaluationCallback {
   std::vector<std::unique_ptr<HoldTerms>> terms_;      // per hold
   std::vector<std::unique_ptr<HoldCost>> frames_;
   std::mutex mutex_;
-  std::vector<std::unique_ptr<Worker>> workers_;
+  std::vector<Workers> workers_;  // those not in use
   bool evaluated_ = false;
 };
 

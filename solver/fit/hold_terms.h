@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cmath>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "solver/fit/fit_options.h"
 #include "solver/fit/hand_object_block.h"
 #include "solver/hand/hand_landmarks.h"
+#include "solver/terms/hand/hand_prior.h"
 #include "solver/terms/hand/object_in_hand.h"
 #include "solver/terms/hand/paper_terms.h"
 #include "solver/terms/hand/penetration.h"
@@ -51,8 +53,7 @@ class HoldTerms {
   }
 
   double ContactWeight() const { return contact_weight_; }  ///< of E_c, on the sum
-  bool Slips() const { return slip_ != nullptr; }
-  Slip* SlipTerm() const { return slip_.get(); }  ///< null for a firm hold
+  Slip* SlipTerm() const { return slip_.get(); }            ///< null for a firm hold
   /// Number of pairs of S; with slip, of vertices in contact.
   int NumContacts() const {
     return slip_ ? slip_->NumContacts() : contact_ ? contact_->NumPairs() : 0;
@@ -64,6 +65,15 @@ class HoldTerms {
   double contact_weight_ = 0.0;
   std::unique_ptr<Slip> slip_;
 };
+
+/// Joint limits of the fingers; null when off. `axes` must outlive it.
+inline std::unique_ptr<HandPriorTerm> MakeLimits(const HandAxes& axes, const FitOptions& options) {
+  if (options.lambda_limits <= 0.0) return nullptr;
+  HandPriorWeights weights;
+  weights.limits = std::sqrt(options.lambda_limits);
+  weights.coupling = weights.neighbors = weights.stay = weights.spread = 0.0;
+  return std::make_unique<HandPriorTerm>(axes, HandAngles::Zero(), weights);
+}
 
 /// Terms between skin and object that options and object allow, each for one hand and one thread.
 using SkinTerms = std::vector<std::pair<EnergyTerm, std::unique_ptr<SkinTerm>>>;

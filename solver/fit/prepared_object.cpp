@@ -32,21 +32,21 @@ PreparedObject PrepareObject(LoadedObject object, int vertices, int threads) {
 template <typename Value, typename Make>
 std::shared_ptr<const Value> FitLibrary::Find(Shelf<Value>& shelf, const std::string& key,
                                               const Make& make) {
-  using Entry = typename Shelf<Value>::Entry;
   std::promise<std::shared_ptr<const Value>> promise;
   std::shared_future<std::shared_ptr<const Value>> value;
   bool mine = false;
   {
     const std::scoped_lock guard(lock_);
-    const auto found = std::ranges::find(shelf.entries, key, &Entry::key);
-    if (found != shelf.entries.end()) {
-      shelf.entries.splice(shelf.entries.begin(), shelf.entries, found);
+    const auto found =
+        std::ranges::find_if(shelf, [&](const auto& one) { return one.first == key; });
+    if (found != shelf.end()) {
+      shelf.splice(shelf.begin(), shelf, found);
     } else {
       mine = true;
-      shelf.entries.push_front({key, promise.get_future().share()});
-      if (shelf.entries.size() > capacity_) shelf.entries.pop_back();
+      shelf.emplace_front(key, promise.get_future().share());
+      if (shelf.size() > capacity_) shelf.pop_back();
     }
-    value = shelf.entries.front().value;
+    value = shelf.front().second;
   }
   if (mine) {
     try {

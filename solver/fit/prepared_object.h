@@ -7,6 +7,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "geometry/body/body_model.h"
@@ -44,14 +45,9 @@ class FitLibrary {
                                                int vertices, int threads);
 
  private:
+  // By key, the most recently requested first.
   template <typename Value>
-  struct Shelf {
-    struct Entry {
-      std::string key;
-      std::shared_future<std::shared_ptr<const Value>> value;
-    };
-    std::list<Entry> entries;  // most recently requested first
-  };
+  using Shelf = std::list<std::pair<std::string, std::shared_future<std::shared_ptr<const Value>>>>;
   template <typename Value, typename Make>
   std::shared_ptr<const Value> Find(Shelf<Value>& shelf, const std::string& key, const Make& make);
 

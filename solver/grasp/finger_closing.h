@@ -11,12 +11,9 @@
 
 namespace holdfast {
 
-struct ClosingOptions {
-  double step = 0.035;             ///< radians per step near the object, more elsewhere
-  double touch_distance = 0.0006;  ///< contact threshold, meters
-  double allowed_depth = 0.0015;   ///< meters; a step that penetrates deeper is undone
-  std::array<bool, kNumFingers> fingers = {true, true, true, true, true};
-};
+/// Which fingers close, and how deep a step may penetrate, meters, before it is undone.
+inline constexpr std::array<bool, kNumFingers> kAllFingers = {true, true, true, true, true};
+inline constexpr double kClosingDepth_m = 0.0015;
 
 struct Closing {
   HandAngles angles;
@@ -30,6 +27,7 @@ struct Closing {
 /// touch nothing take the flexion of a touching neighbor. `wrist_from_object` is fixed.
 Closing CloseFingers(const HandAnatomy& anatomy, HandEvaluation& hand, const DistanceGrid& object,
                      const Eigen::Isometry3d& wrist_from_object, const HandAngles& start,
-                     const ClosingOptions& options = {});
+                     const std::array<bool, kNumFingers>& fingers = kAllFingers,
+                     double allowed_depth_m = kClosingDepth_m);
 
 }  // namespace holdfast

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -21,12 +20,6 @@ constexpr int kSurfacePoints = 8000;
 double Tallness(const Eigen::Vector3d& extent) {
   const double wide = std::max(extent.x(), extent.y());
   return wide > 0.0 ? std::clamp(1.5 * extent.z() / wide, 0.4, 1.0) : 1.0;
-}
-
-std::vector<int> AllIds(int count) {
-  std::vector<int> ids(static_cast<std::size_t>(count));
-  std::iota(ids.begin(), ids.end(), 0);
-  return ids;
 }
 
 // Deviation from a relaxed posture and between neighboring fingers, mean squared radians.
@@ -72,7 +65,7 @@ double OutsidePlace(const GraspPlace& place, const Eigen::Matrix3Xd& skin,
 int KnucklesTouching(const GraspScene& scene, HandEvaluation& hand, const FingerPose& fingers,
                      const Eigen::VectorXd& distance) {
   const HandAnatomy& anatomy = scene.anatomy;
-  const HandState& state = hand.At(fingers.data(), false);
+  const HandState& state = hand.At(fingers);
   std::array<bool, kNumFingers> touching{};
   Eigen::Matrix3Xd centers;
   BallCenters(anatomy.landmarks, state.Vertices(), centers);
@@ -271,7 +264,7 @@ GraspScene::GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer,
       height(Extent(mesh).z()),
       tallness(Tallness(Extent(mesh))),
       surface(SampleSurface(mesh, kSurfacePoints, search_options.seed)),
-      surface_patches(surface, AllIds(kSurfacePoints)),
+      surface_patches(surface),
       hands(hand.hand),
       options(search_options),
       obstacles(options.obstacles_in_wrist) {}
@@ -286,15 +279,6 @@ void GraspScene::TakeFor(ObjectUse found) {
   } else if (use.held_at) {
     held_at = *use.held_at;
   }
-}
-
-void GraspScene::LookForHandles() {
-  HandleOptions handle_options;
-  handle_options.threads = options.threads;
-  handles = FindHandles(object, handle_options);
-  std::erase_if(handles, [&](const Handle& handle) {
-    return options.place && !options.place->Allows(handle.bar);
-  });
 }
 
 double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {
@@ -329,7 +313,7 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
   grasp.fingers = scene.anatomy.axes.PoseOf(attempt.angles);
   grasp.wrist_from_object = attempt.wrist_from_object;
   const Eigen::Isometry3d object_from_wrist = attempt.wrist_from_object.inverse();
-  const Eigen::Matrix3Xd vertices = hand.At(grasp.fingers.data(), false).Vertices();
+  const Eigen::Matrix3Xd vertices = hand.At(grasp.fingers).Vertices();
   Eigen::Matrix3Xd skin;
   SkinPositions(landmarks, vertices, skin);
   skin = object_from_wrist * skin;
@@ -351,8 +335,8 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
   grasp.blocked = Blocked(scene, attempt.wrist_from_object);
   if (grasp.style == GraspStyle::kHandle) {
     grasp.fingers_through =
-        FingersThrough(scene.anatomy.axes, hand.At(grasp.fingers.data(), false),
-                       scene.handles[attempt.handle], attempt.wrist_from_object);
+        FingersThrough(scene.anatomy.axes, hand.At(grasp.fingers), scene.handles[attempt.handle],
+                       attempt.wrist_from_object);
   }
   if (thorough) {
     for (const auto& in : scene.hands.FindInside(

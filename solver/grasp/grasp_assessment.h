@@ -46,8 +46,6 @@ struct GraspScene {
   GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer, const DistanceGrid& distance,
              const TriangleMesh& mesh, const GraspOptions& search_options);
 
-  /// Fills `handles` with the handles that the options' place allows.
-  void LookForHandles();
   /// Sets `use` and `held_at`. Where a place is requested, drops the location constraints of `use`.
   void TakeFor(ObjectUse found);
 

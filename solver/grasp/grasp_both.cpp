@@ -38,21 +38,6 @@ struct BothHandsPlacement {
   double cost = 0.0;
 };
 
-std::vector<int> AwayFromHands(const BodySurface& body) {
-  std::vector<int> vertices;
-  for (int i = 0; i < body.NumVertices(); ++i) {
-    double near = 0.0;
-    for (const auto& [joint, weight] : body.Weights(i)) {
-      for (const Side side : kSides) {
-        const bool finger = joint >= HandBegin(side) && joint < HandBegin(side) + kJointsPerHand;
-        if (finger || joint == WristJoint(side) || joint == WristJoint(side) - 2) near += weight;
-      }
-    }
-    if (near < 0.2) vertices.push_back(i);
-  }
-  return vertices;
-}
-
 double Deepest(const Person& person, const JointPose& pose, const DistanceGrid& object,
                const Eigen::Isometry3d& world_from_object) {
   BodyState state;
@@ -194,12 +179,8 @@ HandAngles ThumbAside(const HandAnatomy& anatomy, HandEvaluation& hand, const Di
   HandAngles best = OpenHand(anatomy.axes);
   double most = -std::numeric_limits<double>::infinity();
   for (const auto& [flexion, abduction] : kThumbs) {
-    HandAngles angles = OpenHand(anatomy.axes);
-    angles(0, 3 * kThumb) = flexion * kDegree;
-    angles(1, 3 * kThumb) = abduction * kDegree;
-    angles = anatomy.axes.Clamp(angles);
-    const FingerPose pose = anatomy.axes.PoseOf(angles);
-    const Eigen::Matrix3Xd& vertices = hand.At(pose.data(), false).Vertices();
+    const HandAngles angles = OpenHand(anatomy.axes, flexion, abduction);
+    const Eigen::Matrix3Xd& vertices = hand.At(anatomy.axes.PoseOf(angles)).Vertices();
     double least = std::numeric_limits<double>::infinity();
     for (int i = 0; i < anatomy.hand.NumVertices(); ++i) {
       const int part = anatomy.landmarks.PartOf(i);
@@ -215,35 +196,27 @@ HandAngles ThumbAside(const HandAnatomy& anatomy, HandEvaluation& hand, const Di
   return best;
 }
 
-struct ClosedHand {
-  Grasp grasp;
-  Eigen::Isometry3d wrist_from_object;
-};
-
 // Moves a hand to its side of the object and closes it. If fingers closing over an edge leave the
 // requested region of the object, the thumb stays open, or all fingers do.
-ClosedHand CloseAtSide(const GraspScene& scene, const Eigen::Matrix3Xd& open,
-                       const Eigen::Isometry3d& wrist_from_object) {
+Grasp CloseAtSide(const GraspScene& scene, const Eigen::Matrix3Xd& open,
+                  const Eigen::Isometry3d& wrist_from_object) {
   const HandAnatomy& anatomy = scene.anatomy;
   HandEvaluation evaluation = AtWrist(anatomy.hand);
   GraspAttempt start;
   start.wrist_from_object = BringUp(anatomy, open, scene.object, wrist_from_object);
   start.angles = ThumbAside(anatomy, evaluation, scene.object, start.wrist_from_object);
-  ClosingOptions all, without_thumb, none;
-  without_thumb.fingers[kThumb] = false;
-  none.fingers.fill(false);
-  std::optional<ClosedHand> best;
-  for (const ClosingOptions& closing : {all, without_thumb, none}) {
+  std::array<bool, kNumFingers> without_thumb = kAllFingers;
+  without_thumb[kThumb] = false;
+  std::optional<Grasp> best;
+  for (const auto& fingers : {kAllFingers, without_thumb, std::array<bool, kNumFingers>{}}) {
     GraspAttempt attempt = start;
     attempt.angles = CloseFingers(anatomy, evaluation, scene.object, start.wrist_from_object,
-                                  start.angles, closing)
+                                  start.angles, fingers)
                          .angles;
     RefineGrasp(anatomy, evaluation, scene.object, {}, attempt.angles, attempt.wrist_from_object);
     const Grasp grasp = Assess(scene, evaluation, attempt, true);
-    if (!best || grasp.outside_place < best->grasp.outside_place) {
-      best = {grasp, attempt.wrist_from_object};
-    }
-    if (best->grasp.outside_place <= GraspPlace::kMaxOutside) break;
+    if (!best || grasp.outside_place < best->outside_place) best = grasp;
+    if (best->outside_place <= GraspPlace::kMaxOutside) break;
   }
   return *best;
 }
@@ -251,8 +224,8 @@ ClosedHand CloseAtSide(const GraspScene& scene, const Eigen::Matrix3Xd& open,
 // Skin without the thumb, which would keep a palm off a flat face.
 Eigen::Matrix3Xd OpenSkin(const HandAnatomy& anatomy) {
   HandEvaluation evaluation = AtWrist(anatomy.hand);
-  const FingerPose open = anatomy.axes.PoseOf(OpenHand(anatomy.axes));
-  const Eigen::Matrix3Xd& vertices = evaluation.At(open.data(), false).Vertices();
+  const Eigen::Matrix3Xd& vertices =
+      evaluation.At(anatomy.axes.PoseOf(OpenHand(anatomy.axes))).Vertices();
   std::vector<int> kept;
   for (int i = 0; i < static_cast<int>(vertices.cols()); ++i) {
     const int part = anatomy.landmarks.PartOf(i);
@@ -292,7 +265,7 @@ Closed CloseOn(const BothHandsPlacement& placement, const Person& person, const 
   double cost = placement.cost;
   bool reached = true;
   for (int h = 0; h < 2; ++h) {
-    const auto [hand, wrist_from_object] =
+    const Grasp hand =
         CloseAtSide(hands.scenes[h], hands.open_skin[h],
                     placement.world_from_wrist[h].inverse() * placement.world_from_object);
     grasp.hands[h] = hand;
@@ -304,7 +277,7 @@ Closed CloseOn(const BothHandsPlacement& placement, const Person& person, const 
     const bool there = hand.outside_place <= GraspPlace::kMaxOutside;
     if (!clean || !there || fingers < 2) grasp.status = GraspStatus::kNoCleanGrasp;
     cost -= 0.15 * static_cast<double>(fingers) + (hand.palm_touching ? 0.3 : 0.0);
-    const Eigen::Isometry3d wrist = placement.world_from_object * wrist_from_object.inverse();
+    const Eigen::Isometry3d wrist = placement.world_from_object * hand.wrist_from_object.inverse();
     reached &= Reach(person, kSides[h], wrist, options.wrist, grasp.pose);
     SetFingers(grasp.pose, kSides[h], hand.fingers);
     const Eigen::Isometry3d& before = person.world_from_wrist[h];
@@ -323,7 +296,7 @@ Closed CloseOn(const BothHandsPlacement& placement, const Person& person, const 
 
 Person PersonIn(const BodySurface& body, const JointPose& pose, const Eigen::Vector3d& trans,
                 const HandAnatomy& right, const HandAnatomy& left) {
-  Person person{body, {&right, &left}, pose, trans, {}, {}, AwayFromHands(body)};
+  Person person{body, {&right, &left}, pose, trans, {}, {}, AwayFromHands(body, kSides)};
   BodyState state;
   ForwardJoints(body.RestJoints(), pose, trans, state);
   for (int h = 0; h < 2; ++h) {
@@ -383,9 +356,7 @@ BothHandsGrasp HoldInBothHands(const HandModel& right, const HandModel& left,
   }
   none.status = GraspStatus::kNoRoom;
   if (placements.empty()) return none;
-  std::stable_sort(
-      placements.begin(), placements.end(),
-      [](const BothHandsPlacement& a, const BothHandsPlacement& b) { return a.cost < b.cost; });
+  std::ranges::stable_sort(placements, {}, &BothHandsPlacement::cost);
   if (static_cast<int>(placements.size()) > options.closings) placements.resize(options.closings);
 
   GraspOptions one_hand;

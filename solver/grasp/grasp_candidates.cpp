@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include <Eigen/Geometry>
 
@@ -51,9 +52,8 @@ Eigen::Matrix3Xd AllowedPoints(const TriangleMesh& object, const OppositionOptio
 std::optional<InwardRay> MeasureThickness(const TriangleMesh& object, const TriangleTree& tree,
                                           const Eigen::Vector3d& place, double most_m) {
   constexpr double kTouch_m = 0.00025, kOwnSurface_m = 0.001, kFacing = 0.5;
-  const auto normal_of = [&](int face) {
-    const auto corner = [&](int k) { return object.vertices.col(object.faces(k, face)); };
-    return Eigen::Vector3d((corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized());
+  const auto normal_of = [&](int face) -> Eigen::Vector3d {
+    return FaceCross(object, face).normalized();
   };
   TriangleTree::Hit hit = tree.Closest(place);
   const InwardRay ray{hit.point, -normal_of(hit.face), 0.0};
@@ -107,10 +107,7 @@ Eigen::Vector3d SolidCentroid(const TriangleMesh& mesh) {
 Eigen::Matrix3Xd SampleSurface(const TriangleMesh& mesh, int count, std::uint64_t seed) {
   std::vector<double> cumulative(mesh.NumFaces() + 1, 0.0);
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
-    const Eigen::Vector3d a = mesh.vertices.col(mesh.faces(0, f));
-    const Eigen::Vector3d b = mesh.vertices.col(mesh.faces(1, f));
-    const Eigen::Vector3d c = mesh.vertices.col(mesh.faces(2, f));
-    cumulative[f + 1] = cumulative[f] + 0.5 * (b - a).cross(c - a).norm();
+    cumulative[f + 1] = cumulative[f] + 0.5 * FaceCross(mesh, f).norm();
   }
   Eigen::Matrix3Xd points(3, count);
   for (int i = 0; i < count; ++i) {
@@ -167,14 +164,12 @@ std::vector<Opposition> FindOppositions(const TriangleMesh& object, const Distan
     }
   }
 
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Opposition& a, const Opposition& b) { return a.quality > b.quality; });
+  std::ranges::stable_sort(found, std::greater(), &Opposition::quality);
   std::vector<Opposition> kept;
   for (const Opposition& opposition : found) {
     if (static_cast<int>(kept.size()) == options.count) break;
-    const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const Opposition& other) {
-      return SameNeighborhood(opposition, other, size);
-    });
+    const bool is_new = std::ranges::none_of(
+        kept, [&](const Opposition& other) { return SameNeighborhood(opposition, other, size); });
     if (is_new) kept.push_back(opposition);
   }
   return kept;

@@ -21,16 +21,16 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Wrenches = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-constexpr double kBalanced = 1e-6;  // relative to the length of the load
+constexpr double kMostFriction = 2.0;  // above it, no friction is considered sufficient
+constexpr double kBalanced = 1e-6;     // relative to the length of the load
 
 void RequireValid(double length_m, const CertificateOptions& options) {
   const auto require = [](bool valid, const char* what) {
     if (!valid) throw Error("grasp certificate", what, "Use the defaults of CertificateOptions");
   };
   require(length_m > 0.0 && std::isfinite(length_m), "the length is not positive");
-  require(options.friction >= 0.0 && options.most_friction >= 0.0, "friction is negative");
+  require(options.friction >= 0.0, "friction is negative");
   require(options.cone_edges >= 3 && options.cone_edges <= 1000, "a cone needs 3 to 1000 edges");
-  require(options.twist_lever_m >= 0.0, "the lever is negative");
   require(options.most_squeeze > 0.0 && options.friction_step > 0.0,
           "squeeze force or friction step is not positive");
 }
@@ -43,9 +43,7 @@ struct EdgeWrenches {
 
   EdgeWrenches(std::span<const GraspContact> contacts, const Eigen::Vector3d& mass_center,
                double length_m, const CertificateOptions& options) {
-    const double twist = options.twist_lever_m / length_m;
-    const int per_contact = options.cone_edges + (twist > 0.0 ? 2 : 0);
-    without.resize(6, per_contact * static_cast<Eigen::Index>(contacts.size()));
+    without.resize(6, options.cone_edges * static_cast<Eigen::Index>(contacts.size()));
     per_friction.resize(6, without.cols());
     Eigen::Index column = 0;
     for (const GraspContact& contact : contacts) {
@@ -55,14 +53,11 @@ struct EdgeWrenches {
       const Eigen::Vector3d arm = (contact.point - mass_center) / length_m;
       Vector6d straight;
       straight << n, arm.cross(n);
-      without.middleCols(column, per_contact).colwise() = straight;
+      without.middleCols(column, options.cone_edges).colwise() = straight;
       for (int e = 0; e < options.cone_edges; ++e) {
         const double angle = 2.0 * std::numbers::pi * e / options.cone_edges;
         const Eigen::Vector3d aside = std::cos(angle) * t + std::sin(angle) * b;
         per_friction.col(column++) << aside, arm.cross(aside);
-      }
-      for (const double turn : {-twist, twist}) {
-        if (twist > 0.0) per_friction.col(column++) << Eigen::Vector3d::Zero(), turn * n;
       }
     }
   }
@@ -192,7 +187,7 @@ double RefutedBy(const Vector6d& multipliers, const Vector6d& load, const EdgeWr
   const double lifted = multipliers.dot(load) / options.most_squeeze;
   const Eigen::RowVectorXd without = multipliers.transpose() * edges.without;
   const Eigen::RowVectorXd per_friction = multipliers.transpose() * edges.per_friction;
-  double refuted = options.most_friction;
+  double refuted = kMostFriction;
   for (Eigen::Index i = 0; i < without.cols(); ++i) {
     if (without(i) + refuted * per_friction(i) > lifted) {
       refuted = (lifted - without(i)) / per_friction(i);
@@ -213,13 +208,13 @@ std::optional<double> LeastFriction(const EdgeWrenches& edges, const Certificate
     double refuted = -options.friction_step, jump = 0.5 * options.friction_step;
     std::optional<double> held;
     for (double trial = friction; !held || *held - refuted > options.friction_step;
-         trial = held ? 0.5 * (refuted + *held) : std::min(refuted + jump, options.most_friction)) {
+         trial = held ? 0.5 * (refuted + *held) : std::min(refuted + jump, kMostFriction)) {
       program.Set(edges.With(trial));
       if (program.Balances(load)) {
         held = trial;
         if (trial == friction) break;
       } else {
-        if (trial >= options.most_friction) return std::nullopt;
+        if (trial >= kMostFriction) return std::nullopt;
         refuted = std::max(trial, RefutedBy(program.Direction(), load, edges, options));
         jump *= 2.0;
       }
@@ -425,7 +420,7 @@ std::vector<GraspContact> PadContacts(const HandAnatomy& anatomy, HandEvaluation
     int part;
     GraspContact contact;
   };
-  const Eigen::Matrix3Xd& vertices = hand.At(fingers.data(), false).Vertices();
+  const Eigen::Matrix3Xd& vertices = hand.At(fingers).Vertices();
   const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
   std::vector<Touch> touching;
   for (int part = 0; part < kNumHandParts; ++part) {
@@ -440,8 +435,7 @@ std::vector<GraspContact> PadContacts(const HandAnatomy& anatomy, HandEvaluation
       touching.push_back({distance, part, {x - distance * outward, -outward}});
     }
   }
-  std::stable_sort(touching.begin(), touching.end(),
-                   [](const Touch& a, const Touch& b) { return a.distance < b.distance; });
+  std::ranges::stable_sort(touching, {}, &Touch::distance);
   for (double apart = 0.006;; apart *= 1.25) {
     std::vector<Touch> kept;
     for (const Touch& touch : touching) {
@@ -449,7 +443,7 @@ std::vector<GraspContact> PadContacts(const HandAnatomy& anatomy, HandEvaluation
         return other.part == touch.part &&
                (other.contact.point - touch.contact.point).norm() < apart;
       };
-      if (std::none_of(kept.begin(), kept.end(), near)) kept.push_back(touch);
+      if (std::ranges::none_of(kept, near)) kept.push_back(touch);
     }
     if (static_cast<int>(kept.size()) > most && apart < 1.0) continue;
     std::vector<GraspContact> contacts;

@@ -22,11 +22,7 @@ struct CertificateOptions {
   /// Edges of the pyramid inscribed in each friction cone; whatever the pyramids resist, the cones
   /// do too. 8 edges lose up to 8 % of the tangential force.
   int cone_edges = 8;
-  /// Lever (meters) of the torsional moment about its normal that a contact also resists: friction
-  /// * lever * normal force. 0: point contacts, as where several contacts represent one pad.
-  double twist_lever_m = 0.0;
   double most_squeeze = 100.0;   ///< upper bound on the sum of normal forces, in object weights
-  double most_friction = 2.0;    ///< above it, no friction is considered sufficient
   double friction_step = 0.005;  ///< resolution of the least friction
 };
 
@@ -39,16 +35,11 @@ struct GraspCertificate {
   /// of the pyramids reaches in one direction. 0 without force closure.
   double ball_lower = 0.0, ball_upper = 0.0;
   /// Least friction coefficient with which contacts balance the object's weight, acting at its mass
-  /// center, in every direction; proven for it and all larger ones. None: not up to
-  /// `CertificateOptions::most_friction`.
+  /// center, in every direction; proven for it and all larger ones. None: not up to 2.
   std::optional<double> least_friction;
   double friction = 0.0;  ///< of the ball
   double length_m = 0.0;
   int contacts = 0;
-
-  bool HoldsWith(double coefficient) const {
-    return least_friction && *least_friction <= coefficient;
-  }
 };
 
 /// Certifies contacts of a solid with its mass center at `mass_center` (frame of the contacts,

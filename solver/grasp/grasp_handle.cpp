@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -15,6 +16,11 @@
 namespace holdfast {
 namespace {
 
+constexpr double kFingerRadius = 0.0075;  // of the thinnest finger considered, meters
+constexpr double kMaxOpening = 0.12;      // across; wider openings are not handles
+constexpr double kMaxBar = 0.035;         // thickness of a bar, in any direction across it
+constexpr double kGridStep = 0.004;       // of the grid searched for openings
+constexpr std::size_t kMostHandles = 5;
 constexpr double kShortest = 0.0003;     // minimum step along a ray, meters
 constexpr double kFingerPasses = 0.030;  // distance a finger needs its full width on either side
 constexpr double kOutOfSight = 0.150;    // its path must stay free this far: no bowl's floor
@@ -64,10 +70,11 @@ double Exit(const DistanceGrid& object, const Eigen::Vector3d& from, const Eigen
 
 // `clearance`: of the point, which is in the grid; greater than the radius.
 bool FingerPasses(const DistanceGrid& object, const Eigen::Vector3d& point, double clearance,
-                  const Eigen::Vector3d& way, double radius) {
+                  const Eigen::Vector3d& way) {
+  constexpr double kRadius = kFingerRadius - 0.001;
   for (const double sign : {1.0, -1.0}) {
-    for (double s = std::max(clearance - radius, 0.001); s < kOutOfSight;) {
-      const double least = s < kFingerPasses ? radius : 0.3 * radius;
+    for (double s = std::max(clearance - kRadius, 0.001); s < kOutOfSight;) {
+      const double least = s < kFingerPasses ? kRadius : 0.3 * kRadius;
       const Eigen::Vector3d at = point + sign * s * way;
       if (HasLeft(object, at)) break;
       const double d = object.Linear(at);
@@ -81,13 +88,13 @@ bool FingerPasses(const DistanceGrid& object, const Eigen::Vector3d& point, doub
 // Mean distance to the surrounding object orthogonal to `way`; infinity if a ray escapes or the
 // mean is not below `most`.
 double Enclosure(const DistanceGrid& object, const Eigen::Vector3d& point, double clearance,
-                 const Eigen::Vector3d& way, double max_opening, double most) {
+                 const Eigen::Vector3d& way, double most) {
   const Eigen::Vector3d x = way.unitOrthogonal(), y = way.cross(x);
   double sum = 0.0;
   for (int i = 0; i < kEnclosingRays; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / kEnclosingRays;
     const double s = Entry(object, point, std::cos(angle) * x + std::sin(angle) * y,
-                           0.8 * max_opening, clearance);
+                           0.8 * kMaxOpening, clearance);
     if (s == kInfinity) return kInfinity;
     sum += s / kEnclosingRays;
     if (sum >= most) return kInfinity;
@@ -141,11 +148,11 @@ std::optional<Eigen::Vector3d> BarDirection(const DistanceGrid& object, const Ei
 
 // Whether the cross-section around `bar` is small, with room for a finger on every side.
 bool IsBar(const DistanceGrid& object, const Eigen::Vector3d& bar, const Eigen::Vector3d& across_1,
-           const Eigen::Vector3d& across_2, const HandleOptions& options) {
+           const Eigen::Vector3d& across_2) {
   for (int i = 0; i < 16; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / 16;
     const Eigen::Vector3d way = std::cos(angle) * across_1 + std::sin(angle) * across_2;
-    const double out = Exit(object, bar, way, 0.6 * options.max_bar_m);
+    const double out = Exit(object, bar, way, 0.6 * kMaxBar);
     if (out == kInfinity) return false;
     const Eigen::Vector3d outside = bar + (out + kSlot) * way;
     if (Entry(object, outside, way, kBesideBar - kSlot) != kInfinity) return false;
@@ -155,16 +162,15 @@ bool IsBar(const DistanceGrid& object, const Eigen::Vector3d& bar, const Eigen::
 }
 
 std::optional<Handle> HandleAt(const DistanceGrid& object, const Eigen::Vector3d& opening,
-                               const Eigen::Vector3d& way, const Eigen::Vector3d& outward,
-                               const HandleOptions& options) {
-  const double entry = Entry(object, opening, outward, options.max_opening_m);
+                               const Eigen::Vector3d& way, const Eigen::Vector3d& outward) {
+  const double entry = Entry(object, opening, outward, kMaxOpening);
   if (entry == kInfinity) return std::nullopt;
   const Eigen::Vector3d inside = opening + (entry + kShortest) * outward;
-  const double thick = Exit(object, inside, outward, options.max_bar_m);
+  const double thick = Exit(object, inside, outward, kMaxBar);
   if (thick == kInfinity) return std::nullopt;
   Handle handle;
   handle.bar = inside + 0.5 * thick * outward;
-  if (!IsBar(object, handle.bar, outward, way, options)) return std::nullopt;
+  if (!IsBar(object, handle.bar, outward, way)) return std::nullopt;
   const std::optional<Eigen::Vector3d> along = BarDirection(object, handle.bar, 0.018);
   if (!along || std::abs(along->dot(way)) > 0.6 || std::abs(along->dot(outward)) > 0.6) {
     return std::nullopt;
@@ -173,28 +179,27 @@ std::optional<Handle> HandleAt(const DistanceGrid& object, const Eigen::Vector3d
   handle.through = (way - way.dot(handle.along) * handle.along).normalized();
   handle.inward = handle.along.cross(handle.through);
   if (handle.inward.dot(outward) > 0.0) handle.inward = -handle.inward;
-  if (!IsBar(object, handle.bar, handle.inward, handle.through, options)) return std::nullopt;
+  if (!IsBar(object, handle.bar, handle.inward, handle.through)) return std::nullopt;
 
-  const double one_side = Exit(object, handle.bar, handle.through, options.max_bar_m);
-  const double other_side = Exit(object, handle.bar, -handle.through, options.max_bar_m);
+  const double one_side = Exit(object, handle.bar, handle.through, kMaxBar);
+  const double other_side = Exit(object, handle.bar, -handle.through, kMaxBar);
   if (one_side == kInfinity || other_side == kInfinity) return std::nullopt;
   handle.bar += 0.5 * (one_side - other_side) * handle.through;
   handle.width = one_side + other_side;
-  const double half = Exit(object, handle.bar, handle.inward, options.max_bar_m);
-  const double other_half = Exit(object, handle.bar, -handle.inward, options.max_bar_m);
+  const double half = Exit(object, handle.bar, handle.inward, kMaxBar);
+  const double other_half = Exit(object, handle.bar, -handle.inward, kMaxBar);
   if (half == kInfinity || other_half == kInfinity) return std::nullopt;
   handle.bar += 0.5 * (half - other_half) * handle.inward;
   handle.thickness = half + other_half;
   const Eigen::Vector3d face = handle.bar + (0.5 * handle.thickness + kSlot) * handle.inward;
-  handle.room = kSlot + Entry(object, face, handle.inward, options.max_opening_m);
-  if (handle.room < 2.0 * options.finger_radius_m || handle.room == kInfinity) return std::nullopt;
+  handle.room = kSlot + Entry(object, face, handle.inward, kMaxOpening);
+  if (handle.room < 2.0 * kFingerRadius || handle.room == kInfinity) return std::nullopt;
 
   // Bars are curved: a finger may lie slightly farther in, but not at the far side.
   const double deepest = 0.5 * handle.thickness + std::min(handle.room, 0.028);
   const auto finger_fits = [&](double s) {
-    for (double in = 0.5 * handle.thickness + options.finger_radius_m; in < deepest; in += 0.003) {
-      if (object.Linear(handle.bar + s * handle.along + in * handle.inward) >
-          options.finger_radius_m) {
+    for (double in = 0.5 * handle.thickness + kFingerRadius; in < deepest; in += 0.003) {
+      if (object.Linear(handle.bar + s * handle.along + in * handle.inward) > kFingerRadius) {
         return true;
       }
     }
@@ -202,7 +207,7 @@ std::optional<Handle> HandleAt(const DistanceGrid& object, const Eigen::Vector3d
   };
   const auto reach = [&](double sign) {
     double s = 0.0;
-    while (s < options.max_opening_m && finger_fits(sign * s)) s += 0.002;
+    while (s < kMaxOpening && finger_fits(sign * s)) s += 0.002;
     return sign * std::max(0.0, s - 0.002);
   };
   handle.low = reach(-1.0);
@@ -218,36 +223,34 @@ double Rank(const Handle& handle) {
 
 }  // namespace
 
-std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions& options) {
+std::vector<Handle> FindHandles(const DistanceGrid& object, int threads) {
   const std::array<Eigen::Vector3d, kWaysThrough> directions = HalfSphere();
   const Eigen::Vector3i nodes =
-      ((object.Max() - object.Min()) / options.step_m).array().ceil().cast<int>();
+      ((object.Max() - object.Min()) / kGridStep).array().ceil().cast<int>();
   std::vector<std::vector<Handle>> by_slice(nodes.z() + 1);
-  ParallelFor(nodes.z() + 1, options.threads, [&](int k) {
+  ParallelFor(nodes.z() + 1, threads, [&](int k) {
     for (int j = 0; j <= nodes.y(); ++j) {
       for (int i = 0; i <= nodes.x(); ++i) {
-        const Eigen::Vector3d point = object.Min() + options.step_m * Eigen::Vector3d(i, j, k);
+        const Eigen::Vector3d point = object.Min() + kGridStep * Eigen::Vector3d(i, j, k);
         if (HasLeft(object, point)) continue;  // the last step may be outside
         const double clearance = object.Linear(point);
-        if (clearance < options.finger_radius_m || clearance > 0.5 * options.max_opening_m)
-          continue;
+        if (clearance < kFingerRadius || clearance > 0.5 * kMaxOpening) continue;
         // Halfway between walls the distance has no slope. Only those points are tested, else every
         // point of a wide opening would be.
         Eigen::Vector3d slope;
         for (int axis = 0; axis < 3; ++axis) {
-          const Eigen::Vector3d step = options.step_m * Eigen::Vector3d::Unit(axis);
+          const Eigen::Vector3d step = kGridStep * Eigen::Vector3d::Unit(axis);
           slope(axis) =
-              (object.Linear(point + step) - object.Linear(point - step)) / (2.0 * options.step_m);
+              (object.Linear(point + step) - object.Linear(point - step)) / (2.0 * kGridStep);
         }
         if (slope.norm() > 0.75) continue;
         double tightest = kInfinity;
         Eigen::Vector3d way = Eigen::Vector3d::Zero();
         for (const Eigen::Vector3d& direction : directions) {
-          if (!FingerPasses(object, point, clearance, direction, options.finger_radius_m - 0.001)) {
+          if (!FingerPasses(object, point, clearance, direction)) {
             continue;
           }
-          const double enclosure =
-              Enclosure(object, point, clearance, direction, options.max_opening_m, tightest);
+          const double enclosure = Enclosure(object, point, clearance, direction, tightest);
           if (enclosure < tightest) {
             tightest = enclosure;
             way = direction;
@@ -258,7 +261,7 @@ std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions&
         for (int ray = 0; ray < kBarRays; ++ray) {
           const double angle = 2.0 * std::numbers::pi * ray / kBarRays;
           const std::optional<Handle> handle =
-              HandleAt(object, point, way, std::cos(angle) * x + std::sin(angle) * y, options);
+              HandleAt(object, point, way, std::cos(angle) * x + std::sin(angle) * y);
           if (handle) by_slice[k].push_back(*handle);
         }
       }
@@ -269,14 +272,12 @@ std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions&
   for (const std::vector<Handle>& slice : by_slice) {
     found.insert(found.end(), slice.begin(), slice.end());
   }
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Handle& a, const Handle& b) { return Rank(a) > Rank(b); });
+  std::ranges::stable_sort(found, std::greater(), Rank);
   std::vector<Handle> kept;
   for (const Handle& handle : found) {
-    if (static_cast<int>(kept.size()) == options.count) break;
-    const bool is_new = std::none_of(kept.begin(), kept.end(), [&](const Handle& other) {
-      return (handle.bar - other.bar).norm() < 0.012;
-    });
+    if (kept.size() == kMostHandles) break;
+    const bool is_new = std::ranges::none_of(
+        kept, [&](const Handle& other) { return (handle.bar - other.bar).norm() < 0.012; });
     if (is_new) kept.push_back(handle);
   }
   return kept;

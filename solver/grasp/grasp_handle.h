@@ -24,22 +24,13 @@ struct Handle {
   double Length() const { return high - low; }
 };
 
-struct HandleOptions {
-  double finger_radius_m =
-      0.0075;                   ///< of the thinnest finger considered; smaller openings are ignored
-  double max_opening_m = 0.12;  ///< across; wider openings are not handles
-  double max_bar_m = 0.035;     ///< thickness of a bar, in any direction across it
-  double step_m = 0.004;        ///< of the grid searched for openings
-  int count = 5;                ///< distinct places on bars to keep, longest first
-  int threads = 1;
-};
-
 /// Finds handles of any shape, watertight or not, from distances alone. A point is in an opening
 /// when a finger passes straight through it, both ways, and every ray orthogonal to that direction
 /// meets the object. This holds for a tunnel, but neither for the inside of a cup (its floor stops
 /// the finger) nor for a hook. A bar is what such a ray meets first, if its cross-section is small
-/// and has free space all around. Deterministic; empty if there is no handle.
-std::vector<Handle> FindHandles(const DistanceGrid& object, const HandleOptions& options = {});
+/// and has free space all around. Deterministic; empty if there is no handle; else at most five
+/// places on bars, longest first.
+std::vector<Handle> FindHandles(const DistanceGrid& object, int threads = 1);
 
 /// Whether a chain of points (finger joints and tip, object frame) passes behind the bar, through
 /// the opening.

@@ -103,17 +103,14 @@ HandlePlacer::HandlePlacer(const HandAnatomy& anatomy) : anatomy_(anatomy) {
   for (const double flexion : {-20.0, -5.0, 15.0, 35.0}) {
     for (const double abduction : {-5.0, 15.0, 35.0, 50.0}) {
       for (const double bend : {0.0, 25.0, 50.0}) {
-        HandAngles angles = OpenHand(axes);
-        angles(0, 3 * kThumb) = flexion * kDegree;
-        angles(1, 3 * kThumb) = abduction * kDegree;
+        HandAngles angles = OpenHand(axes, flexion, abduction);
         angles(0, 3 * kThumb + 1) = 0.5 * bend * kDegree;
         angles(0, 3 * kThumb + 2) = bend * kDegree;
         curls_[kThumb].push_back(Posed(hand, axes.Clamp(angles), kThumb));
       }
     }
   }
-  const FingerPose open = axes.PoseOf(OpenHand(axes));
-  const Eigen::Matrix3Xd& vertices = hand.At(open.data(), false).Vertices();
+  const Eigen::Matrix3Xd& vertices = hand.At(axes.PoseOf(OpenHand(axes))).Vertices();
   palm_.resize(3, vertices.cols());
   Eigen::Index count = 0;
   for (int i = 0; i < anatomy.hand.NumVertices(); i += 2) {
@@ -121,16 +118,13 @@ HandlePlacer::HandlePlacer(const HandAnatomy& anatomy) : anatomy_(anatomy) {
     if (part == kPalmPart || part == 3 * kThumb) palm_.col(count++) = vertices.col(i);
   }
   palm_.conservativeResize(3, count);
-  std::vector<int> ids(static_cast<std::size_t>(count));
-  std::iota(ids.begin(), ids.end(), 0);
-  palm_patches_ = PointPatches(palm_, std::move(ids));
+  palm_patches_ = PointPatches(palm_);
 }
 
 HandlePlacer::Curl HandlePlacer::Posed(HandEvaluation& hand, const HandAngles& angles,
                                        int finger) const {
   const HandAxes& axes = anatomy_.axes;
-  const FingerPose pose = axes.PoseOf(angles);
-  const HandState& state = hand.At(pose.data(), false);
+  const HandState& state = hand.At(axes.PoseOf(angles));
   Curl curl;
   curl.discomfort = 0.0;
   const HandAngles relaxed = axes.Relaxed();
@@ -277,7 +271,7 @@ double HandlePlacer::TryThumb(const Curl& curl, const Handle& handle, Gaps& gaps
 }
 
 // Best combination of curls, with neighbors alike. Each finger has a curl that is free.
-HandlePlacer::Choice HandlePlacer::Choose(const Fits& fits) const {
+std::pair<double, std::array<int, kThumb>> HandlePlacer::Choose(const Fits& fits) const {
   std::array<std::array<int, kCurls>, kThumb> from{};
   std::array<double, kCurls> worth{}, next;
   for (int n = 0; n < kThumb; ++n) {
@@ -296,9 +290,9 @@ HandlePlacer::Choice HandlePlacer::Choose(const Fits& fits) const {
     worth = next;
   }
   auto chosen = static_cast<int>(std::max_element(worth.begin(), worth.end()) - worth.begin());
-  Choice choice{worth[chosen], {}};
+  std::pair<double, std::array<int, kThumb>> choice{worth[chosen], {}};
   for (int n = kThumb - 1; n >= 0; --n) {
-    choice.curls[n] = chosen;
+    choice.second[n] = chosen;
     chosen = from[n][chosen];
   }
   return choice;
@@ -323,9 +317,9 @@ bool HandlePlacer::TryFingers(const Handle& handle, const DistanceGrid& object, 
     most += best - most_of[n];
     if (best < -1e8 || most <= least) return false;
   }
-  const Choice choice = Choose(fits);
-  if (choice.worth < 0.0 || choice.worth + palm + kMaxOfThumb + kRounding <= least) return false;
-  placement.prior = choice.worth + palm;
+  const auto [worth, curls] = Choose(fits);
+  if (worth < 0.0 || worth + palm + kMaxOfThumb + kRounding <= least) return false;
+  placement.prior = worth + palm;
   placement.start = OpenHand(anatomy_.axes);
   placement.closing = {};
   const auto take = [&](const Curl& curl, int finger) {
@@ -335,8 +329,8 @@ bool HandlePlacer::TryFingers(const Handle& handle, const DistanceGrid& object, 
     }
   };
   for (int n = 0; n < kThumb; ++n) {
-    take(curls_[kSideBySide[n]][choice.curls[n]], kSideBySide[n]);
-    placement.closing[kSideBySide[n]] = fits[n][choice.curls[n]].through;
+    take(curls_[kSideBySide[n]][curls[n]], kSideBySide[n]);
+    placement.closing[kSideBySide[n]] = fits[n][curls[n]].through;
   }
   if (std::ranges::count(placement.closing, true) == 0) return false;
   double best = -1e9;
@@ -360,16 +354,6 @@ bool HandlePlacer::KnucklesOutside(const Handle& handle_in_wrist) const {
   });
 }
 
-bool HandlePlacer::TryHand(const Handle& handle, const DistanceGrid& object, double least,
-                           const MostByFinger& most_of, Placement& placement) const {
-  const Eigen::Isometry3d object_from_wrist = placement.wrist_from_object.inverse();
-  const double palm_gap = palm_patches_.Least(
-      [&](int i) { return object.Linear(object_from_wrist * palm_.col(i)); }, 1.0, -kGive);
-  return palm_gap >= -kGive &&
-         TryFingers(handle, object, kMaxOfPalm * std::exp(-std::max(palm_gap, 0.0) / 0.008), least,
-                    most_of, placement);
-}
-
 // Returns the best hands of one rotation. The bar lies across the palm with the index finger at one
 // end; rotations about the bar take the palm all the way around it.
 std::vector<Placement> HandlePlacer::PlaceTurned(std::span<const Handle> handles, int index,
@@ -387,7 +371,7 @@ std::vector<Placement> HandlePlacer::PlaceTurned(std::span<const Handle> handles
   const auto outside = [&](const Eigen::Isometry3d& wrist_from_object) {
     const Eigen::Vector3d palm_center =
         wrist_from_object.inverse() * anatomy_.landmarks.PalmCenter();
-    return std::none_of(handles.begin(), handles.end(), [&](const Handle& other) {
+    return std::ranges::none_of(handles, [&](const Handle& other) {
       return (other.bar - handle.bar).norm() < kSameHandle &&
              (palm_center - other.bar).dot(other.inward) > kOver;
     });
@@ -432,7 +416,14 @@ std::vector<Placement> HandlePlacer::PlaceTurned(std::span<const Handle> handles
     if (pose.most + kMaxOfPalm + kMaxOfThumb + kRounding <= least) break;
     Placement placement{GraspStyle::kHandle, pose.wrist_from_object, {}, handle.thickness, 0.0};
     placement.handle = index;
-    if (!TryHand(handle, object, least, pose.most_of, placement)) continue;
+    const Eigen::Isometry3d object_from_wrist = pose.wrist_from_object.inverse();
+    const double palm_gap = palm_patches_.Least(
+        [&](int i) { return object.Linear(object_from_wrist * palm_.col(i)); }, 1.0, -kGive);
+    if (palm_gap < -kGive ||
+        !TryFingers(handle, object, kMaxOfPalm * std::exp(-std::max(palm_gap, 0.0) / 0.008), least,
+                    pose.most_of, placement)) {
+      continue;
+    }
     if (full) best.pop_back();
     best.insert(
         std::ranges::upper_bound(best, placement.prior, std::ranges::greater(), &Placement::prior),

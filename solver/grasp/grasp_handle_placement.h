@@ -3,6 +3,7 @@
 
 #include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -53,11 +54,6 @@ class HandlePlacer {
 
   static constexpr int kCurls = 25;  // per finger except the thumb
   using Fits = std::array<std::array<Fit, kCurls>, kThumb>;
-  // One curl per finger, from the index finger on.
-  struct Choice {
-    double worth;
-    std::array<int, kThumb> curls;
-  };
   class Gaps;
 
   Curl Posed(HandEvaluation& hand, const HandAngles& angles, int finger) const;
@@ -67,11 +63,10 @@ class HandlePlacer {
   bool KnucklesOutside(const Handle& handle_in_wrist) const;
   static Fit TryFinger(const Curl& curl, const Handle& handle_in_wrist, Gaps& gaps);
   static double TryThumb(const Curl& curl, const Handle& handle, Gaps& gaps);
-  Choice Choose(const Fits& fits) const;
+  // Worth and one curl per finger, from the index finger on.
+  std::pair<double, std::array<int, kThumb>> Choose(const Fits& fits) const;
   bool TryFingers(const Handle& handle, const DistanceGrid& object, double palm, double least,
                   const MostByFinger& most_of, Placement& placement) const;
-  bool TryHand(const Handle& handle, const DistanceGrid& object, double least,
-               const MostByFinger& most_of, Placement& placement) const;
   std::vector<Placement> PlaceTurned(std::span<const Handle> handles, int index, double sign,
                                      double angle, const DistanceGrid& object) const;
 

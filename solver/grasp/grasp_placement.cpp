@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -82,9 +81,6 @@ bool GraspPlace::Allows(const Eigen::Vector3d& point) const {
   return (!at_ || (point - center_).norm() <= reach_) && InRegion(point);
 }
 
-namespace {
-
-// Vertices that do not move with these hands and forearms.
 std::vector<int> AwayFromHands(const BodySurface& body, std::span<const Side> sides) {
   std::vector<int> vertices;
   for (int i = 0; i < body.NumVertices(); ++i) {
@@ -100,8 +96,6 @@ std::vector<int> AwayFromHands(const BodySurface& body, std::span<const Side> si
   }
   return vertices;
 }
-
-}  // namespace
 
 std::vector<Eigen::Matrix3Xd> BodyAroundWrist(const Clip& clip, const BodySurface& body, Side side,
                                               double reach_m, int num_frames, bool other_hand) {
@@ -128,11 +122,7 @@ std::vector<Eigen::Matrix3Xd> BodyAroundWrist(const Clip& clip, const BodySurfac
 }
 
 WristObstacles::WristObstacles(std::span<const Eigen::Matrix3Xd> in_wrist) : sets_(in_wrist) {
-  for (const Eigen::Matrix3Xd& points : sets_) {
-    std::vector<int> ids(static_cast<std::size_t>(points.cols()));
-    std::iota(ids.begin(), ids.end(), 0);
-    patches_.emplace_back(points, std::move(ids));
-  }
+  for (const Eigen::Matrix3Xd& points : sets_) patches_.emplace_back(points);
 }
 
 double WristObstacles::ShareBlocked(const DistanceGrid& object,
@@ -172,13 +162,9 @@ double Clearance(const DistanceGrid& object, const Eigen::Isometry3d& object_fro
 }  // namespace
 
 GraspPlacer::GraspPlacer(const HandAnatomy& anatomy) : anatomy_(anatomy) {
-  const HandAngles open = OpenHand(anatomy.axes);
   constexpr double kThumbs[][2] = {{-15.0, 25.0}, {-20.0, 50.0}, {-20.0, 0.0}, {0.0, 45.0}};
   for (const auto& [flexion, abduction] : kThumbs) {
-    HandAngles angles = open;
-    angles(0, 3 * kThumb) = flexion * kDegree;
-    angles(1, 3 * kThumb) = abduction * kDegree;
-    open_.push_back(Posed(anatomy.axes.Clamp(angles)));
+    open_.push_back(Posed(OpenHand(anatomy.axes, flexion, abduction)));
   }
   for (int i = 0; i < kNumPinches; ++i) {
     pinch_.push_back(Posed(PinchHand(anatomy, (i + 1) * kPinchStep)));
@@ -187,8 +173,7 @@ GraspPlacer::GraspPlacer(const HandAnatomy& anatomy) : anatomy_(anatomy) {
 
 GraspPlacer::PosedHand GraspPlacer::Posed(const HandAngles& angles) const {
   HandEvaluation hand = AtWrist(anatomy_.hand);
-  const FingerPose fingers = anatomy_.axes.PoseOf(angles);
-  const Eigen::Matrix3Xd& vertices = hand.At(fingers.data(), false).Vertices();
+  const Eigen::Matrix3Xd& vertices = hand.At(anatomy_.axes.PoseOf(angles)).Vertices();
   PosedHand posed;
   posed.angles = angles;
   SkinPositions(anatomy_.landmarks, vertices, posed.skin);
@@ -303,9 +288,8 @@ void GraspPlacer::PlacePrecision(const Opposition& opposition, const Eigen::Vect
   const DistanceGrid& object = target.object;
   // Just wide enough, then wider, for walls that curve around the adjacent fingers.
   for (const double room : {kPinchRoom, kPinchRoom + 0.025}) {
-    const auto posed = std::find_if(pinch_.begin(), pinch_.end(), [&](const PosedHand& hand) {
-      return hand.width > opposition.width + room;
-    });
+    const auto posed = std::ranges::find_if(
+        pinch_, [&](const PosedHand& hand) { return hand.width > opposition.width + room; });
     if (posed == pinch_.end()) return;
     const Eigen::Isometry3d wrist_from_object =
         PoseAt(Triad(posed->approach, posed->axis) * Triad(approach, axis).transpose(),

@@ -60,6 +60,9 @@ class GraspPlace {
   double reach_ = 0.0;  // maximum distance of contacts from `center_`
 };
 
+/// Body vertices that do not move with these hands and forearms.
+std::vector<int> AwayFromHands(const BodySurface& body, std::span<const Side> sides);
+
 /// Body vertices around the wrist in up to `num_frames` frames spread over a clip: those within
 /// `reach_m` of the wrist, in the wrist frame, meters (3 x n, one set per frame). The hand and
 /// forearm of `side` are excluded, and those of the other side too if `other_hand` is false, for an
@@ -84,6 +87,7 @@ class WristObstacles {
   std::vector<PointPatches> patches_;  // of each set
 };
 
+/// Names: StyleName.
 enum class GraspStyle {
   kPower,      ///< object in the palm, fingers around it (Feix et al.: power)
   kPrecision,  ///< pads of thumb and fingers (Feix et al.: precision)

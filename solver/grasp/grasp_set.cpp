@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -33,7 +34,27 @@ class GraspSampler : GraspStages {
                const GraspSetOptions& options, const GraspProgress& progress, GraspSet& set)
       : GraspStages(hand, object, distance, options.search, progress), set_(options), out_(set) {}
 
-  void Run();
+  void Run() {
+    const auto start = std::chrono::steady_clock::now();
+    out_.mass_center = scene_.centroid;
+    if (options_.place) out_.status = GraspStatus::kNothingAtPlace;
+    if (options_.style == GraspStyle::kHandle) out_.status = GraspStatus::kNoHandle;
+    for (int sampling = 0; sampling < set_.samplings; ++sampling) {
+      const std::size_t before = out_.grasps.size();
+      if (!Sample(sampling)) break;
+      if (50 * (out_.grasps.size() - before) < out_.grasps.size() || out_.grasps.empty()) break;
+    }
+    if (out_.grasps.empty() && !stopped_) KeepLoose();
+    std::ranges::stable_sort(out_.grasps, std::greater(),
+                             [](const CertifiedGrasp& one) { return one.grasp.score; });
+    if (!out_.grasps.empty()) {
+      const bool enough = static_cast<int>(out_.grasps.size()) == set_.count;
+      out_.status = enough ? GraspStatus::kFound : GraspStatus::kFewer;
+    }
+    if (stopped_) out_.status = GraspStatus::kStopped;
+    out_.milliseconds =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  }
 
  private:
   struct Trial {
@@ -42,205 +63,171 @@ class GraspSampler : GraspStages {
     bool firm = false;                    // HoldsFirmly
   };
 
+  // Whether a hand suits the requested use, if any: kForgiven is the score it may lose by where it
+  // touches, what it covers and its orientation.
   bool FitsUse(HandEvaluation& evaluation, const GraspAttempt& attempt,
-               const std::vector<GraspContact>& contacts) const;
-  bool PlaceHands(std::span<const int> places, std::vector<Placement>& distinct);
-  Trial Try(const Placement& placement) const;
+               const std::vector<GraspContact>& contacts) const {
+    constexpr double kForgiven = 0.5;
+    if (!options_.use || scene_.use.kind == GraspUse::kAny) return true;
+    if (scene_.use.kind == GraspUse::kHandle && !scene_.handles.empty()) {
+      return attempt.style == GraspStyle::kHandle;
+    }
+    const FingerPose fingers = anatomy_.axes.PoseOf(attempt.angles);
+    const Eigen::Isometry3d object_from_wrist = attempt.wrist_from_object.inverse();
+    const Eigen::Matrix3d turn = object_from_wrist.linear();
+    return scene_.use.PlaceScore(contacts, object_from_wrist * evaluation.At(fingers).Vertices()) +
+               scene_.use.DirectionScore(turn * anatomy_.axes.Across(),
+                                         turn * anatomy_.axes.Forward()) >
+           -kForgiven;
+  }
+
+  // Open hands at the places, most promising first, without those near a better one or an existing
+  // grasp. False if the search is to stop.
+  bool PlaceHands(std::span<const int> places, std::vector<Placement>& distinct) {
+    std::vector<std::vector<Placement>> placed(places.size());
+    if (!RunStage(Share(), 0.0, static_cast<int>(places.size()),
+                  [&](int i) { placed[i] = PlaceAt(places[i]); })) {
+      return false;
+    }
+    std::vector<Placement> queue;
+    for (const std::vector<Placement>& placements : placed) {
+      out_.placements += static_cast<int>(placements.size());
+      for (const Placement& placement : placements) {
+        if (!options_.style || placement.style == *options_.style) queue.push_back(placement);
+      }
+    }
+    std::ranges::stable_sort(queue, std::greater(), &Placement::prior);
+    for (const Placement& placement : queue) {
+      const auto near = [&](const Placement& other) {
+        return !AreDistinct(placement.wrist_from_object, other.wrist_from_object, set_.apart_m,
+                            set_.apart_rad);
+      };
+      if (IsNew(placement.wrist_from_object, out_.grasps) && std::ranges::none_of(distinct, near)) {
+        distinct.push_back(placement);
+      }
+    }
+    return true;
+  }
+
+  // Closes, refines and assesses one hand.
+  Trial Try(const Placement& placement) const {
+    HandEvaluation evaluation = at_wrist_;
+    auto [attempt, thumb_touches] = Close(placement, evaluation);
+    CertifiedGrasp found;
+    const auto holds = [&] {
+      found.contacts =
+          Contacts(evaluation, anatomy_.axes.PoseOf(attempt.angles), attempt.wrist_from_object);
+      return FitsUse(evaluation, attempt, found.contacts) && Holds(found.contacts);
+    };
+    if (!thumb_touches || !holds()) return {};
+    // A grasp that is sound except for an edge or thin wall in the skin is refined to push that
+    // out.
+    const FindIntrusions find_intrusions = [&](const Eigen::Matrix3Xd& vertices,
+                                               const Eigen::Isometry3d& wrist_from_object) {
+      std::vector<Intrusion> intrusions;
+      for (ClosedHands::Inside& in : scene_.hands.FindInside(
+               vertices, wrist_from_object * scene_.surface, scene_.surface_patches)) {
+        if (*std::ranges::max_element(in.over.corners) >= hand_.NumVertices()) continue;
+        in.over.point = wrist_from_object.inverse() * in.over.point;
+        intrusions.push_back(in.over);
+      }
+      return intrusions;
+    };
+    const double most_mm = 1000.0 * set_.max_penetration_m;
+    RefinementOptions once;
+    once.rounds = 1;
+    for (const bool again : {false, true}) {
+      RefineGrasp(anatomy_, evaluation, distance_, once, attempt.angles, attempt.wrist_from_object,
+                  again ? find_intrusions : FindIntrusions());
+      if (!holds()) return {true, std::nullopt};
+      found.grasp = Assess(scene_, evaluation, attempt, true);
+      if (found.grasp.max_penetration_mm >= most_mm || !WhyRefused(scene_, found.grasp).empty()) {
+        return {true, std::nullopt};
+      }
+      if (found.grasp.object_in_hand_mm < most_mm) {
+        const bool firm = HoldsFirmly(found.contacts);
+        return {true, std::move(found), firm};
+      }
+    }
+    return {true, std::nullopt};
+  }
+
   bool IsNew(const Eigen::Isometry3d& wrist_from_object,
-             const std::vector<CertifiedGrasp>& among) const;
+             const std::vector<CertifiedGrasp>& among) const {
+    return std::ranges::all_of(among, [&](const CertifiedGrasp& other) {
+      return AreDistinct(wrist_from_object, other.grasp.wrist_from_object, set_.apart_m,
+                         set_.apart_rad);
+    });
+  }
+
   double Share() const { return static_cast<double>(out_.grasps.size()) / set_.count; }
   // False when there are enough grasps or the search is to stop.
-  bool Sample(int sampling);
-  bool CloseAndKeep(std::span<const Placement> placements);
-  void KeepLoose();
+  bool Sample(int sampling) {
+    FindPlaces(4 * OppositionOptions{}.samples, std::numeric_limits<int>::max(),
+               options_.seed + static_cast<std::uint64_t>(sampling), sampling == 0);
+    out_.use = scene_.use.kind;
+    ++out_.samplings;
+    // Handles come first, and only once.
+    const auto around = static_cast<int>(oppositions_.size());
+    std::vector<int> places(around + (sampling == 0 ? scene_.handles.size() : 0));
+    std::iota(places.begin(), places.end(), 0);
+    std::rotate(places.begin(), places.begin() + around, places.end());
+    if (!places.empty() && out_.status == GraspStatus::kNothingToGrasp) {
+      out_.status = GraspStatus::kNoRoom;
+    }
+    for (std::size_t begin = 0; begin < places.size(); begin += kPlacesAtOnce) {
+      const std::size_t count = std::min<std::size_t>(kPlacesAtOnce, places.size() - begin);
+      std::vector<Placement> placements;
+      if (!PlaceHands({places.data() + begin, count}, placements)) return false;
+      if (!placements.empty()) out_.status = GraspStatus::kNoCleanGrasp;
+      if (!CloseAndKeep(placements)) return false;
+    }
+    return true;
+  }
+
+  bool CloseAndKeep(std::span<const Placement> placements) {
+    while (!placements.empty()) {
+      const int missing = set_.count - static_cast<int>(out_.grasps.size());
+      const auto count = static_cast<int>(std::min<std::size_t>(
+          std::clamp(2 * missing, kFewestAtOnce, kMaxAtOnce), placements.size()));
+      std::vector<Trial> trials(count);
+      if (!RunStage(Share(), 0.0, count, [&](int i) { trials[i] = Try(placements[i]); })) {
+        return false;
+      }
+      placements = placements.subspan(count);
+      out_.closings += count;
+      const std::size_t before = out_.grasps.size();
+      for (Trial& trial : trials) {
+        out_.refinements += trial.refined;
+        std::vector<CertifiedGrasp>& kept = trial.firm ? out_.grasps : loose_;
+        if (static_cast<int>(kept.size()) < set_.count && trial.valid &&
+            IsNew(trial.valid->grasp.wrist_from_object, kept)) {
+          kept.push_back(std::move(*trial.valid));
+        }
+      }
+      const auto kept = static_cast<int>(out_.grasps.size() - before);
+      if (!RunStage(Share(), 0.0, kept, [&](int i) {
+            CertifiedGrasp& one = out_.grasps[before + i];
+            one.grasp.certificate = Certify(one.contacts);
+          })) {
+        out_.grasps.resize(before);
+        return false;
+      }
+      if (static_cast<int>(out_.grasps.size()) == set_.count) return false;
+    }
+    return true;
+  }
+
+  // Keeps grasps that hold, but not firmly, if none is firm.
+  void KeepLoose() {
+    out_.grasps = std::move(loose_);
+    for (CertifiedGrasp& one : out_.grasps) one.grasp.certificate = Certify(one.contacts);
+  }
 
   const GraspSetOptions& set_;
   GraspSet& out_;
   std::vector<CertifiedGrasp> loose_;  // valid but not firm
 };
-
-// Open hands at the places, most promising first, without those near a better one or an existing
-// grasp. False if the search is to stop.
-bool GraspSampler::PlaceHands(std::span<const int> places, std::vector<Placement>& distinct) {
-  std::vector<std::vector<Placement>> placed(places.size());
-  if (!RunStage(Share(), 0.0, static_cast<int>(places.size()),
-                [&](int i) { placed[i] = PlaceAt(places[i]); })) {
-    return false;
-  }
-  std::vector<Placement> queue;
-  for (const std::vector<Placement>& placements : placed) {
-    out_.placements += static_cast<int>(placements.size());
-    for (const Placement& placement : placements) {
-      if (!options_.style || placement.style == *options_.style) queue.push_back(placement);
-    }
-  }
-  std::stable_sort(queue.begin(), queue.end(),
-                   [](const Placement& a, const Placement& b) { return a.prior > b.prior; });
-  for (const Placement& placement : queue) {
-    const auto near = [&](const Placement& other) {
-      return !AreDistinct(placement.wrist_from_object, other.wrist_from_object, set_.apart_m,
-                          set_.apart_rad);
-    };
-    if (IsNew(placement.wrist_from_object, out_.grasps) &&
-        std::none_of(distinct.begin(), distinct.end(), near)) {
-      distinct.push_back(placement);
-    }
-  }
-  return true;
-}
-
-bool GraspSampler::IsNew(const Eigen::Isometry3d& wrist_from_object,
-                         const std::vector<CertifiedGrasp>& among) const {
-  return std::all_of(among.begin(), among.end(), [&](const CertifiedGrasp& other) {
-    return AreDistinct(wrist_from_object, other.grasp.wrist_from_object, set_.apart_m,
-                       set_.apart_rad);
-  });
-}
-
-// Whether a hand suits the requested use, if any: kForgiven is the score it may lose by where it
-// touches, what it covers and its orientation.
-bool GraspSampler::FitsUse(HandEvaluation& evaluation, const GraspAttempt& attempt,
-                           const std::vector<GraspContact>& contacts) const {
-  constexpr double kForgiven = 0.5;
-  if (!options_.use || scene_.use.kind == GraspUse::kAny) return true;
-  if (scene_.use.kind == GraspUse::kHandle && !scene_.handles.empty()) {
-    return attempt.style == GraspStyle::kHandle;
-  }
-  const FingerPose fingers = anatomy_.axes.PoseOf(attempt.angles);
-  const Eigen::Isometry3d object_from_wrist = attempt.wrist_from_object.inverse();
-  const Eigen::Matrix3d turn = object_from_wrist.linear();
-  return scene_.use.PlaceScore(
-             contacts, object_from_wrist * evaluation.At(fingers.data(), false).Vertices()) +
-             scene_.use.DirectionScore(turn * anatomy_.axes.Across(),
-                                       turn * anatomy_.axes.Forward()) >
-         -kForgiven;
-}
-
-// Closes, refines and assesses one hand.
-GraspSampler::Trial GraspSampler::Try(const Placement& placement) const {
-  HandEvaluation evaluation = at_wrist_;
-  auto [attempt, thumb_touches] = Close(placement, evaluation);
-  CertifiedGrasp found;
-  const auto holds = [&] {
-    found.contacts =
-        Contacts(evaluation, anatomy_.axes.PoseOf(attempt.angles), attempt.wrist_from_object);
-    return FitsUse(evaluation, attempt, found.contacts) && Holds(found.contacts);
-  };
-  if (!thumb_touches || !holds()) return {};
-  // A grasp that is sound except for an edge or thin wall in the skin is refined to push that out.
-  const FindIntrusions find_intrusions = [&](const Eigen::Matrix3Xd& vertices,
-                                             const Eigen::Isometry3d& wrist_from_object) {
-    std::vector<Intrusion> intrusions;
-    for (ClosedHands::Inside& in : scene_.hands.FindInside(
-             vertices, wrist_from_object * scene_.surface, scene_.surface_patches)) {
-      if (*std::ranges::max_element(in.over.corners) >= hand_.NumVertices()) continue;
-      in.over.point = wrist_from_object.inverse() * in.over.point;
-      intrusions.push_back(in.over);
-    }
-    return intrusions;
-  };
-  const double most_mm = 1000.0 * set_.max_penetration_m;
-  RefinementOptions once;
-  once.rounds = 1;
-  for (const bool again : {false, true}) {
-    RefineGrasp(anatomy_, evaluation, distance_, once, attempt.angles, attempt.wrist_from_object,
-                again ? find_intrusions : FindIntrusions());
-    if (!holds()) return {true, std::nullopt};
-    found.grasp = Assess(scene_, evaluation, attempt, true);
-    if (found.grasp.max_penetration_mm >= most_mm || !WhyRefused(scene_, found.grasp).empty()) {
-      return {true, std::nullopt};
-    }
-    if (found.grasp.object_in_hand_mm < most_mm) {
-      const bool firm = HoldsFirmly(found.contacts);
-      return {true, std::move(found), firm};
-    }
-  }
-  return {true, std::nullopt};
-}
-
-bool GraspSampler::CloseAndKeep(std::span<const Placement> placements) {
-  while (!placements.empty()) {
-    const int missing = set_.count - static_cast<int>(out_.grasps.size());
-    const auto count = static_cast<int>(std::min<std::size_t>(
-        std::clamp(2 * missing, kFewestAtOnce, kMaxAtOnce), placements.size()));
-    std::vector<Trial> trials(count);
-    if (!RunStage(Share(), 0.0, count, [&](int i) { trials[i] = Try(placements[i]); })) {
-      return false;
-    }
-    placements = placements.subspan(count);
-    out_.closings += count;
-    const std::size_t before = out_.grasps.size();
-    for (Trial& trial : trials) {
-      out_.refinements += trial.refined;
-      std::vector<CertifiedGrasp>& kept = trial.firm ? out_.grasps : loose_;
-      if (static_cast<int>(kept.size()) < set_.count && trial.valid &&
-          IsNew(trial.valid->grasp.wrist_from_object, kept)) {
-        kept.push_back(std::move(*trial.valid));
-      }
-    }
-    const auto kept = static_cast<int>(out_.grasps.size() - before);
-    if (!RunStage(Share(), 0.0, kept, [&](int i) {
-          CertifiedGrasp& one = out_.grasps[before + i];
-          one.grasp.certificate = Certify(one.contacts);
-        })) {
-      out_.grasps.resize(before);
-      return false;
-    }
-    if (static_cast<int>(out_.grasps.size()) == set_.count) return false;
-  }
-  return true;
-}
-
-// Keeps grasps that hold, but not firmly, if none is firm.
-void GraspSampler::KeepLoose() {
-  out_.grasps = std::move(loose_);
-  for (CertifiedGrasp& one : out_.grasps) one.grasp.certificate = Certify(one.contacts);
-}
-
-bool GraspSampler::Sample(int sampling) {
-  FindPlaces(4 * OppositionOptions{}.samples, std::numeric_limits<int>::max(),
-             options_.seed + static_cast<std::uint64_t>(sampling), sampling == 0);
-  out_.use = scene_.use.kind;
-  ++out_.samplings;
-  // Handles come first, and only once.
-  const auto around = static_cast<int>(oppositions_.size());
-  std::vector<int> places(around + (sampling == 0 ? scene_.handles.size() : 0));
-  std::iota(places.begin(), places.end(), 0);
-  std::rotate(places.begin(), places.begin() + around, places.end());
-  if (!places.empty() && out_.status == GraspStatus::kNothingToGrasp) {
-    out_.status = GraspStatus::kNoRoom;
-  }
-  for (std::size_t begin = 0; begin < places.size(); begin += kPlacesAtOnce) {
-    const std::size_t count = std::min<std::size_t>(kPlacesAtOnce, places.size() - begin);
-    std::vector<Placement> placements;
-    if (!PlaceHands({places.data() + begin, count}, placements)) return false;
-    if (!placements.empty()) out_.status = GraspStatus::kNoCleanGrasp;
-    if (!CloseAndKeep(placements)) return false;
-  }
-  return true;
-}
-
-void GraspSampler::Run() {
-  const auto start = std::chrono::steady_clock::now();
-  out_.mass_center = scene_.centroid;
-  if (options_.place) out_.status = GraspStatus::kNothingAtPlace;
-  if (options_.style == GraspStyle::kHandle) out_.status = GraspStatus::kNoHandle;
-  for (int sampling = 0; sampling < set_.samplings; ++sampling) {
-    const std::size_t before = out_.grasps.size();
-    if (!Sample(sampling)) break;
-    if (50 * (out_.grasps.size() - before) < out_.grasps.size() || out_.grasps.empty()) break;
-  }
-  if (out_.grasps.empty() && !stopped_) KeepLoose();
-  std::stable_sort(out_.grasps.begin(), out_.grasps.end(),
-                   [](const auto& a, const auto& b) { return a.grasp.score > b.grasp.score; });
-  if (!out_.grasps.empty()) {
-    const bool enough = static_cast<int>(out_.grasps.size()) == set_.count;
-    out_.status = enough ? GraspStatus::kFound : GraspStatus::kFewer;
-  }
-  if (stopped_) out_.status = GraspStatus::kStopped;
-  out_.milliseconds =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
-}
 
 }  // namespace
 
@@ -283,10 +270,6 @@ NpyArray ArrayOf(char kind, std::vector<std::size_t> shape, const std::vector<T>
   array.data.resize(values.size() * sizeof(T));
   if (!values.empty()) std::memcpy(array.data.data(), values.data(), array.data.size());
   return array;
-}
-
-NpyArray Floats64(std::vector<std::size_t> shape, const std::vector<double>& values) {
-  return ArrayOf('f', std::move(shape), values);
 }
 
 // UCS-4, zero-padded to the longest.
@@ -344,8 +327,8 @@ void AddContacts(const GraspSet& set, std::map<std::string, NpyArray>& arrays) {
   }
   const std::size_t count = grasp.size();
   arrays["contact_grasp"] = ArrayOf('i', {count}, grasp);
-  arrays["contact_point_object"] = Floats64({count, 3}, points);
-  arrays["contact_normal_object"] = Floats64({count, 3}, normals);
+  arrays["contact_point_object"] = ArrayOf('f', {count, 3}, points);
+  arrays["contact_normal_object"] = ArrayOf('f', {count, 3}, normals);
 }
 
 }  // namespace
@@ -374,19 +357,20 @@ std::map<std::string, NpyArray> GraspSetArrays(const GraspSet& set, const std::s
   std::map<std::string, NpyArray> arrays;
   arrays["object_name"] = Texts({}, {object});
   arrays["hand"] = Texts({}, {std::string(SideName(side))});
-  arrays["mass_center"] = Floats64({3}, {set.mass_center.begin(), set.mass_center.end()});
-  arrays["wrist_from_object"] = Floats64({count, 4, 4}, wrist);
-  arrays["object_from_wrist"] = Floats64({count, 4, 4}, object_pose);
-  arrays["finger_pose"] = Floats64({count, 45}, fingers);
+  arrays["mass_center"] =
+      ArrayOf('f', {3}, std::vector<double>(set.mass_center.begin(), set.mass_center.end()));
+  arrays["wrist_from_object"] = ArrayOf('f', {count, 4, 4}, wrist);
+  arrays["object_from_wrist"] = ArrayOf('f', {count, 4, 4}, object_pose);
+  arrays["finger_pose"] = ArrayOf('f', {count, 45}, fingers);
   arrays["style"] = Texts({count}, styles);
   arrays["fingers_touching"] = ArrayOf('b', {count, kNumFingers}, touching);
   arrays["palm_touching"] = ArrayOf('b', {count}, palm);
-  arrays["friction"] = Floats64({count}, friction);
-  arrays["ball_length"] = Floats64({count}, length);
+  arrays["friction"] = ArrayOf('f', {count}, friction);
+  arrays["ball_length"] = ArrayOf('f', {count}, length);
   for (const Quality& quality : kQualities) {
     std::vector<double> values;
     for (const CertifiedGrasp& grasp : set.grasps) values.push_back(quality.value(grasp));
-    arrays[quality.name] = Floats64({count}, values);
+    arrays[quality.name] = ArrayOf('f', {count}, values);
   }
   AddContacts(set, arrays);
   return arrays;

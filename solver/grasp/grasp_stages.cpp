@@ -33,7 +33,10 @@ void GraspStages::FindPlaces(int samples, int count, std::uint64_t seed, bool ha
     const GraspUse use = options_.use.value_or(GraspUse::kHandle);
     if (options_.style.value_or(GraspStyle::kHandle) == GraspStyle::kHandle &&
         (use == GraspUse::kHandle || use == GraspUse::kAny)) {
-      scene_.LookForHandles();
+      scene_.handles = FindHandles(distance_, options_.threads);
+      std::erase_if(scene_.handles, [&](const Handle& handle) {
+        return options_.place && !options_.place->Allows(handle.bar);
+      });
     }
     scene_.TakeFor(FindUse(object_, distance_, scene_.handles, options_.use));
     if (!scene_.handles.empty()) handle_placer_.emplace(anatomy_);
@@ -67,15 +70,14 @@ std::vector<Placement> GraspStages::PlaceAt(int place) const {
                     : handle_placer_->Place(scene_.handles, handle, distance_);
 }
 
-GraspStages::ClosedHand GraspStages::Close(const Placement& placement,
-                                           HandEvaluation& evaluation) const {
-  ClosingOptions closing_options;
-  closing_options.allowed_depth = std::min(closing_options.allowed_depth, allowed_depth_);
-  closing_options.fingers = placement.closing;
-  const Closing closing = CloseFingers(anatomy_, evaluation, distance_, placement.wrist_from_object,
-                                       placement.start, closing_options);
-  return {{placement.style, closing.angles, placement.wrist_from_object, placement.handle},
-          closing.finger_touching[kThumb]};
+std::pair<GraspAttempt, bool> GraspStages::Close(const Placement& placement,
+                                                 HandEvaluation& evaluation) const {
+  const Closing closing =
+      CloseFingers(anatomy_, evaluation, distance_, placement.wrist_from_object, placement.start,
+                   placement.closing, std::min(kClosingDepth_m, allowed_depth_));
+  return {
+      GraspAttempt{placement.style, closing.angles, placement.wrist_from_object, placement.handle},
+      closing.finger_touching[kThumb]};
 }
 
 std::vector<GraspContact> GraspStages::Contacts(HandEvaluation& evaluation,
@@ -92,10 +94,8 @@ bool GraspStages::Holds(const std::vector<GraspContact>& contacts) const {
 bool GraspStages::HoldsFirmly(const std::vector<GraspContact>& contacts) const {
   constexpr double kSqueeze = 6.0, kOffSqueeze = 12.0, kOffset = 0.1;
   const auto holds = [&](std::span<const Eigen::Vector3d> mass_centers, double squeeze) {
-    CertificateOptions certificate_options;
-    certificate_options.most_squeeze = squeeze;
     return HoldsGravity(contacts, mass_centers, 0.5 * scene_.size, options_.friction,
-                        certificate_options);
+                        {.most_squeeze = squeeze});
   };
   std::vector<Eigen::Vector3d> off;
   for (int axis = 0; axis < 3; ++axis) {
@@ -107,13 +107,16 @@ bool GraspStages::HoldsFirmly(const std::vector<GraspContact>& contacts) const {
 }
 
 GraspCertificate GraspStages::Certify(const std::vector<GraspContact>& contacts) const {
-  CertificateOptions certificate_options;
-  certificate_options.friction = options_.friction;
-  return CertifyContacts(contacts, scene_.centroid, 0.5 * scene_.size, certificate_options);
+  return CertifyContacts(contacts, scene_.centroid, 0.5 * scene_.size,
+                         {.friction = options_.friction});
 }
 
 namespace {
 
+constexpr double kPushOut = 3000.0;       // weight of penetration, per meter
+constexpr double kAttract = 300.0;        // weight of contact, per meter
+constexpr double kFingersApart = 1500.0;  // weight of collisions of fingers, per meter
+constexpr double kPress_m = 0.0004;       // target penetration of pads
 constexpr double kWatchDistance = 0.007;  // skin that could penetrate within a round
 constexpr double kWatchCollision = 0.006;
 constexpr int kPointsPerPad = 3;
@@ -154,7 +157,7 @@ RefinedPoints ChooseRefinedPoints(const HandAnatomy& anatomy, HandEvaluation& ha
   RefinedPoints points;
   const Eigen::Isometry3d object_from_wrist = wrist_from_object.inverse();
   Eigen::Matrix3Xd skin;
-  SkinPositions(landmarks, hand.At(fingers.data(), false).Vertices(), skin);
+  SkinPositions(landmarks, hand.At(fingers).Vertices(), skin);
   const Eigen::VectorXd distance = SkinDistances(landmarks, object, object_from_wrist, skin,
                                                  std::max(kWatchDistance, options.contact_reach_m));
   for (Eigen::Index s = 0; s < skin.cols(); ++s) {
@@ -177,26 +180,22 @@ RefinedPoints ChooseRefinedPoints(const HandAnatomy& anatomy, HandEvaluation& ha
 std::vector<std::unique_ptr<ceres::CostFunction>> PointTerms(const HandAnatomy& anatomy,
                                                              HandEvaluation& hand,
                                                              const DistanceGrid& object,
-                                                             const RefinementOptions& options,
                                                              RefinedPoints points) {
   std::vector<std::unique_ptr<ceres::CostFunction>> terms;
   if (!points.watched.empty()) {
-    terms.push_back(
-        std::make_unique<PenetrationTerm>(hand, object, std::move(points.watched),
-                                          PenetrationShape{options.penetration_weight, 0.0}));
+    terms.push_back(std::make_unique<PenetrationTerm>(hand, object, std::move(points.watched),
+                                                      PenetrationShape{kPushOut, 0.0}));
   }
   if (!points.touching.empty()) {
-    terms.push_back(std::make_unique<GraspContactTerm>(
-        hand, object, std::move(points.touching),
-        GraspContactShape{options.contact_weight, -options.press_m}));
+    terms.push_back(std::make_unique<GraspContactTerm>(hand, object, std::move(points.touching),
+                                                       GraspContactShape{kAttract, -kPress_m}));
   }
   if (!points.colliding.empty()) {
     terms.push_back(std::make_unique<FingerCollisionTerm>(
-        hand, anatomy.landmarks, std::move(points.colliding), options.collision_weight));
+        hand, anatomy.landmarks, std::move(points.colliding), kFingersApart));
   }
   if (!points.intrusions.empty()) {
-    terms.push_back(std::make_unique<IntrusionTerm>(hand, std::move(points.intrusions),
-                                                    options.penetration_weight));
+    terms.push_back(std::make_unique<IntrusionTerm>(hand, std::move(points.intrusions), kPushOut));
   }
   return terms;
 }
@@ -215,8 +214,7 @@ void RefineGrasp(const HandAnatomy& anatomy, HandEvaluation& hand, const Distanc
     RefinedPoints points =
         ChooseRefinedPoints(anatomy, hand, object, options, fingers, wrist_from_object);
     if (find_intrusions) {
-      points.intrusions =
-          find_intrusions(hand.At(fingers.data(), false).Vertices(), wrist_from_object);
+      points.intrusions = find_intrusions(hand.At(fingers).Vertices(), wrist_from_object);
     }
 
     HandPriorWeights weights;
@@ -224,7 +222,7 @@ void RefineGrasp(const HandAnatomy& anatomy, HandEvaluation& hand, const Distanc
     weights.spread = 1.0;
     weights.limits = 30.0;
     const HandPriorTerm prior(anatomy.axes, preferred, weights);
-    const auto terms = PointTerms(anatomy, hand, object, options, std::move(points));
+    const auto terms = PointTerms(anatomy, hand, object, std::move(points));
     DenseProblem problem;
     double* const q = rotation.coeffs().data();
     problem.AddParameterBlock(fingers.data(), kHandDofs);

@@ -5,6 +5,7 @@
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -39,11 +40,8 @@ class GraspStages {
   /// Open hands at a place. Indices cover the antipodal pairs first, then the scene's handles.
   std::vector<Placement> PlaceAt(int place) const;
 
-  struct ClosedHand {
-    GraspAttempt attempt;
-    bool thumb_touches;
-  };
-  ClosedHand Close(const Placement& placement, HandEvaluation& evaluation) const;
+  /// A closed hand, and whether its thumb touches.
+  std::pair<GraspAttempt, bool> Close(const Placement& placement, HandEvaluation& evaluation) const;
 
   std::vector<GraspContact> Contacts(HandEvaluation& evaluation, const FingerPose& fingers,
                                      const Eigen::Isometry3d& wrist_from_object) const;
@@ -89,13 +87,9 @@ bool GraspStages::RunStage(double share_before, double share, int count, const W
 }
 
 struct RefinementOptions {
-  double penetration_weight = 3000.0;  ///< per meter
-  double contact_weight = 300.0;       ///< per meter
-  double collision_weight = 1500.0;    ///< per meter, finger against finger
-  double contact_reach_m = 0.008;      ///< pads nearer than this are attracted to the surface
-  double press_m = 0.0004;             ///< target penetration of pads
-  int rounds = 2;                      ///< the active points are updated in each
-  int iterations = 15;                 ///< of Levenberg-Marquardt, per round
+  double contact_reach_m = 0.008;  ///< pads nearer than this are attracted to the surface
+  int rounds = 2;                  ///< the active points are updated in each
+  int iterations = 15;             ///< of Levenberg-Marquardt, per round
 };
 
 /// Parts of the object inside a hand with these vertices (3 x n, wrist frame).

@@ -14,29 +14,9 @@
 namespace holdfast {
 
 std::string_view UseName(GraspUse use) {
-  switch (use) {
-    case GraspUse::kAny:
-      return "any";
-    case GraspUse::kHandle:
-      return "handle";
-    case GraspUse::kTool:
-      return "tool";
-    case GraspUse::kVessel:
-      return "vessel";
-    case GraspUse::kBox:
-      return "box";
-    case GraspUse::kDish:
-      return "dish";
-  }
-  return "";
-}
-
-std::optional<GraspUse> UseByName(std::string_view name) {
-  for (const GraspUse use : {GraspUse::kAny, GraspUse::kHandle, GraspUse::kTool, GraspUse::kVessel,
-                             GraspUse::kBox, GraspUse::kDish}) {
-    if (UseName(use) == name) return use;
-  }
-  return std::nullopt;
+  constexpr std::array<std::string_view, 6> kNames = {"any",    "handle", "tool",
+                                                      "vessel", "box",    "dish"};
+  return kNames[static_cast<std::size_t>(use)];
 }
 
 double UseZone::Share(const Eigen::Vector3d& point, double soft_m) const {
@@ -99,43 +79,8 @@ double ObjectUse::PlaceScore(std::span<const GraspContact> contacts,
   return score;
 }
 
-ObjectUse FindUse(const TriangleMesh& mesh, const DistanceGrid& object,
-                  std::span<const Handle> handles, std::optional<GraspUse> wanted) {
-  if (wanted == GraspUse::kAny || mesh.NumFaces() == 0 || !(SurfaceArea(mesh) > 0.0)) return {};
-  const ObjectShape shape(mesh, object);
-  const ObjectOpening opening = FindOpening(shape);
-  const bool forced = wanted.has_value();
-  const auto asked = [&](GraspUse use) { return !wanted || *wanted == use; };
-  std::optional<ObjectUse> use;
-  if (asked(GraspUse::kHandle)) use = AsHandle(shape, opening, handles);
-  if (!use && !forced && IsBall(shape)) return {};
-  if (!use && asked(GraspUse::kBox)) use = AsBox(shape, FindBox(shape), forced);
-  // Before tools, since a glass has a stem and a bottle a neck.
-  if (!use && asked(GraspUse::kVessel)) use = AsVessel(shape, opening, forced);
-  if (!use && asked(GraspUse::kTool)) use = AsTool(shape, opening, forced);
-  if (!use && asked(GraspUse::kDish)) use = AsDish(shape, opening, forced);
-  return use.value_or(ObjectUse{});
-}
-
-void AddUseOption(OptionTable& table, std::optional<GraspUse>& use) {
-  table.Choice(
-      "use", use,
-      {{"auto", std::nullopt},
-       {"handle", GraspUse::kHandle},
-       {"tool", GraspUse::kTool},
-       {"vessel", GraspUse::kVessel},
-       {"box", GraspUse::kBox},
-       {"dish", GraspUse::kDish},
-       {"any", GraspUse::kAny}},
-      "How people hold this kind of object: handle (by its loop), tool (by the grip, thumb toward "
-      "the head), vessel (upright, rim free), box (across the narrow side), dish (level, by the "
-      "rim), any (the firmest grasp anywhere), or auto (inferred from its shape)");
-}
-
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
 constexpr double kWidestHold = 0.104;  // span of a hand
@@ -158,8 +103,8 @@ Vector3d UpAlong(const ObjectShape& shape, const Vector3d& axis) {
   return heavy_above ? Vector3d(-axis) : axis;
 }
 
-}  // namespace
-
+// How an object is grasped for each kind of use; nothing if its shape is not of that kind.
+// `wanted`: the use was requested, so the criteria are looser.
 std::optional<ObjectUse> AsHandle(const ObjectShape& shape, const ObjectOpening& opening,
                                   std::span<const Handle> handles) {
   if (handles.empty()) return std::nullopt;
@@ -391,6 +336,41 @@ std::optional<ObjectUse> AsDish(const ObjectShape& shape, const ObjectOpening& o
   use.hold = UseZone{line, use.up, stand.high - deep, stand.high + 0.01, least - 0.035};
   if (stand.Length() < 0.045) use.press.push_back(use.up);
   return use;
+}
+
+}  // namespace
+
+ObjectUse FindUse(const TriangleMesh& mesh, const DistanceGrid& object,
+                  std::span<const Handle> handles, std::optional<GraspUse> wanted) {
+  if (wanted == GraspUse::kAny || mesh.NumFaces() == 0 || !(SurfaceArea(mesh) > 0.0)) return {};
+  const ObjectShape shape(mesh, object);
+  const ObjectOpening opening = FindOpening(shape);
+  const bool forced = wanted.has_value();
+  const auto asked = [&](GraspUse use) { return !wanted || *wanted == use; };
+  std::optional<ObjectUse> use;
+  if (asked(GraspUse::kHandle)) use = AsHandle(shape, opening, handles);
+  if (!use && !forced && IsBall(shape)) return {};
+  if (!use && asked(GraspUse::kBox)) use = AsBox(shape, FindBox(shape), forced);
+  // Before tools, since a glass has a stem and a bottle a neck.
+  if (!use && asked(GraspUse::kVessel)) use = AsVessel(shape, opening, forced);
+  if (!use && asked(GraspUse::kTool)) use = AsTool(shape, opening, forced);
+  if (!use && asked(GraspUse::kDish)) use = AsDish(shape, opening, forced);
+  return use.value_or(ObjectUse{});
+}
+
+void AddUseOption(OptionTable& table, std::optional<GraspUse>& use) {
+  table.Choice(
+      "use", use,
+      {{"auto", std::nullopt},
+       {"handle", GraspUse::kHandle},
+       {"tool", GraspUse::kTool},
+       {"vessel", GraspUse::kVessel},
+       {"box", GraspUse::kBox},
+       {"dish", GraspUse::kDish},
+       {"any", GraspUse::kAny}},
+      "How people hold this kind of object: handle (by its loop), tool (by the grip, thumb toward "
+      "the head), vessel (upright, rim free), box (across the narrow side), dish (level, by the "
+      "rim), any (the firmest grasp anywhere), or auto (inferred from its shape)");
 }
 
 }  // namespace holdfast

@@ -13,7 +13,6 @@
 #include "geometry/options.h"
 #include "solver/grasp/grasp_handle.h"
 #include "solver/grasp/grasp_placement.h"
-#include "solver/grasp/object_shape.h"
 
 namespace holdfast {
 
@@ -27,8 +26,6 @@ enum class GraspUse {
   kDish,    ///< level, by the rim: bowl, plate
 };
 std::string_view UseName(GraspUse use);
-/// "any", "handle", "tool", "vessel", "box" or "dish"; nothing for any other name.
-std::optional<GraspUse> UseByName(std::string_view name);
 /// Adds --use: a UseName, or "auto" (no value).
 void AddUseOption(OptionTable& table, std::optional<GraspUse>& use);
 
@@ -76,17 +73,5 @@ struct ObjectUse {
 /// pieces.
 ObjectUse FindUse(const TriangleMesh& mesh, const DistanceGrid& object,
                   std::span<const Handle> handles, std::optional<GraspUse> wanted = {});
-
-/// How an object is grasped for each kind of use; nothing if its shape is not of that kind.
-/// `wanted`: the use was requested, so the criteria are looser.
-std::optional<ObjectUse> AsHandle(const ObjectShape& shape, const ObjectOpening& opening,
-                                  std::span<const Handle> handles);
-std::optional<ObjectUse> AsBox(const ObjectShape& shape, const ObjectBox& box, bool wanted);
-std::optional<ObjectUse> AsTool(const ObjectShape& shape, const ObjectOpening& opening,
-                                bool wanted);
-std::optional<ObjectUse> AsVessel(const ObjectShape& shape, const ObjectOpening& opening,
-                                  bool wanted);
-std::optional<ObjectUse> AsDish(const ObjectShape& shape, const ObjectOpening& opening,
-                                bool wanted);
 
 }  // namespace holdfast

@@ -75,7 +75,7 @@ HandApproach FindApproach(const HandAnatomy& anatomy, const Grasp& grasp,
   const auto skin_of = [&](const FingerPose& fingers) -> Eigen::Matrix3Xd {
     // Includes edge midpoints: a handle's bar is thinner than the vertex spacing.
     Eigen::Matrix3Xd skin;
-    SkinPositions(anatomy.landmarks, hand.At(fingers.data(), false).Vertices(), skin);
+    SkinPositions(anatomy.landmarks, hand.At(fingers).Vertices(), skin);
     return object_from_wrist * skin;
   };
   Depths own;

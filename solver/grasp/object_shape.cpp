@@ -73,6 +73,7 @@ ShapeSlices CutIntoSlices(const ObjectShape& shape, const Vector3d& axis, int co
   }
   return slices;
 }
+
 ObjectBox FindBox(const ObjectShape& shape) {
   const TriangleMesh& mesh = shape.mesh;
   Matrix3Xd cross(3, mesh.NumFaces());
@@ -165,10 +166,6 @@ bool IsBall(const ObjectShape& shape) {
 
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::Matrix3Xd;
-using Eigen::Vector3d;
-
 // Whether a ray hits the object.
 bool Meets(const DistanceGrid& object, const Vector3d& from, const Vector3d& way, double farthest) {
   for (double s = 0.0; s < farthest;) {
@@ -235,10 +232,6 @@ ObjectOpening FindOpening(const ObjectShape& shape) {
 }
 
 namespace {
-
-using Eigen::Matrix3d;
-using Eigen::Matrix3Xd;
-using Eigen::Vector3d;
 
 constexpr double kThickestBar = 0.066;  // longer side of its cross-section
 constexpr double kThinnestBar = 0.006;

@@ -15,51 +15,6 @@ namespace {
 constexpr int kEdges = 4;
 constexpr double kBalanceWeight = 100.0;
 
-// Edges of the friction cones, grouped by contact: forces with component 1 along `into`, and their
-// wrenches about `center`, force first, torques over `radius_m`.
-struct ConeEdges {
-  ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vector3d& center,
-            double radius_m, double friction);
-  Eigen::Matrix3Xd forces;
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrenches;
-};
-
-ConeEdges::ConeEdges(const std::vector<GripContact>& contacts, const Eigen::Vector3d& center,
-                     double radius_m, double friction)
-    : forces(3, kEdges * std::ssize(contacts)), wrenches(6, forces.cols()) {
-  Eigen::Index column = 0;
-  for (const GripContact& contact : contacts) {
-    const Eigen::Vector3d side = contact.into.unitOrthogonal(), up = contact.into.cross(side);
-    for (int k = 0; k < kEdges; ++k, ++column) {
-      const double angle = 2.0 * std::numbers::pi * k / kEdges;
-      const Eigen::Vector3d force =
-          contact.into + friction * (std::cos(angle) * side + std::sin(angle) * up);
-      forces.col(column) = force;
-      wrenches.col(column) << force, (contact.point - center).cross(force) / radius_m;
-    }
-  }
-}
-
-}  // namespace
-
-void BalancePresses(const Eigen::Vector3d& center, double radius_m, double friction, double grip_N,
-                    std::vector<GripContact>& contacts) {
-  const ConeEdges edges(contacts, center, radius_m, friction);
-  Eigen::Matrix<double, 6, 1> y = Eigen::Matrix<double, 6, 1>::Zero();
-  ceres::Problem problem;
-  problem.AddResidualBlock(new SqueezeDual(edges.wrenches, kBalanceWeight), nullptr, y.data());
-  SolveQuietly(SparseOptions(50, 1e-14), problem);
-  const Eigen::VectorXd f = (0.25 - (edges.wrenches.transpose() * y).array()).max(0.0);
-  const double pushes = f.sum();
-  for (std::size_t c = 0; c < contacts.size() && pushes > 0.0; ++c) {
-    const auto begin = static_cast<Eigen::Index>(kEdges * c);
-    contacts[c].press =
-        grip_N / pushes * edges.forces.middleCols(begin, kEdges) * f.segment(begin, kEdges);
-  }
-}
-
-namespace {
-
 constexpr int kMaxSweeps = 500;
 constexpr int kLoadSteps = 10;
 constexpr double kSettled_N = 1e-5;   // converged below this change per sweep
@@ -72,8 +27,8 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 struct Springs {
   Eigen::MatrixXd hessian;
   Eigen::VectorXd presses;
-  Eigen::VectorXd pressed;                            // slope at zero force, without load
-  Eigen::Matrix<double, 6, Eigen::Dynamic> wrenches;  // about the center, torques over the radius
+  Eigen::VectorXd pressed;         // slope at zero force, without load
+  SqueezeDual::Wrenches wrenches;  // about the center, torques over the radius
 };
 
 Springs SpringsOf(const std::vector<GripContact>& contacts, const Eigen::MatrixXd& slopes,
@@ -129,6 +84,36 @@ double Sweep(const Eigen::MatrixXd& hessian, double friction, Eigen::VectorXd& f
 }
 
 }  // namespace
+
+void BalancePresses(const Eigen::Vector3d& center, double radius_m, double friction, double grip_N,
+                    std::vector<GripContact>& contacts) {
+  // Edges of the friction cones, grouped by contact: forces with component 1 along `into`, and
+  // their wrenches about `center`, force first, torques over `radius_m`.
+  Eigen::Matrix3Xd forces(3, kEdges * std::ssize(contacts));
+  SqueezeDual::Wrenches wrenches(6, forces.cols());
+  Eigen::Index column = 0;
+  for (const GripContact& contact : contacts) {
+    const Eigen::Vector3d side = contact.into.unitOrthogonal(), up = contact.into.cross(side);
+    for (int k = 0; k < kEdges; ++k, ++column) {
+      const double angle = 2.0 * std::numbers::pi * k / kEdges;
+      const Eigen::Vector3d force =
+          contact.into + friction * (std::cos(angle) * side + std::sin(angle) * up);
+      forces.col(column) = force;
+      wrenches.col(column) << force, (contact.point - center).cross(force) / radius_m;
+    }
+  }
+  Vector6d y = Vector6d::Zero();
+  ceres::Problem problem;
+  problem.AddResidualBlock(new SqueezeDual(wrenches, kBalanceWeight), nullptr, y.data());
+  SolveQuietly(SparseOptions(50, 1e-14), problem);
+  const Eigen::VectorXd f = (0.25 - (wrenches.transpose() * y).array()).max(0.0);
+  const double pushes = f.sum();
+  for (std::size_t c = 0; c < contacts.size() && pushes > 0.0; ++c) {
+    const auto begin = static_cast<Eigen::Index>(kEdges * c);
+    contacts[c].press =
+        grip_N / pushes * forces.middleCols(begin, kEdges) * f.segment(begin, kEdges);
+  }
+}
 
 double GripGive(const std::vector<GripContact>& contacts, const Eigen::MatrixXd& slopes,
                 const Eigen::VectorXd& stiffness, const GrippedSolid& solid,

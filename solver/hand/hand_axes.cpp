@@ -10,20 +10,19 @@
 namespace holdfast {
 namespace {
 
-struct Degrees {
-  double low, high;
-};
-
-// Reference values of active ranges; distal joints use those of the proximal ones of their kind.
-constexpr Degrees kFingerFlexion[3] = {{-25.0, 90.0}, {0.0, 105.0}, {-5.0, 80.0}};
-constexpr Degrees kThumbFlexionRange[3] = {{-20.0, 50.0}, {-10.0, 60.0}, {-15.0, 80.0}};
-constexpr Degrees kThumbSpreadRange[3] = {{-10.0, 50.0}, {-10.0, 10.0}, {0.0, 0.0}};
+// Reference values of active ranges, degrees; distal joints use those of the proximal ones of their
+// kind.
+constexpr AngleRange kFingerFlexion[3] = {{-25.0, 90.0}, {0.0, 105.0}, {-5.0, 80.0}};
+constexpr AngleRange kThumbFlexionRange[3] = {{-20.0, 50.0}, {-10.0, 60.0}, {-15.0, 80.0}};
+constexpr AngleRange kThumbSpreadRange[3] = {{-10.0, 50.0}, {-10.0, 10.0}, {0.0, 0.0}};
 constexpr double kTwist = 5.0;  // soft tissue; a saddle joint twists more
 constexpr double kThumbTwistAngle = 20.0;
 
 Eigen::Vector3d OrthogonalTo(const Eigen::Vector3d& v, const Eigen::Vector3d& unit) {
   return (v - v.dot(unit) * unit).normalized();
 }
+
+}  // namespace
 
 int DominantJoint(const BodySurface& surface, int vertex) {
   int joint = -1;
@@ -36,8 +35,6 @@ int DominantJoint(const BodySurface& surface, int vertex) {
   }
   return joint;
 }
-
-}  // namespace
 
 HandAxes::HandAxes(const HandModel& hand) : side_(hand.HandSide()) {
   const BodySurface& surface = hand.Surface();
@@ -89,7 +86,7 @@ HandAxes::HandAxes(const HandModel& hand) : side_(hand.HandSide()) {
       rest_flexion_[k] =
           std::atan2(bone.dot(pad), bone.dot(bone)) - std::atan2(before.dot(pad), before.dot(bone));
     }
-    const auto set = [&](int row, Degrees degrees, double offset) {
+    const auto set = [&](int row, AngleRange degrees, double offset) {
       range_[row][k] = {degrees.low * kDegree - offset, degrees.high * kDegree - offset};
     };
     if (thumb) {

@@ -25,6 +25,9 @@ struct AngleRange {
   double low = 0.0, high = 0.0;  ///< radians
 };
 
+/// Joint with the largest skinning weight of a vertex.
+int DominantJoint(const BodySurface& surface, int vertex);
+
 /// Anatomical axes of a hand, from the bones of its rest pose: the same code for both sides and for
 /// every model of SMPL-X's layout. Directions are in the rest frame, which is the wrist frame (and
 /// that of every finger joint: SMPL-X joints share their axes in the rest pose).

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "solver/hand/hand_evaluation.h"
 
+#include <numeric>
 #include <utility>
 
 #include <Eigen/Geometry>
@@ -38,6 +39,12 @@ PointPatches::PointPatches(const Eigen::Matrix3Xd& points, std::vector<int> ids,
   const int count = static_cast<int>(ids_.size());
   // Repeated halving: no patch is smaller than half of `size`.
   Split(points, 0, count, std::max(kSize, 2 * count / kMaxPatches + 2), give);
+}
+
+PointPatches::PointPatches(const Eigen::Matrix3Xd& points) {
+  std::vector<int> ids(static_cast<std::size_t>(points.cols()));
+  std::iota(ids.begin(), ids.end(), 0);
+  *this = PointPatches(points, std::move(ids));
 }
 
 void PointPatches::Split(const Eigen::Matrix3Xd& points, int begin, int end, int size,

@@ -24,6 +24,8 @@ class HandEvaluation {
 
   /// State for these 45 parameters; valid until the next call.
   const HandState& At(const double* fingers, bool with_jacobian);
+  /// The same without Jacobian; by value, as the state does not refer to `fingers`.
+  const HandState& At(FingerPose fingers) { return At(fingers.data(), false); }
 
   /// row += direction^T d vertex / d fingers (`row` has 45 entries), at the pose of the last call
   /// of At, which must have requested the Jacobian.
@@ -46,6 +48,8 @@ class PointPatches {
   /// Uses the `points` (3 x n, meters) with these ids. `give`: fraction by which patches may grow
   /// when the points move later.
   PointPatches(const Eigen::Matrix3Xd& points, std::vector<int> ids, double give = 0.0);
+  /// Uses all `points`.
+  explicit PointPatches(const Eigen::Matrix3Xd& points);
 
   const std::vector<int>& Ids() const { return ids_; }
 

@@ -34,27 +34,17 @@ HandLandmarks::HandLandmarks(const HandModel& hand, const HandAxes& axes) {
   const Eigen::Vector3d wrist = surface.RestJoints().col(WristJoint(hand.HandSide()));
   const Eigen::Matrix3Xd vertices = surface.RestVertices().colwise() - wrist;
   const RestHand rest{axes, vertices, VertexNormals({vertices, surface.Faces()})};
-  FindParts(hand);
+  const int first = HandBegin(hand.HandSide());
+  for (int i = 0; i < hand.NumVertices(); ++i) {
+    const int k = DominantJoint(surface, i) - first;
+    part_of_.push_back(k >= 0 && k < kJointsPerHand ? k : kPalmPart);
+  }
   FindSkin(hand);
   FindSkinPatches(rest);
   FindPads(rest);
   FindPadCenters(rest);
   FindBalls(rest);
   FindPalmAndForearm(rest);
-}
-
-void HandLandmarks::FindParts(const HandModel& hand) {
-  const int first = HandBegin(hand.HandSide());
-  part_of_.resize(hand.NumVertices(), kPalmPart);
-  for (int i = 0; i < hand.NumVertices(); ++i) {
-    double most = 0.0;
-    for (const auto& [joint, w] : hand.Surface().Weights(i)) {
-      if (w <= most) continue;
-      most = w;
-      const int k = joint - first;
-      part_of_[i] = k >= 0 && k < kJointsPerHand ? k : kPalmPart;
-    }
-  }
 }
 
 void HandLandmarks::FindSkin(const HandModel& hand) {
@@ -141,10 +131,6 @@ void HandLandmarks::FindBalls(const RestHand& rest) {
       balls_.push_back(std::move(ball));
     }
   }
-  FindBallPairs(centers);
-}
-
-void HandLandmarks::FindBallPairs(const std::vector<Eigen::Vector3d>& centers) {
   for (std::size_t i = 0; i < balls_.size(); ++i) {
     for (std::size_t j = i + 1; j < balls_.size(); ++j) {
       const int a = balls_[i].finger_joint, b = balls_[j].finger_joint;
@@ -279,8 +265,7 @@ struct PinchResidual {
 
   bool operator()(const double* x, double* residuals) const {
     const HandAngles angles = PinchAngles(anatomy.axes, x);
-    const FingerPose pose = anatomy.axes.PoseOf(angles);
-    const HandState& state = hand.At(pose.data(), false);
+    const HandState& state = hand.At(anatomy.axes.PoseOf(angles));
     const auto pad = [&](int finger) -> Eigen::Vector3d {
       return state.Vertices().col(anatomy.landmarks.PadCenter(finger));
     };
@@ -313,7 +298,7 @@ HandEvaluation AtWrist(const HandModel& hand) {
                         -hand.Surface().RestJoints().col(WristJoint(hand.HandSide())));
 }
 
-HandAngles OpenHand(const HandAxes& axes) {
+HandAngles OpenHand(const HandAxes& axes, double thumb_flexion, double thumb_abduction) {
   HandAngles angles = HandAngles::Zero();
   for (int finger = 0; finger < kNumFingers; ++finger) {
     if (finger == kThumb) continue;
@@ -322,8 +307,8 @@ HandAngles OpenHand(const HandAxes& axes) {
     }
     angles(1, 3 * finger) = kFan[finger] * kDegree;
   }
-  angles(0, 3 * kThumb) = -15.0 * kDegree;
-  angles(1, 3 * kThumb) = 25.0 * kDegree;
+  angles(0, 3 * kThumb) = thumb_flexion * kDegree;
+  angles(1, 3 * kThumb) = thumb_abduction * kDegree;
   return axes.Clamp(angles);
 }
 

@@ -72,15 +72,12 @@ class HandLandmarks {
     Eigen::Matrix3Xd vertices;
     Eigen::Matrix3Xd normals;
   };
-  void FindParts(const HandModel& hand);
   void FindSkin(const HandModel& hand);
   void FindSkinPatches(const RestHand& rest);
   void FindPads(const RestHand& rest);
   void FindPadCenters(const RestHand& rest);
   void FindBalls(const RestHand& rest);
   void FindPalmAndForearm(const RestHand& rest);
-  /// `centers` are those of balls_ at rest.
-  void FindBallPairs(const std::vector<Eigen::Vector3d>& centers);
 
   std::vector<int> part_of_;
   std::vector<SkinPoint> skin_;
@@ -120,8 +117,9 @@ struct HandAnatomy {
 /// An evaluation with the wrist at the origin, unrotated: world and wrist frame are the same.
 HandEvaluation AtWrist(const HandModel& hand);
 
-/// An open hand, fingers nearly parallel and the thumb away from the palm.
-HandAngles OpenHand(const HandAxes& axes);
+/// An open hand, fingers nearly parallel and the thumb away from the palm (its angles in degrees).
+HandAngles OpenHand(const HandAxes& axes, double thumb_flexion = -15.0,
+                    double thumb_abduction = 25.0);
 /// A hand about to pinch an object `width` meters thick: pads of the thumb and of the index and
 /// middle finger face each other at that distance. Solved by least squares for this hand.
 HandAngles PinchHand(const HandAnatomy& anatomy, double width);

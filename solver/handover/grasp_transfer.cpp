@@ -9,7 +9,7 @@
 #include <numbers>
 #include <numeric>
 #include <optional>
-#include <string>
+#include <string_view>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -83,36 +83,6 @@ Isometry3d Reflected(const Isometry3d& wrist_from_object, const Vector3d& normal
       hand * (wrist_from_object.linear() * shift + wrist_from_object.translation()));
 }
 
-// Direction in which the touching pads of each finger press; zero for fingers that do not touch.
-std::array<Vector3d, kNumFingers> PressingDirections(const HandLandmarks& landmarks,
-                                                     const Eigen::Matrix3Xd& vertices,
-                                                     const DistanceGrid& object,
-                                                     double touch_distance_m) {
-  std::array<Vector3d, kNumFingers> inward;
-  for (int finger = 0; finger < kNumFingers; ++finger) {
-    inward[finger].setZero();
-    double nearest = touch_distance_m;
-    for (int part = 3 * finger + 1; part < 3 * finger + 3; ++part) {
-      for (const int i : landmarks.Pad(part)) {
-        Vector3d gradient;
-        const double d = object.Distance(vertices.col(i), &gradient);
-        if (d >= nearest || gradient.norm() < 1e-6) continue;
-        nearest = d;
-        inward[finger] = -gradient.normalized();
-      }
-    }
-  }
-  return inward;
-}
-
-double ThumbOpposition(const std::array<Vector3d, kNumFingers>& inward) {
-  double most = 0.0;
-  for (int finger = 0; finger < kThumb; ++finger) {
-    most = std::max(most, -inward[kThumb].dot(inward[finger]));
-  }
-  return most;
-}
-
 GraspOptions OptionsOfGrasp(const GraspTransferOptions& options) {
   GraspOptions grasp;
   grasp.max_penetration_m = options.max_penetration_m;
@@ -124,12 +94,9 @@ GraspOptions OptionsOfGrasp(const GraspTransferOptions& options) {
 }
 
 DistanceGrid ObstacleGrid(const TriangleMesh& object, const TriangleMesh& giving, int threads) {
-  DistanceGridOptions options;
-  options.cell_m = kObstacleCell;
-  options.threads = threads;
   TriangleMesh both = object;
   Append(giving, both);
-  return DistanceGrid(SignedDistance(both), options);
+  return DistanceGrid(SignedDistance(both), {.cell_m = kObstacleCell, .threads = threads});
 }
 
 // Maximum overlap of two hands' balls, meters; negative: their distance.
@@ -165,7 +132,7 @@ std::pair<double, double> CorrectionOf(const Isometry3d& wrist_from_object,
 struct TransferScene {
   // A candidate placement of the open hand.
   struct WholeGrasp {
-    TransferMethod method;
+    std::string_view method;
     Isometry3d wrist_from_object;
     HandAngles start;
     int balls = -1;           // index into the scene's `balls` of the open hand; -1: none
@@ -226,8 +193,8 @@ struct TransferScene {
                 [&](int i) { found[i] = placer.Place(oppositions[i], target, kTurns); });
     for (const std::vector<Placement>& placements : found) {
       for (const Placement& placement : placements) {
-        placed.push_back({TransferMethod::kPlaced, placement.wrist_from_object, placement.start,
-                          BallsOf(placement.start)});
+        placed.push_back(
+            {"placed", placement.wrist_from_object, placement.start, BallsOf(placement.start)});
       }
     }
   }
@@ -297,11 +264,9 @@ class TransferSearch {
     TryMirroredFingers();
     if (!best_.found) TryWholeGrasps();
     HandEvaluation evaluation = AtWrist(own_.receiver);
-    ContactProtocol protocol;
-    protocol.threads = options_.threads;
     best_.grasp.metrics = MeasureContact(
         TriangleMesh{InObject(best_.grasp, evaluation), own_.receiver.Surface().Faces()},
-        own_.surface, protocol);
+        own_.surface, {.threads = options_.threads});
     return best_;
   }
 
@@ -319,7 +284,7 @@ class TransferSearch {
   template <typename MayBeInside>
   static double Deepest(const SignedDistance& solid, const Eigen::Matrix3Xd& points,
                         const MayBeInside& may_be_inside) {
-    const bool closed = solid.SignMethod() == SignedDistance::Sign::kPseudonormal;
+    const bool closed = solid.IsWatertight();
     double deepest = 0.0, last_distance = 0.0;
     Vector3d last = Vector3d::Zero();
     int face = -1;
@@ -421,7 +386,7 @@ class TransferSearch {
   }
 
   // Refines and measures exactly.
-  GraspTransfer Attempt(TransferMethod method, GraspAttempt closed, bool pushed_out) const {
+  GraspTransfer Attempt(std::string_view method, GraspAttempt closed, bool pushed_out) const {
     HandEvaluation evaluation = AtWrist(own_.receiver);
     Refine(pushed_out, evaluation, closed);
     GraspTransfer result;
@@ -432,15 +397,13 @@ class TransferSearch {
     result.grasp.metrics.max_penetration_mm = 1000.0 * DepthInObject(vertices);
     std::tie(result.correction_m, result.correction_rad) =
         CorrectionOf(result.grasp.wrist_from_object, receiver_from_object_);
-    result.thumb_opposition = ThumbOpposition(PressingDirections(
-        own_.anatomy.landmarks, vertices, own_.distance, own_.grasp_options.touch_distance_m));
     result.refused = WhyNot(result);
     result.found = result.refused.empty();
     return result;
   }
 
   // Tries again if the giving hand or the object's walls would be in the receiving hand.
-  GraspTransfer BestAttempt(TransferMethod method, const GraspAttempt& closed) const {
+  GraspTransfer BestAttempt(std::string_view method, const GraspAttempt& closed) const {
     const GraspTransfer free = Attempt(method, closed, false);
     const double overlap = Excess(free);
     if (overlap <= 0.0) return free;
@@ -461,7 +424,7 @@ class TransferSearch {
     const auto attempt = [&](int k) {
       HandEvaluation evaluation = AtWrist(own_.receiver);
       const WholeGrasp candidate{
-          TransferMethod::kMirrored, receiver_from_object_,
+          "mirrored", receiver_from_object_,
           own_.anatomy.axes.Clamp(mirrored_ + kOpened[k] * (own_.open - mirrored_))};
       const GraspAttempt closed = Closed(candidate, evaluation);
       // Too far off after closing, refinement cannot repair it.
@@ -554,8 +517,8 @@ class TransferSearch {
             std::min(least, own_.distance.Distance(object_from_wrist * own_.open_skin[h].col(i)));
       }
       if (least <= -0.002) continue;
-      found.push_back({TransferMethod::kPlaced, wrist_from_object, own_.open_hands[h], -1,
-                       Correction(wrist_from_object)});
+      found.push_back(
+          {"placed", wrist_from_object, own_.open_hands[h], -1, Correction(wrist_from_object)});
       return;
     }
   }
@@ -566,7 +529,7 @@ class TransferSearch {
     AddNearWrist(candidates);
     for (const Vector3d& normal : own_.planes) {
       const Isometry3d reflected = Reflected(giver_from_object_, normal, own_.scene.centroid);
-      candidates.push_back({TransferMethod::kReflected, reflected,
+      candidates.push_back({"reflected", reflected,
                             own_.anatomy.axes.Clamp(mirrored_ + 0.35 * (own_.open - mirrored_)), -1,
                             Correction(reflected)});
     }
@@ -643,18 +606,6 @@ class TransferSearch {
 };
 
 }  // namespace
-
-std::string_view MethodName(TransferMethod method) {
-  switch (method) {
-    case TransferMethod::kMirrored:
-      return "mirrored";
-    case TransferMethod::kReflected:
-      return "reflected";
-    case TransferMethod::kPlaced:
-      return "placed";
-  }
-  return "";
-}
 
 FingerPose MirrorFingers(const FingerPose& fingers) {
   FingerPose mirrored = fingers;

@@ -27,24 +27,18 @@ struct GraspTransferOptions {
   int threads = 1;  ///< the result does not depend on it
 };
 
-/// Source of the receiving hand's grasp.
-enum class TransferMethod {
-  kMirrored,   ///< the giving hand's fingers, mirrored and closed again at the given wrist
-  kReflected,  ///< the giving hand's grasp, mirrored by a symmetry of the object
-  kPlaced,     ///< the nearest grasp for which object and other hand leave room
-};
-std::string_view MethodName(TransferMethod method);
-
 struct GraspTransfer {
   bool found = false;  ///< clean, firm and clear of the giving hand; else the least bad try
-  TransferMethod method = TransferMethod::kMirrored;
+  /// Source of the grasp: "mirrored" (the giving hand's fingers, mirrored and closed again at the
+  /// given wrist), "reflected" (the giving hand's grasp, mirrored by a symmetry of the object) or
+  /// "placed" (the nearest grasp for which object and other hand leave room).
+  std::string_view method = "mirrored";
   Grasp grasp;  ///< of the receiving hand
   /// Correction of the wrist from its given pose to the grasp.
   double correction_m = 0.0;
   double correction_rad = 0.0;
-  double hand_overlap_mm = 0.0;   ///< receiving hand's skin in the giving hand
-  double thumb_opposition = 0.0;  ///< 1: thumb presses straight against a finger; 0: not at all
-  std::string_view refused;       ///< why `found` is false
+  double hand_overlap_mm = 0.0;  ///< receiving hand's skin in the giving hand
+  std::string_view refused;      ///< why `found` is false
 };
 
 struct TransferScene;

@@ -89,6 +89,13 @@ Dwell FitDwell(const Eigen::Matrix3Xd& between, double frame_rate, const Dwell& 
   return best;
 }
 
+int DwellMiddle(const Eigen::Matrix3Xd& between, double frame_rate, const HandSwitch& change) {
+  const Dwell dwell =
+      FitDwell(between, frame_rate, {1.0 * change.both_begin, change.both_end - 1.0});
+  const auto last = static_cast<int>(between.cols()) - 1;
+  return std::clamp(static_cast<int>(std::lround(dwell.Middle())), 1, last);
+}
+
 namespace {
 
 // -log sum exp(-x), for costs that may be infinite.
@@ -124,7 +131,7 @@ StatePath ViterbiPath(const Eigen::MatrixXd& costs, const Eigen::MatrixXd& chang
   path.cost = best.minCoeff(&state);
   path.states.resize(static_cast<std::size_t>(steps));
   for (Eigen::Index t = steps - 1; t >= 0; --t) {
-    path.states[static_cast<std::size_t>(t)] = static_cast<int>(state);
+    path.states[t] = static_cast<int>(state);
     if (t > 0) state = from(state, t);
   }
 
@@ -195,20 +202,16 @@ HandsInTime Observe(const Clip& clip, const HandModel& right, const HandModel& l
 
   HandsInTime seen;
   const double sigma = std::max(0.3, kSignalSmoothing_s * fps);
-  seen.speed_noise_m_s = WhiteNoise(between) * fps *
-                         NoiseOfSlope(std::max<Eigen::Index>(1, std::lround(kSignalSlope_s * fps)));
+  const auto reach = std::max<Eigen::Index>(1, std::lround(kSignalSlope_s * fps));
+  seen.speed_noise_m_s = WhiteNoise(between) * fps * NoiseOfSlope(reach);
   seen.noise_m = WhiteNoise(between) * NoiseAfterSmoothing(sigma);
   seen.between = GaussianFilter(between, sigma);
   seen.raw_between = between;
   seen.apart = seen.between.colwise().norm();
-  const auto reach = [&](double seconds) {
-    return std::max<Eigen::Index>(1, std::lround(seconds * fps));
-  };
-  seen.relative_speed =
-      fps * SlopesOverTime(between, reach(kSignalSlope_s)).colwise().norm().transpose();
+  seen.relative_speed = fps * SlopesOverTime(between, reach).colwise().norm().transpose();
   for (int h = 0; h < 2; ++h) {
     const Eigen::VectorXd speed =
-        fps * SlopesOverTime(in_chest[h], reach(kSignalSlope_s)).colwise().norm().transpose();
+        fps * SlopesOverTime(in_chest[h], reach).colwise().norm().transpose();
     // A wrist at hip height hangs; 30 cm higher, the forearm is raised.
     const Eigen::VectorXd raised = (height[h].array() / 0.3).cwiseMax(0.0).cwiseMin(1.0);
     const Eigen::VectorXd busy = raised.array() + (speed.array() / 0.5).cwiseMin(1.0);
@@ -222,8 +225,7 @@ HandsInTime Observe(const Clip& clip, const HandModel& right, const HandModel& l
 struct Meeting {
   int begin = 0, end = 0;  // together in [begin, end)
   double cost = 0.0;       // nats, of a handover here
-  double Middle() const { return 0.5 * (begin + end - 1); }
-  int Frame() const { return static_cast<int>(std::lround(Middle())); }
+  int Frame() const { return static_cast<int>(std::lround(0.5 * (begin + end - 1))); }
 };
 
 // The longest interval around a frame in which the displacement between the hands is constant, as
@@ -347,14 +349,6 @@ void CheckOptions(const HandoverSearchOptions& options, int frames) {
     }
     before = frame;
   }
-}
-
-// The frame nearest to the middle of the interval together.
-int DwellMiddle(const Eigen::Matrix3Xd& between, double frame_rate, int frames,
-                const HandSwitch& change) {
-  const Dwell dwell =
-      FitDwell(between, frame_rate, {1.0 * change.both_begin, change.both_end - 1.0});
-  return std::clamp(static_cast<int>(std::lround(dwell.Middle())), 1, frames - 1);
 }
 
 // Sets the holding hands per frame, for ordered switches with both hands in [both_begin, both_end).
@@ -487,8 +481,8 @@ HoldLabels FindHandovers(const Clip& clip, const HandModel& right, const HandMod
     change.to = holder = OtherSide(holder);
     change.both_begin = meeting.begin;
     change.both_end = meeting.end;
-    change.frame = given ? options.switch_frames[k]
-                         : DwellMiddle(seen.raw_between, clip.frame_rate, frames, change);
+    change.frame =
+        given ? options.switch_frames[k] : DwellMiddle(seen.raw_between, clip.frame_rate, change);
     change.confidence =
         given ? 1.0 : ConfidenceInMeeting(best.meetings[k], best, meetings, had, options);
     holding.switches.push_back(change);

@@ -29,6 +29,10 @@ struct Dwell {
 /// Returns the guess if there are too few frames.
 Dwell FitDwell(const Eigen::Matrix3Xd& between, double frame_rate, const Dwell& guess);
 
+/// The frame nearest to the middle of the interval in which both hands hold, by FitDwell from the
+/// frames in which they do in `change`.
+int DwellMiddle(const Eigen::Matrix3Xd& between, double frame_rate, const HandSwitch& change);
+
 /// Most likely state sequence and the posterior of each of its steps.
 struct StatePath {
   std::vector<int> states;    ///< T states

@@ -11,8 +11,8 @@
 
 #include "geometry/conventions/hand_evidence.h"
 #include "geometry/error.h"
-#include "geometry/parallel.h"
 #include "geometry/rotation.h"
+#include "solver/fit/clip_state.h"
 #include "solver/fit/finger_repair.h"
 #include "solver/handover/handover_search.h"
 
@@ -30,7 +30,11 @@ constexpr double kHeldWindow_s = 0.5;    // to either side, for the object's pos
 constexpr int kTouchingVertices = 8;     // about a fingertip
 constexpr double kMaxAgainst = 12.0;     // nats of evidence in one frame
 constexpr double kMaxFor = 3.0;
-constexpr double kAway = 100.0;  // meters
+constexpr double kAway = 100.0;            // meters
+constexpr double kContact_m = 0.010;       // contact threshold for skin, before noise allowance
+constexpr double kContactScale_m = 0.005;  // distance that costs one nat of the log-odds of holding
+constexpr double kStill_m_s = 0.06;        // maximum speed of an object at rest, before noise
+constexpr double kChangeCost = 8.0;  // nats per start or end of a hold: about 0.1 s to the contrary
 
 // The object relative to one hand, one column or entry per frame.
 struct HandView {
@@ -45,34 +49,28 @@ HandView View(const Clip& clip, const HandModel& hand, const DistanceGrid& objec
   const Vector3d middle = 0.5 * (object.Min() + object.Max());
   HandView view{Eigen::VectorXd(frames), Eigen::Matrix3Xd(3, frames), Eigen::Matrix3Xd(3, frames),
                 std::vector<Matrix3d>(static_cast<std::size_t>(frames))};
-  constexpr int kBlock = 16;  // frames that share a scratch hand
-  ParallelFor((frames + kBlock - 1) / kBlock, threads, [&](int block) {
-    HandState state(hand);
-    for (int t = kBlock * block; t < std::min(frames, kBlock * (block + 1)); ++t) {
-      state.SetBody(clip.pose[t], clip.trans.col(t));
-      state.Evaluate(FingersOf(clip.pose[t], hand.HandSide()), false);
-      const Matrix3d world_from_object = ExpSO3(clip.object->orient.col(t));
-      const Matrix3d wrist_from_world = state.WristRotation().transpose();
-      view.wrist.col(t) = state.WristPosition();
-      view.turn[t] = wrist_from_world * world_from_object;
-      view.center.col(t) = wrist_from_world * (world_from_object * middle +
-                                               clip.object->trans.col(t) - state.WristPosition());
-      const Eigen::Matrix3Xd skin =
-          world_from_object.transpose() * (state.Vertices().colwise() - clip.object->trans.col(t));
-      std::vector<double> distance(static_cast<std::size_t>(skin.cols()));
-      for (Eigen::Index i = 0; i < skin.cols(); ++i) {
-        distance[i] = std::max(0.0, object.Distance(skin.col(i)));
-      }
-      const int nearest = std::min<int>(kTouchingVertices, static_cast<int>(distance.size()));
-      if (nearest == 0) {  // the model lacks this hand
-        view.gap(t) = kAway;
-        continue;
-      }
-      std::partial_sort(distance.begin(), distance.begin() + nearest, distance.end());
-      double sum = 0.0;
-      for (int i = 0; i < nearest; ++i) sum += distance[i];
-      view.gap(t) = sum / nearest;
+  ForEachPosedHand(clip, hand, threads, [&](int t, const HandState& state) {
+    const Matrix3d world_from_object = ExpSO3(clip.object->orient.col(t));
+    const Matrix3d wrist_from_world = state.WristRotation().transpose();
+    view.wrist.col(t) = state.WristPosition();
+    view.turn[t] = wrist_from_world * world_from_object;
+    view.center.col(t) = wrist_from_world * (world_from_object * middle +
+                                             clip.object->trans.col(t) - state.WristPosition());
+    const Eigen::Matrix3Xd skin =
+        world_from_object.transpose() * (state.Vertices().colwise() - clip.object->trans.col(t));
+    std::vector<double> distance(static_cast<std::size_t>(skin.cols()));
+    for (Eigen::Index i = 0; i < skin.cols(); ++i) {
+      distance[i] = std::max(0.0, object.Distance(skin.col(i)));
     }
+    const int nearest = std::min<int>(kTouchingVertices, static_cast<int>(distance.size()));
+    if (nearest == 0) {  // the model lacks this hand
+      view.gap(t) = kAway;
+      return;
+    }
+    std::partial_sort(distance.begin(), distance.begin() + nearest, distance.end());
+    double sum = 0.0;
+    for (int i = 0; i < nearest; ++i) sum += distance[i];
+    view.gap(t) = sum / nearest;
   });
   return view;
 }
@@ -131,23 +129,19 @@ struct ClipWindows {
   double smoothed, slope_noise;
 };
 
-// Motion of the object in the world.
-struct WorldMotion {
-  Eigen::VectorXd speed;
-  double still = 0.0;  // maximum speed at rest
-};
-
-WorldMotion ObserveObject(const Clip& clip, const DistanceGrid& object, const ClipWindows& windows,
-                          const HoldOptions& options) {
+// Nats against a state in which no hand holds the object, per frame: an object that moves is held.
+Eigen::VectorXd CostsOfFlying(const Clip& clip, const DistanceGrid& object,
+                              const ClipWindows& windows) {
   const Eigen::Index frames = clip.NumFrames();
   const Vector3d middle = 0.5 * (object.Min() + object.Max());
   Eigen::Matrix3Xd in_world(3, frames);
   for (Eigen::Index t = 0; t < frames; ++t) {
     in_world.col(t) = ExpSO3(clip.object->orient.col(t)) * middle + clip.object->trans.col(t);
   }
-  const double world_noise = WhiteNoise(in_world);
-  return {windows.Speed(SlopesOverTime(in_world, windows.slope_reach)),
-          options.still_m_s + 2.5 * world_noise * windows.slope_noise};
+  const double still = kStill_m_s + 2.5 * WhiteNoise(in_world) * windows.slope_noise;
+  Eigen::VectorXd cost = windows.Speed(SlopesOverTime(in_world, windows.slope_reach));
+  for (double& speed : cost) speed = std::clamp(4.0 * (speed / still - 1.0), 0.0, 8.0);
+  return cost;
 }
 
 // Log-odds that one hand holds, and their sources.
@@ -159,7 +153,7 @@ struct HandEvidence {
 
 // Log-odds from the object's motion in the hand's frame. `radius`: lever of its rotation.
 Eigen::VectorXd MotionOdds(const HandView& view, double noise, double radius,
-                           const ClipWindows& windows, const HoldOptions& options) {
+                           const ClipWindows& windows) {
   const Eigen::Index frames = view.gap.size();
   const Eigen::VectorXd moves = windows.Speed(SlopesOverTime(view.center, windows.slope_reach));
   const Eigen::VectorXd turns = windows.Speed(
@@ -168,7 +162,7 @@ Eigen::VectorXd MotionOdds(const HandView& view, double noise, double radius,
       }));
   const Eigen::VectorXd wrist_speed =
       windows.Speed(SlopesOverTime(view.wrist, windows.slope_reach));
-  const double still = options.still_m_s + 2.5 * noise * windows.slope_noise;
+  const double still = kStill_m_s + 2.5 * noise * windows.slope_noise;
   Eigen::VectorXd motion(frames);
   for (Eigen::Index t = 0; t < frames; ++t) {
     const double relative = std::max(moves(t), turns(t) - still);
@@ -180,37 +174,34 @@ Eigen::VectorXd MotionOdds(const HandView& view, double noise, double radius,
   return motion;
 }
 
-HandEvidence WeighHand(const HandView& view, double radius, const ClipWindows& windows,
-                       const HoldOptions& options) {
+HandEvidence WeighHand(const HandView& view, double radius, const ClipWindows& windows) {
   HandEvidence evidence;
   evidence.noise = WhiteNoise(view.center);
   evidence.center = GaussianFilter(view.center, windows.sigma_frames);
   const Eigen::VectorXd gap =
       GaussianFilter(view.gap.transpose(), windows.sigma_frames).transpose();
-  const double touching = options.contact_m + evidence.noise * windows.smoothed;
-  const double scale = options.contact_scale_m + evidence.noise * windows.smoothed;
+  const double touching = kContact_m + evidence.noise * windows.smoothed;
+  const double scale = kContactScale_m + evidence.noise * windows.smoothed;
   evidence.contact = ((touching - gap.array()) / scale).cwiseMin(kMaxFor).cwiseMax(-kMaxAgainst);
-  evidence.motion = MotionOdds(view, evidence.noise, radius, windows, options);
+  evidence.motion = MotionOdds(view, evidence.noise, radius, windows);
   return evidence;
 }
 
 // Decides the holding hands per frame from the log-odds of both hands.
-StatePath DecideHands(const std::array<Eigen::VectorXd, 2>& odds, const WorldMotion& world,
-                      double fps, double change_cost) {
+StatePath DecideHands(const std::array<Eigen::VectorXd, 2>& odds, const Eigen::VectorXd& flying,
+                      double fps) {
   const double rate = kEvidenceRate / fps;
   Eigen::Matrix4d change;
   for (int a = 0; a < kNumStates; ++a) {
     for (int b = 0; b < kNumStates; ++b) {
-      change(a, b) = change_cost * ((a ^ b) == 0 ? 0 : (a ^ b) == 3 ? 2 : 1);
+      change(a, b) = kChangeCost * ((a ^ b) == 0 ? 0 : (a ^ b) == 3 ? 2 : 1);
     }
   }
-  const Eigen::Index frames = world.speed.size();
+  const Eigen::Index frames = flying.size();
   Eigen::MatrixXd costs(kNumStates, frames);
   for (Eigen::Index t = 0; t < frames; ++t) {
-    // An object that moves is held.
-    const double flying = std::clamp(4.0 * (world.speed(t) / world.still - 1.0), 0.0, 8.0);
     for (int state = 0; state < kNumStates; ++state) {
-      double cost = state == 0 ? flying : 0.0;
+      double cost = state == 0 ? flying(t) : 0.0;
       for (int h = 0; h < 2; ++h) cost += 0.5 * ((state >> h & 1) != 0 ? -1.0 : 1.0) * odds[h](t);
       costs(state, t) = rate * cost;
     }
@@ -258,10 +249,7 @@ HoldLabels HoldingOf(const StatePath& path, const Eigen::Matrix3Xd& between,
     change_of_hands.confidence = sum / static_cast<double>(end - begin);
     if (change_of_hands.both_begin == change_of_hands.both_end) continue;
     // The hands' approach and parting give the time more precisely than the contacts.
-    const Dwell dwell = FitDwell(
-        between, windows.fps, {1.0 * change_of_hands.both_begin, change_of_hands.both_end - 1.0});
-    change_of_hands.frame =
-        std::clamp(static_cast<int>(std::lround(dwell.Middle())), 1, static_cast<int>(frames) - 1);
+    change_of_hands.frame = DwellMiddle(between, windows.fps, change_of_hands);
   }
   return holding;
 }
@@ -269,7 +257,7 @@ HoldLabels HoldingOf(const StatePath& path, const Eigen::Matrix3Xd& between,
 }  // namespace
 
 HoldLabels FindHolds(const Clip& clip, const HandModel& right, const HandModel& left,
-                     const DistanceGrid& object, const HoldOptions& options) {
+                     const DistanceGrid& object, int threads) {
   if (!clip.object) {
     throw Error("clip", "has no object trajectory, which is needed to find the holding hand",
                 "Fit the object first");
@@ -279,13 +267,13 @@ HoldLabels FindHolds(const Clip& clip, const HandModel& right, const HandModel& 
   }
   const ClipWindows windows(clip.frame_rate);
   const double radius = 0.25 * (object.Max() - object.Min()).norm();  // lever of its rotation
-  const WorldMotion world = ObserveObject(clip, object, windows, options);
-  const std::array<HandView, 2> views = {View(clip, right, object, options.threads),
-                                         View(clip, left, object, options.threads)};
-  const std::array<HandEvidence, 2> hands = {WeighHand(views[0], radius, windows, options),
-                                             WeighHand(views[1], radius, windows, options)};
+  const Eigen::VectorXd flying = CostsOfFlying(clip, object, windows);
+  const std::array<HandView, 2> views = {View(clip, right, object, threads),
+                                         View(clip, left, object, threads)};
+  const std::array<HandEvidence, 2> hands = {WeighHand(views[0], radius, windows),
+                                             WeighHand(views[1], radius, windows)};
   const auto decide = [&](const std::array<Eigen::VectorXd, 2>& odds) {
-    return DecideHands(odds, world, windows.fps, options.change_cost);
+    return DecideHands(odds, flying, windows.fps);
   };
   const StatePath first =
       decide({hands[0].contact + hands[0].motion, hands[1].contact + hands[1].motion});

@@ -31,25 +31,16 @@ struct HoldLabels {
   std::vector<double> confidence;
 };
 
-/// A hand holds an object that it touches and that stays still in the hand's frame while it moves.
-/// Costs are nats (negative log-likelihoods) per 1/30 s, so they do not depend on the frame rate.
-struct HoldOptions {
-  double contact_m = 0.010;        ///< contact threshold for skin, before noise allowance
-  double contact_scale_m = 0.005;  ///< distance that lowers the log-odds of holding by one nat
-  double still_m_s = 0.06;         ///< maximum speed of an object at rest, before noise
-  double change_cost = 8.0;  ///< nats per start or end of a hold: about 0.1 s of contrary evidence
-  int threads = 1;           ///< the result does not depend on it
-};
-
 /// Finds the hands that hold the object in a clip with its trajectory, captured or predicted, noisy
 /// or not. Evidence per frame and hand: the gap between skin and object; the object's motion in the
 /// wrist frame; and its motion in the world, which an object at rest does not show and an object
 /// without a hand cannot. The noise level is estimated from the clip. The sequence of {none, right,
-/// left, both} is optimized over the whole clip (ViterbiPath). `object` is in the object frame.
-/// Throws Error for a clip without an object track, and for hands that are not a right and a left
-/// one.
+/// left, both} is optimized over the whole clip (ViterbiPath); costs are nats per 1/30 s, so they
+/// do not depend on the frame rate. `object` is in the object frame. The result does not depend on
+/// `threads`. Throws Error for a clip without an object track, and for hands that are not a right
+/// and a left one.
 HoldLabels FindHolds(const Clip& clip, const HandModel& right, const HandModel& left,
-                     const DistanceGrid& object, const HoldOptions& options = {});
+                     const DistanceGrid& object, int threads = 1);
 
 /// Counts of the frames of a `holding_hand` sequence by holder.
 struct HeldFrames {

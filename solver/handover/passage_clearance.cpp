@@ -152,8 +152,6 @@ void PassageClearance::Smooth(const std::vector<double>& needed, int opening,
 
 namespace {
 
-using Eigen::Vector3d;
-
 constexpr double kFollow = 1e-3, kFirmer = 1.6;
 constexpr int kRounds = 100;
 
@@ -165,15 +163,15 @@ Eigen::Matrix3Xd EasedWay(const Eigen::Matrix3Xd& way, const WayEnds& ends,
   if (count == 0) return way;
   const Vector3d unknown = Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   Eigen::Matrix3Xd path(3, count + 4);
-  path << ends.two_before.value_or(unknown), ends.before.value_or(unknown), way,
-      ends.after.value_or(unknown), ends.two_after.value_or(unknown);
+  path << ends[0].value_or(unknown), ends[1].value_or(unknown), way, ends[2].value_or(unknown),
+      ends[3].value_or(unknown);
   const auto at = [&](int k) { return path.col(k + 2).data(); };
   ceres::Problem problem;
   std::vector<double> weights(way.cols(), kFollow);
   std::vector<ceres::LossFunctionWrapper*> follow;
   for (int k = 0; k < count; ++k) {
     follow.push_back(new ceres::LossFunctionWrapper(nullptr, ceres::TAKE_OWNERSHIP));
-    problem.AddResidualBlock(new JointGoal(way.col(k), 1.0), follow.back(), at(k));
+    problem.AddResidualBlock(new NearPoint(way.col(k), 1.0), follow.back(), at(k));
   }
   for (int k = -1; k <= count; ++k) {
     if (path.middleCols<3>(k + 1).hasNaN()) continue;
@@ -203,8 +201,6 @@ Eigen::Matrix3Xd EasedWay(const Eigen::Matrix3Xd& way, const WayEnds& ends,
 
 namespace {
 
-using Eigen::Isometry3d;
-
 constexpr double kEase_s = 1.0, kMinEase_s = 0.3;
 
 Isometry3d WristAt(const HandModel& hand, const Clip& clip, int t) {
@@ -224,8 +220,9 @@ double ShareAt(int t, int from, int begin, int end, int to) {
 
 }  // namespace
 
-HandMeeting SplitCorrection(const Isometry3d& giver, const Isometry3d& receiver,
-                            const Isometry3d& giver_from_receiver) {
+std::pair<WristOffset, WristOffset> SplitCorrection(const Isometry3d& giver,
+                                                    const Isometry3d& receiver,
+                                                    const Isometry3d& giver_from_receiver) {
   ObjectPose met(giver);
   double* const q = met.orientation.coeffs().data();
   ceres::Problem problem;
@@ -257,14 +254,14 @@ void LetHandsMeet(const HandModel& right, const HandModel& left,
     if (handover == handovers.end() || change.both_begin - from < frames(kMinEase_s)) continue;
     const HandModel& giver = change.from == Side::kRight ? right : left;
     const HandModel& receiver = change.to == Side::kRight ? right : left;
-    const HandMeeting meeting =
+    const auto [of_giver, of_receiver] =
         SplitCorrection(WristAt(giver, clip, change.both_begin),
                         WristAt(receiver, clip, change.both_begin), handover->giver_from_receiver);
     const int to = end - 1 + frames(kEase_s);
     for (int t = from + 1; t < std::min(to, clip.NumFrames()); ++t) {
       const double share = ShareAt(t, from, change.both_begin, end, to);
-      MoveHand(giver, meeting.giver.Scaled(share), clip.trans.col(t), clip.pose[t]);
-      MoveHand(receiver, meeting.receiver.Scaled(share), clip.trans.col(t), clip.pose[t]);
+      MoveHand(giver, of_giver.Scaled(share), clip.trans.col(t), clip.pose[t]);
+      MoveHand(receiver, of_receiver.Scaled(share), clip.trans.col(t), clip.pose[t]);
     }
   }
 }

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -64,10 +66,9 @@ class PassageClearance {
   Eigen::VectorXd of_walls_;     // of each ball in the hold
 };
 
-/// Wrist positions in the frames adjacent to a path; none beyond the ends of the clip.
-struct WayEnds {
-  std::optional<Eigen::Vector3d> two_before, before, after, two_after;
-};
+/// Wrist positions in the two frames before a path and the two after it, in temporal order; none
+/// beyond the ends of the clip.
+using WayEnds = std::array<std::optional<Eigen::Vector3d>, 4>;
 
 /// Returns a wrist path with less acceleration: the path x that minimizes
 ///
@@ -79,20 +80,16 @@ struct WayEnds {
 Eigen::Matrix3Xd EasedWay(const Eigen::Matrix3Xd& way, const WayEnds& ends,
                           const std::function<bool(int, const Eigen::Vector3d&)>& is_clear);
 
-/// Deviations of two wrists from the clip for holding one object, each in its own frame.
-struct HandMeeting {
-  WristOffset giver, receiver;
-};
-
 /// Finds the wrist poses with the relative pose of a handover that are nearest to the current ones:
 ///
 ///   min E(R_g', p_g'; R_g, p_g) + E(R_r', p_r'; R_r, p_r)   (ObjectData)
 ///
 /// subject to (R_g', p_g')^-1 (R_r', p_r') = `giver_from_receiver`; `giver` (R_g, p_g) and
 /// `receiver` are the world poses of the clip's wrists, meters. Hence both move by the same
-/// distance.
-HandMeeting SplitCorrection(const Eigen::Isometry3d& giver, const Eigen::Isometry3d& receiver,
-                            const Eigen::Isometry3d& giver_from_receiver);
+/// distance. Returns the deviations of giver and receiver from these poses, each in its own frame.
+std::pair<WristOffset, WristOffset> SplitCorrection(const Eigen::Isometry3d& giver,
+                                                    const Eigen::Isometry3d& receiver,
+                                                    const Eigen::Isometry3d& giver_from_receiver);
 
 /// Moves both arms of `clip` to the meeting pose of each handover (SplitCorrection), keeps them
 /// there while both hold, and blends smoothly (minimum jerk over up to 1 s, not before the end of

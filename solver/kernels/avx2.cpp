@@ -64,7 +64,9 @@ struct DoubleLanes {
 
 void PairLoopAvx2(const PairArguments<float>& in) { PairLoop<FloatLanes>(in); }
 void PairLoopAvx2(const PairArguments<double>& in) { PairLoop<DoubleLanes>(in); }
-void RankUpdateAvx2(const RankUpdateArguments& in) { RankUpdateLoop<DoubleLanes>(in); }
+void RankUpdateAvx2(const double* rows, int num_rows, int width, double* product) {
+  RankUpdateLoop<DoubleLanes>(rows, num_rows, width, product);
+}
 
 }  // namespace holdfast::kernels
 #endif

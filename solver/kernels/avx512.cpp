@@ -86,7 +86,9 @@ struct DoubleLanes {
 
 void PairLoopAvx512(const PairArguments<float>& in) { PairLoop<FloatLanes>(in); }
 void PairLoopAvx512(const PairArguments<double>& in) { PairLoop<DoubleLanes>(in); }
-void RankUpdateAvx512(const RankUpdateArguments& in) { RankUpdateLoop<DoubleLanes>(in); }
+void RankUpdateAvx512(const double* rows, int num_rows, int width, double* product) {
+  RankUpdateLoop<DoubleLanes>(rows, num_rows, width, product);
+}
 
 }  // namespace holdfast::kernels
 #endif

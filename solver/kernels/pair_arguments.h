@@ -35,24 +35,13 @@ void PairLoopAvx2(const PairArguments<double>& in);
 void PairLoopAvx512(const PairArguments<float>& in);
 void PairLoopAvx512(const PairArguments<double>& in);
 
-/// Plain pointers, as in pair_arguments.h.
-struct RankUpdateArguments {
-  const double* rows;  ///< num_rows x width, row-major
-  int num_rows;
-  int width;        ///< a multiple of 8
-  double* product;  ///< width x width, row-major; accumulates into the upper triangle
-};
-
-void RankUpdateScalar(const RankUpdateArguments& in);
-void RankUpdateSse2(const RankUpdateArguments& in);
-void RankUpdateAvx2(const RankUpdateArguments& in);
-void RankUpdateAvx512(const RankUpdateArguments& in);
-
-}  // namespace holdfast::kernels
+/// RankUpdate of pair_kernel.h.
+void RankUpdateScalar(const double* rows, int num_rows, int width, double* product);
+void RankUpdateSse2(const double* rows, int num_rows, int width, double* product);
+void RankUpdateAvx2(const double* rows, int num_rows, int width, double* product);
+void RankUpdateAvx512(const double* rows, int num_rows, int width, double* product);
 
 // Horizontal sum of an AVX register, by halves. Internal linkage, as in pair_loop.h.
-
-namespace holdfast::kernels {
 namespace {
 
 [[maybe_unused]] inline double SumHalves(__m256d v) {

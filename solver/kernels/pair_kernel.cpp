@@ -52,18 +52,17 @@ template void SumPairs<double>(Isa, const PairTargets<double>&, const double*, i
 
 void RankUpdate(Isa isa, const double* rows, int num_rows, int width, double* product) {
   assert(IsSupported(isa) && width % 8 == 0);
-  const kernels::RankUpdateArguments in{rows, num_rows, width, product};
   switch (isa) {
 #if defined(HOLDFAST_X86_KERNELS)
     case Isa::kSse2:
-      return kernels::RankUpdateSse2(in);
+      return kernels::RankUpdateSse2(rows, num_rows, width, product);
     case Isa::kAvx2:
-      return kernels::RankUpdateAvx2(in);
+      return kernels::RankUpdateAvx2(rows, num_rows, width, product);
     case Isa::kAvx512:
-      return kernels::RankUpdateAvx512(in);
+      return kernels::RankUpdateAvx512(rows, num_rows, width, product);
 #endif
     default:
-      return kernels::RankUpdateScalar(in);
+      return kernels::RankUpdateScalar(rows, num_rows, width, product);
   }
 }
 

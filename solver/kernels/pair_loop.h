@@ -81,25 +81,16 @@ inline void PairLoop(const PairArguments<typename Lanes::Real>& in) {
   }
 }
 
-}  // namespace
-}  // namespace holdfast::kernels
-
-// H += A^T A, written once for a `Lanes` type like pair_loop.h: internal linkage, one source file
-// per instruction set.
-
-namespace holdfast::kernels {
-namespace {
-
-// Four rows of H by kVectors vectors of columns, kept in registers over all rows of A.
+// H += A^T A: four rows of H by kVectors vectors of columns, kept in registers over all rows of A.
 template <typename Lanes, int kVectors>
-inline void Tile(const RankUpdateArguments& in, int i, int j) {
+inline void Tile(const double* rows, int num_rows, int width, double* product, int i, int j) {
   using V = typename Lanes::Vector;
   V sum[4][kVectors];
   for (int a = 0; a < 4; ++a) {
     for (int b = 0; b < kVectors; ++b) sum[a][b] = Lanes::Zero();
   }
-  for (int k = 0; k < in.num_rows; ++k) {
-    const double* row = in.rows + static_cast<long>(k) * in.width;
+  for (int k = 0; k < num_rows; ++k) {
+    const double* row = rows + static_cast<long>(k) * width;
     V column[kVectors];
     for (int b = 0; b < kVectors; ++b) column[b] = Lanes::Load(row + j + b * Lanes::kWidth);
     for (int a = 0; a < 4; ++a) {
@@ -109,19 +100,21 @@ inline void Tile(const RankUpdateArguments& in, int i, int j) {
   }
   for (int a = 0; a < 4; ++a) {
     for (int b = 0; b < kVectors; ++b) {
-      double* out = in.product + static_cast<long>(i + a) * in.width + j + b * Lanes::kWidth;
+      double* out = product + static_cast<long>(i + a) * width + j + b * Lanes::kWidth;
       Lanes::Store(out, Lanes::Add(Lanes::Load(out), sum[a][b]));
     }
   }
 }
 
 template <typename Lanes>
-inline void RankUpdateLoop(const RankUpdateArguments& in) {
-  for (int i = 0; i < in.width; i += 4) {
+inline void RankUpdateLoop(const double* rows, int num_rows, int width, double* product) {
+  for (int i = 0; i < width; i += 4) {
     // Starts at the vector that contains the diagonal: the upper triangle and slightly more.
     int j = i / Lanes::kWidth * Lanes::kWidth;
-    for (; j + 2 * Lanes::kWidth <= in.width; j += 2 * Lanes::kWidth) Tile<Lanes, 2>(in, i, j);
-    if (j < in.width) Tile<Lanes, 1>(in, i, j);
+    for (; j + 2 * Lanes::kWidth <= width; j += 2 * Lanes::kWidth) {
+      Tile<Lanes, 2>(rows, num_rows, width, product, i, j);
+    }
+    if (j < width) Tile<Lanes, 1>(rows, num_rows, width, product, i, j);
   }
 }
 

@@ -32,6 +32,8 @@ struct ScalarLanes {
 
 void PairLoopScalar(const PairArguments<float>& in) { PairLoop<ScalarLanes<float>>(in); }
 void PairLoopScalar(const PairArguments<double>& in) { PairLoop<ScalarLanes<double>>(in); }
-void RankUpdateScalar(const RankUpdateArguments& in) { RankUpdateLoop<ScalarLanes<double>>(in); }
+void RankUpdateScalar(const double* rows, int num_rows, int width, double* product) {
+  RankUpdateLoop<ScalarLanes<double>>(rows, num_rows, width, product);
+}
 
 }  // namespace holdfast::kernels

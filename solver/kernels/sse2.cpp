@@ -57,7 +57,9 @@ struct DoubleLanes {
 
 void PairLoopSse2(const PairArguments<float>& in) { PairLoop<FloatLanes>(in); }
 void PairLoopSse2(const PairArguments<double>& in) { PairLoop<DoubleLanes>(in); }
-void RankUpdateSse2(const RankUpdateArguments& in) { RankUpdateLoop<DoubleLanes>(in); }
+void RankUpdateSse2(const double* rows, int num_rows, int width, double* product) {
+  RankUpdateLoop<DoubleLanes>(rows, num_rows, width, product);
+}
 
 }  // namespace holdfast::kernels
 #endif

@@ -61,11 +61,11 @@ class LatentMotion {
                                 return AllTerms(motion, share, bar);
                               });
       const int most = std::min(kContactsEvery, options_.lbfgs_iterations - done);
-      Note(LatentProblem(cost, center_, options_.prior)
-               .Minimize(LbfgsOptions(most, kHistory), latents_, [&](int i) {
-                 if (i > 0 || done == 0) See(cost.Motion());
-                 return false;
-               }));
+      Note(MinimizeLatents(cost, center_, options_.prior, LbfgsOptions(most, kHistory), latents_,
+                           [&](int i) {
+                             if (i > 0 || done == 0) See(cost.Motion());
+                             return false;
+                           }));
     }
     // A motion that fails at its first evaluation is reported as not finite.
     if (solution_.trace.closest_m.empty()) latents_.setConstant(NAN);
@@ -85,12 +85,12 @@ class LatentMotion {
                               bar.poses *= kRest;
                               return kRest * value;
                             });
-    Note(
-        LatentProblem(cost, center_, kRest * options_.prior)
-            .Minimize(LevenbergMarquardtOptions(options_.lm_iterations, 0.1), latents_, [&](int i) {
-              if (i > 0) See(cost.Motion());
-              return goal_error_m_ <= options_.lm_goal_m;
-            }));
+    Note(MinimizeLatents(cost, center_, kRest * options_.prior,
+                         LevenbergMarquardtOptions(options_.lm_iterations, 0.1), latents_,
+                         [&](int i) {
+                           if (i > 0) See(cost.Motion());
+                           return goal_error_m_ <= options_.lm_goal_m;
+                         }));
   }
 
   Eigen::VectorXf Latents() const { return latents_.cast<float>(); }

@@ -20,11 +20,6 @@
 
 namespace holdfast {
 
-/// An obstacle, which bodies avoid by their thickness.
-struct LatentObstacle {
-  std::shared_ptr<const DistanceGrid> solid;
-};
-
 /// Properties of the person.
 struct LatentBody {
   wandr::BoneOffsets<float> bones;
@@ -49,8 +44,7 @@ struct LatentOptions {
   int hold_frames = 12;
   int late_frames = 30;
   double soft_min_from_m = 0.5, soft_min_to_m = 0.1;  ///< tau of FirstArrival, over the iterations
-  int goal_joint = 0;                       ///< 0: the wrist of `intention`; otherwise this joint
-  std::optional<Eigen::Vector3d> approach;  ///< unit, from elbow to wrist on arrival
+  std::optional<Eigen::Vector3d> approach;            ///< unit, from elbow to wrist on arrival
 
   double goal = 1.0;
   double direction = 0.5;
@@ -79,7 +73,7 @@ struct LatentOptions {
   double obstacle = 1.0;
   double look = 0.005;
   double balance = 0.3;
-  std::vector<LatentObstacle> obstacles;
+  std::vector<std::shared_ptr<const DistanceGrid>> obstacles;  ///< avoided by the body's thickness
 
   int lbfgs_iterations = 80;  ///< contacts are updated every ten
   int lm_iterations = 10;

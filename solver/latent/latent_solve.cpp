@@ -10,7 +10,7 @@
 
 #include <ceres/iteration_callback.h>
 
-#include "solver/terms/motion/posture_terms.h"
+#include "solver/terms/motion/goal_terms.h"
 #include "solver/unknowns/ceres_solve.h"
 
 namespace holdfast {
@@ -55,27 +55,25 @@ ceres::Solver::Options BaseOptions(int iterations) {
 
 }  // namespace
 
-LatentProblem::LatentProblem(RolloutCost<float>& cost, Eigen::VectorXd center, double prior_weight)
-    : cost_(cost), center_(std::move(center)), prior_weight_(prior_weight) {}
-
-LatentSolve LatentProblem::Minimize(ceres::Solver::Options options, Eigen::VectorXd& latents,
-                                    const IterateSeen& seen) {
+LatentSolve MinimizeLatents(RolloutCost<float>& cost, const Eigen::VectorXd& center,
+                            double prior_weight, ceres::Solver::Options options,
+                            Eigen::VectorXd& latents, const IterateSeen& seen) {
   ceres::Problem::Options unowned = BorrowingProblem();
   unowned.disable_all_safety_checks = true;
   ceres::Problem problem(unowned);
-  const Eigen::Index size = cost_.parameter_block_sizes()[0];
+  const Eigen::Index size = cost.parameter_block_sizes()[0];
   std::vector<double*> steps;
-  std::vector<std::unique_ptr<LatentPrior>> priors;
+  std::vector<std::unique_ptr<NearPoint>> priors;
   for (Eigen::Index at = 0; at < latents.size(); at += size) {
     steps.push_back(latents.data() + at);
-    if (prior_weight_ <= 0.0) continue;
-    priors.push_back(std::make_unique<LatentPrior>(center_.segment(at, size), prior_weight_));
+    if (prior_weight <= 0.0) continue;
+    priors.push_back(std::make_unique<NearPoint>(center.segment(at, size), prior_weight));
   }
-  problem.AddResidualBlock(&cost_, nullptr, steps);
+  problem.AddResidualBlock(&cost, nullptr, steps);
   for (std::size_t t = 0; t < priors.size(); ++t) {
     problem.AddResidualBlock(priors[t].get(), nullptr, steps[t]);
   }
-  SeeIterates watch(cost_, latents, seen);
+  SeeIterates watch(cost, latents, seen);
   options.callbacks.push_back(&watch);
   options.update_state_every_iteration = true;
   const ceres::Solver::Summary summary = SolveQuietly(options, problem);
@@ -92,12 +90,13 @@ LatentSolve LatentProblem::Minimize(ceres::Solver::Options options, Eigen::Vecto
   return solve;
 }
 
-LatentSolve LatentProblem::Descend(StepRule& rule, int iterations, Eigen::VectorXd& latents,
-                                   const IterateSeen& seen) {
-  LatentSolve solve{rule.Name(), {}, 0, "NO_CONVERGENCE"};
+LatentSolve DescendLatents(const std::string& name, const StepRule& rule, int iterations,
+                           const RolloutCost<float>& cost, double prior_weight,
+                           Eigen::VectorXd& latents, const IterateSeen& seen) {
+  LatentSolve solve{name, {}, 0, "NO_CONVERGENCE"};
   Eigen::VectorXd next = latents, gradient;
   for (int iteration = 0;; ++iteration) {
-    if (!cost_.Look(next)) {
+    if (!cost.Look(next)) {
       solve.termination = "FAILURE";
       return solve;
     }
@@ -105,8 +104,8 @@ LatentSolve LatentProblem::Descend(StepRule& rule, int iterations, Eigen::Vector
     solve.iterations = iteration;
     if (seen(iteration)) solve.termination = "USER_SUCCESS";
     if (iteration == iterations || solve.termination == "USER_SUCCESS") return solve;
-    gradient = cost_.Gradient() + prior_weight_ * (latents - center_);
-    if (rule.Step(iteration, gradient, next)) continue;
+    gradient = cost.Gradient() + prior_weight * latents;
+    if (rule(iteration, gradient, next)) continue;
     solve.termination = "CONVERGENCE";
     return solve;
   }
@@ -147,25 +146,24 @@ ceres::Solver::Options LbfgsOptions(int iterations, int history) {
   return options;
 }
 
-bool Adam::Step(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables) {
-  constexpr double kMean = 0.9;
-  const double square_decay = rates_.square_decay;
+bool Adam::operator()(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables) {
+  constexpr double kMean = 0.9, kSquare = 0.999, kTiny = 1e-8;
   if (iteration == 0) {
     mean_.setZero(gradient.size());
     square_.setZero(gradient.size());
   }
   mean_ += (1.0 - kMean) * (gradient.array() - mean_);
-  square_ += (1.0 - square_decay) * (gradient.array().square() - square_);
-  const double left = 1.0 - static_cast<double>(iteration) / std::max(rates_.iterations - 1, 1);
-  const double rate = rates_.first * (rates_.last_ratio + (1.0 - rates_.last_ratio) * left);
+  square_ += (1.0 - kSquare) * (gradient.array().square() - square_);
+  const double left = 1.0 - static_cast<double>(iteration) / std::max(iterations_ - 1, 1);
+  const double rate = first_rate_ * (last_ratio_ + (1.0 - last_ratio_) * left);
   const double step = rate / (1.0 - std::pow(kMean, iteration + 1));
-  const double scale = 1.0 / std::sqrt(1.0 - std::pow(square_decay, iteration + 1));
-  variables.array() -= step * mean_ / (scale * square_.sqrt() + rates_.tiny);
+  const double scale = 1.0 / std::sqrt(1.0 - std::pow(kSquare, iteration + 1));
+  variables.array() -= step * mean_ / (scale * square_.sqrt() + kTiny);
   return true;
 }
 
-bool LbfgsStepOne::Step(int iteration, const Eigen::VectorXd& gradient,
-                        Eigen::VectorXd& variables) {
+bool LbfgsStepOne::operator()(int iteration, const Eigen::VectorXd& gradient,
+                              Eigen::VectorXd& variables) {
   if (gradient.lpNorm<Eigen::Infinity>() <= 1e-7) return false;
   if (iteration > 0) {
     // A step without significant positive curvature is not stored.

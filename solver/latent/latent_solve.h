@@ -3,6 +3,7 @@
 
 #include <deque>
 #include <functional>
+#include <string>
 
 #include <ceres/problem.h>
 #include <ceres/solver.h>
@@ -15,43 +16,32 @@ namespace holdfast {
 
 /// A baseline optimizer that accepts every step: computes the next variables from the gradient
 /// without evaluating the objective. All else is minimized by Ceres. `iteration` starts at 0.
-class StepRule {
- public:
-  virtual ~StepRule() = default;
-  virtual const char* Name() const = 0;
-  /// Returns false on convergence.
-  virtual bool Step(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables) = 0;
-};
+/// Returns false on convergence.
+using StepRule =
+    std::function<bool(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables)>;
 
-/// Learning rate, decreasing linearly from the first iteration to the last.
-struct AdamRates {
-  double first = 0.05;
-  double last_ratio = 0.1;
-  int iterations = 200;
-  double square_decay = 0.999;  ///< beta_2
-  double tiny = 1e-8;           ///< epsilon
-};
-
-/// Kingma & Ba 2015, algorithm 1; beta_1 is 0.9.
-class Adam final : public StepRule {
+/// Kingma & Ba 2015, algorithm 1, with a learning rate that decreases linearly from the first
+/// iteration to the last; beta_1 is 0.9, beta_2 0.999, epsilon 1e-8.
+class Adam {
  public:
-  explicit Adam(const AdamRates& rates) : rates_(rates) {}
-  const char* Name() const override { return "ADAM"; }
-  bool Step(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables) override;
+  /// `last_ratio`: of the last rate to the first.
+  Adam(double first_rate, double last_ratio, int iterations)
+      : first_rate_(first_rate), last_ratio_(last_ratio), iterations_(iterations) {}
+  bool operator()(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables);
 
  private:
-  AdamRates rates_;
+  double first_rate_, last_ratio_;
+  int iterations_;
   Eigen::ArrayXd mean_, square_;
 };
 
 /// L-BFGS (Nocedal & Wright 2006, algorithm 7.4) with unit steps, which no line search of Ceres
 /// provides; the first step is steepest descent of L1 length at most 1. Stops when no entry of the
 /// gradient exceeds 1e-7.
-class LbfgsStepOne final : public StepRule {
+class LbfgsStepOne {
  public:
   explicit LbfgsStepOne(int history) : history_(static_cast<std::size_t>(history)) {}
-  const char* Name() const override { return "LBFGS_STEP_ONE"; }
-  bool Step(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables) override;
+  bool operator()(int iteration, const Eigen::VectorXd& gradient, Eigen::VectorXd& variables);
 
  private:
   struct Pair {
@@ -66,25 +56,18 @@ class LbfgsStepOne final : public StepRule {
 /// Called for each iterate, including the first, with its motion in the cost; true terminates.
 using IterateSeen = std::function<bool(int iteration)>;
 
-/// The optimization problem: latents z (64 T) of one motion, one parameter block per step,
+/// Minimizes over the latents z (64 T) of one motion, one parameter block per step,
 ///   min_z 1/2 |r(z)|^2 + lambda/2 sum_t |z_t - c_t|^2,
-/// where r is a RolloutCost, which must be evaluated from its batch; one LatentPrior per step.
-class LatentProblem {
- public:
-  LatentProblem(RolloutCost<float>& cost, Eigen::VectorXd center, double prior_weight);
+/// with Ceres, starting from `latents`, which are updated. r is a RolloutCost, which must be
+/// evaluated from its batch; one NearPoint per step, of this `center` and `prior_weight`.
+LatentSolve MinimizeLatents(RolloutCost<float>& cost, const Eigen::VectorXd& center,
+                            double prior_weight, ceres::Solver::Options options,
+                            Eigen::VectorXd& latents, const IterateSeen& seen);
 
-  /// Minimizes with Ceres, starting from `latents`, which are updated.
-  LatentSolve Minimize(ceres::Solver::Options options, Eigen::VectorXd& latents,
-                       const IterateSeen& seen);
-  /// Applies a rule that accepts every step; stops before non-finite values.
-  LatentSolve Descend(StepRule& rule, int iterations, Eigen::VectorXd& latents,
-                      const IterateSeen& seen);
-
- private:
-  RolloutCost<float>& cost_;
-  Eigen::VectorXd center_;
-  double prior_weight_;
-};
+/// Same, without prior center, by a rule that accepts every step; stops before non-finite values.
+LatentSolve DescendLatents(const std::string& name, const StepRule& rule, int iterations,
+                           const RolloutCost<float>& cost, double prior_weight,
+                           Eigen::VectorXd& latents, const IterateSeen& seen);
 
 /// Appends an iterate to the trace: distance of the joint from the goal, and elapsed time.
 void Record(const MotionView& motion, int joint, const Eigen::Vector3d& goal, float seconds,

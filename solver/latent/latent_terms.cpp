@@ -50,91 +50,76 @@ void AddSkateTerms(const LatentOptions& options, const MotionView& motion, int n
   for (int k = 0; k < num_soles; ++k) {
     const int point = kNumBodyJoints + k;
     for (int t = 0; t < frames; ++t) {
-      share[static_cast<std::size_t>(t)] = FootSkate::PlantedShare(motion.At(t, point).z());
+      share[t] = PlantedShare(motion.At(t, point).z());
     }
     for (const int lag : {1, kCreep}) {
       const double weight = lag == 1 ? options.skate : options.creep;
       for (int t = 0; t + lag < frames && weight > 0.0; ++t) {
         const double planted = *std::min_element(share.begin() + t, share.begin() + t + lag + 1);
         if (planted <= 0.0) continue;
-        objective.Add("skate", std::make_shared<FootSkate>(weight * planted),
-                      lag == 1 ? slide : creep, {Position(t, point), Position(t + lag, point)});
+        objective.Add("skate", FootSkate(weight * planted), lag == 1 ? slide : creep,
+                      {Position(t, point), Position(t + lag, point)});
       }
     }
   }
 }
 
 // Terms that apply to every frame.
-class FrameTerms {
- public:
-  FrameTerms(const LatentBody& body, const LatentOptions& options, const ReachTask& task)
-      : num_soles_(static_cast<int>(body.soles.size())),
-        // If the wrist must be lower than the length of a hand, the hand is in the floor or bent
-        // up, which the latents do not represent.
-        num_tips_(!body.fingertips.empty() && task.goal.z() < body.fingertips[0].offset.norm()
-                      ? 0
-                      : static_cast<int>(body.fingertips.size())),
-        accelerates_(options.acceleration > 0.0),
-        floor_(std::make_shared<FloorContact>(-0.005, options.floor)),
-        airborne_(std::make_shared<Airborne>(
-            std::vector<double>(static_cast<std::size_t>(num_soles_), 0.0), 0.01,
-            options.airborne)),
-        speed_(std::make_shared<PelvisSpeed>(options.fastest_m_s, kPace * kFrame, options.speed)),
-        burst_(std::make_shared<PelvisSpeed>(options.fastest_m_s + 0.3, kBurst * kFrame,
-                                             options.speed)),
-        smooth_(std::make_shared<JointAcceleration>(kFrame, options.acceleration)) {
-    for (std::size_t k = 1; k < kNumBodyJoints; ++k) {
-      if (body.joint_limits[k] > 0.0 && options.limits > 0.0) {
-        range_[k] = std::make_shared<RotationRange>(
-            body.joint_limits[k], k == 13 || k == 14 ? options.collars : options.limits);
-      }
+void AddFrameTerms(const LatentBody& body, const LatentOptions& options, const ReachTask& task,
+                   int frames, MotionObjective& objective) {
+  const int num_soles = static_cast<int>(body.soles.size());
+  // If the wrist must be lower than the length of a hand, the hand is in the floor or bent up,
+  // which the latents do not represent.
+  const bool in_floor =
+      !body.fingertips.empty() && task.goal.z() < body.fingertips[0].offset.norm();
+  const int num_tips = in_floor ? 0 : static_cast<int>(body.fingertips.size());
+  const auto floor = FloorContact(-0.005, options.floor);
+  const auto airborne = Airborne(std::vector<double>(static_cast<std::size_t>(num_soles), 0.0),
+                                 0.01, options.airborne);
+  const auto speed = HorizontalLimit(options.fastest_m_s, kPace * kFrame, options.speed);
+  const auto burst = HorizontalLimit(options.fastest_m_s + 0.3, kBurst * kFrame, options.speed);
+  const auto smooth = std::make_shared<JointAcceleration>(kFrame, options.acceleration);
+  std::array<MotionTerm, kNumBodyJoints> ranges;
+  for (std::size_t k = 1; k < kNumBodyJoints; ++k) {
+    if (body.joint_limits[k] > 0.0 && options.limits > 0.0) {
+      ranges[k] = RotationRange(body.joint_limits[k],
+                                k == 13 || k == 14 ? options.collars : options.limits);
     }
   }
-
-  // Adds the terms of frame t of `frames`.
-  void Add(int t, int frames, MotionObjective& objective) const {
+  for (int t = 1; t < frames; ++t) {
     std::vector<MotionQuantity> soles;
-    for (int k = 0; k < num_soles_ + num_tips_; ++k) {
+    for (int k = 0; k < num_soles + num_tips; ++k) {
       const MotionQuantity point = Position(t, kNumBodyJoints + k);
-      objective.Add("floor", floor_, nullptr, {point});
-      if (k < num_soles_) soles.push_back(point);
+      objective.Add("floor", floor, nullptr, {point});
+      if (k < num_soles) soles.push_back(point);
     }
-    objective.Add("airborne", airborne_, nullptr, std::move(soles));
+    objective.Add("airborne", airborne, nullptr, std::move(soles));
     if (t >= kBurst) {
-      objective.Add("speed", burst_, nullptr, {Position(t - kBurst, 0), Position(t, 0)});
+      objective.Add("speed", burst, nullptr, {Position(t - kBurst, 0), Position(t, 0)});
     }
     if (t >= kPace) {
-      objective.Add("speed", speed_, nullptr, {Position(t - kPace, 0), Position(t, 0)});
+      objective.Add("speed", speed, nullptr, {Position(t - kPace, 0), Position(t, 0)});
     }
-    if (accelerates_ && t + 1 < frames) {
+    if (options.acceleration > 0.0 && t + 1 < frames) {
       for (int k = 0; k < kNumBodyJoints; ++k) {
-        objective.Add("acceleration", smooth_, nullptr,
+        objective.Add("acceleration", smooth, nullptr,
                       {Position(t - 1, k), Position(t, k), Position(t + 1, k)});
       }
     }
     for (int k = 1; k < kNumBodyJoints; ++k) {
-      const auto& range = range_[static_cast<std::size_t>(k)];
+      const auto& range = ranges[k];
       if (range != nullptr) objective.Add("limits", range, nullptr, {LocalRotation(t, k)});
     }
   }
-
- private:
-  int num_soles_, num_tips_;
-  bool accelerates_;
-  std::shared_ptr<FloorContact> floor_;
-  std::shared_ptr<Airborne> airborne_;
-  std::shared_ptr<PelvisSpeed> speed_, burst_;
-  std::shared_ptr<JointAcceleration> smooth_;
-  std::array<std::shared_ptr<RotationRange>, kNumBodyJoints> range_;
-};
+}
 
 void AddBalanceTerms(const LatentOptions& options, const MotionView& motion, const ReachTask& task,
                      MotionObjective& objective) {
   const int frames = motion.NumFrames();
-  const auto balance = std::make_shared<StandingBalance>(0.05, options.balance);
+  const auto balance = StandingBalance(0.05, options.balance);
   std::vector<int> joints;
-  for (const auto& mass : StandingBalance::kMasses) joints.push_back(mass.first);
-  joints.insert(joints.end(), StandingBalance::kFeet.begin(), StandingBalance::kFeet.end());
+  for (const auto& mass : kBalanceMasses) joints.push_back(mass.first);
+  joints.insert(joints.end(), kBalanceFeet.begin(), kBalanceFeet.end());
   for (int t = 1; t < frames; ++t) {
     // The body stands on arrival, and otherwise when it hardly moves.
     const bool arrived = t >= task.deadline - kArriving && t <= task.deadline + options.hold_frames;
@@ -148,11 +133,10 @@ void AddBalanceTerms(const LatentOptions& options, const MotionView& motion, con
 }
 
 void AddObstacleTerms(const LatentOptions& options, int frames, MotionObjective& objective) {
-  for (const LatentObstacle& obstacle : options.obstacles) {
+  for (const auto& obstacle : options.obstacles) {
     for (int k = 0; k < kNumBodyJoints; ++k) {
       const double clearance = k == GoalJoint(options) ? 0.02 : Thickness(k);
-      const auto keep_out =
-          std::make_shared<Obstacle>(*obstacle.solid, clearance, options.obstacle);
+      const auto keep_out = Obstacle(*obstacle, clearance, options.obstacle);
       for (int t = 1; t < frames; ++t) {
         objective.Add("obstacle", keep_out, nullptr, {Position(t, k)});
       }
@@ -165,8 +149,8 @@ void AddStanceTerms(const LatentOptions& options, const ReachTask& task, int fra
                     MotionObjective& objective) {
   const int first = std::max(1, task.deadline - 3 * kArriving);
   const int last = std::min(frames - 1, task.deadline + options.hold_frames);
-  const auto near = std::make_shared<StandNear>(task.goal, options.farthest_stance_m,
-                                                options.near / (last - first + 1));
+  const auto near =
+      StandNear(task.goal, options.farthest_stance_m, options.near / (last - first + 1));
   for (int t = first; t <= last; ++t) objective.Add("near", near, nullptr, {Position(t, 0)});
 }
 
@@ -182,10 +166,9 @@ void AddPathTerms(const LatentOptions& options, const MotionView& motion, const 
   const int last = std::min(motion.NumFrames() - 1, static_cast<int>(pace.Arrival() / stretch));
   for (int t = 3; t <= last; t += 3) {
     const wandr::WalkPace::Stand stand = pace.At(stretch * t);
-    objective.Add("path", std::make_shared<PelvisPath>(stand.position, options.path), gently,
-                  {Position(t, 0)});
+    objective.Add("path", PelvisPath(stand.position, options.path), gently, {Position(t, 0)});
     if (options.along > 0.0) {
-      objective.Add("along", std::make_shared<HeadingAlong>(stand.facing, options.along), turning,
+      objective.Add("along", HeadingAlong(stand.facing, options.along), turning,
                     {WorldRotation(t, 0)});
     }
   }
@@ -197,7 +180,7 @@ void AddPathTerms(const LatentOptions& options, const MotionView& motion, const 
     const int step =
         static_cast<int>(std::lround(wandr::kFramesPerSecond / std::sqrt(speed / kWalkRatio)));
     if (t + step > last) continue;
-    objective.Add("cadence", std::make_shared<Cadence>(stand.facing, options.cadence), nullptr,
+    objective.Add("cadence", Cadence(stand.facing, options.cadence), nullptr,
                   {Position(t, kLeftAnkle), Position(t, kRightAnkle),
                    Position(t + step, kLeftAnkle), Position(t + step, kRightAnkle)});
   }
@@ -205,7 +188,7 @@ void AddPathTerms(const LatentOptions& options, const MotionView& motion, const 
 
 void AddLookTerms(const LatentOptions& options, const ReachTask& task, int frames,
                   MotionObjective& objective) {
-  const auto look = std::make_shared<LookAt>(task.goal, options.look);
+  const auto look = LookAt(task.goal, options.look);
   for (int t = std::max(1, task.deadline - 45); t <= std::min(task.deadline, frames - 1); t += 3) {
     objective.Add("look", look, nullptr, {WorldRotation(t, kHeadJoint), Position(t, kHeadJoint)});
   }
@@ -221,26 +204,25 @@ void AddPostureTerms(const LatentOptions& options, const MotionView& motion, con
                      MotionObjective& objective) {
   const int frames = motion.NumFrames();
   if (options.turn > 0.0) {
-    const auto turn =
-        std::make_shared<HeadingTurn>(options.fastest_turn_rad_s, kTurn * kFrame, options.turn);
+    const auto turn = HeadingTurn(options.fastest_turn_rad_s, kTurn * kFrame, options.turn);
     for (int t = 0; t + kTurn < frames; t += 2) {
       objective.Add("turn", turn, nullptr, {WorldRotation(t, 0), WorldRotation(t + kTurn, 0)});
     }
   }
   if (options.lean <= 0.0) return;
-  const auto walk = std::make_shared<UprightTrunk>(options.farthest_lean_m, options.lean);
+  const auto walk = HorizontalLimit(options.farthest_lean_m, 1.0, options.lean);
   // Bend for low goals.
   const double low_m = std::max(0.0, kHandy - task.goal.z());
-  const auto reach = std::make_shared<UprightTrunk>(
-      options.farthest_lean_reaching_m + kLowLean * low_m, options.lean);
+  const auto reach =
+      HorizontalLimit(options.farthest_lean_reaching_m + kLowLean * low_m, 1.0, options.lean);
   const int reaching = ReachesFrom(task);
   const double first_m = (motion.At(0, kNeck) - motion.At(0, 0)).head<2>().norm();
   for (int t = 1; t < frames; ++t) {
-    std::shared_ptr<const UprightTrunk> lean = t < reaching ? walk : reach;
+    MotionTerm lean = t < reaching ? walk : reach;
     // A body that is bent at the start has a second to straighten.
     const double still_m = first_m * (1.0 - static_cast<double>(t) / kRising);
     if (t < kRising && still_m > options.farthest_lean_m) {
-      lean = std::make_shared<UprightTrunk>(still_m, options.lean);
+      lean = HorizontalLimit(still_m, 1.0, options.lean);
     }
     objective.Add("lean", lean, nullptr, {Position(t, 0), Position(t, kNeck)});
   }
@@ -263,8 +245,8 @@ void AddHeightTerms(const LatentBody& body, const LatentOptions& options, const 
   const int last = std::min(motion.NumFrames() - 1, ReachesFrom(task));
   for (int t = 1; t < last; ++t) {
     const double still_m = missing_m * std::max(0.0, 1.0 - static_cast<double>(t) / kRising);
-    objective.Add("height", std::make_shared<WalkingHeight>(lowest_m - still_m, options.height),
-                  nullptr, {Position(t, 0)});
+    objective.Add("height", FloorContact(lowest_m - still_m, options.height), nullptr,
+                  {Position(t, 0)});
   }
 }
 
@@ -276,17 +258,14 @@ std::vector<BodyPoint> PointsOf(const LatentBody& body) {
   return points;
 }
 
-int GoalJoint(const LatentOptions& options) {
-  return options.goal_joint > 0 ? options.goal_joint : WristJoint(options.intention.wrist);
-}
+int GoalJoint(const LatentOptions& options) { return WristJoint(options.intention.wrist); }
 
 void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const MotionView& motion,
                      const ReachTask& task, MotionObjective& objective) {
   const int frames = motion.NumFrames();
   const int num_soles = static_cast<int>(body.soles.size());
   if (options.skate > 0.0) AddSkateTerms(options, motion, num_soles, objective);
-  const FrameTerms each(body, options, task);
-  for (int t = 1; t < frames; ++t) each.Add(t, frames, objective);
+  AddFrameTerms(body, options, task, frames, objective);
   if (options.balance > 0.0) AddBalanceTerms(options, motion, task, objective);
   AddObstacleTerms(options, frames, objective);
   if (options.near > 0.0) AddStanceTerms(options, task, frames, objective);
@@ -299,7 +278,6 @@ void AddNaturalTerms(const LatentBody& body, const LatentOptions& options, const
 void AddGoalTerms(const LatentOptions& options, const ReachTask& task, double share_done,
                   int frames, MotionObjective& objective) {
   const int joint = GoalJoint(options);
-  const int elbow = kJointParents[WristJoint(options.intention.wrist)];
   if (options.free_time) {
     const int last = std::min(frames - 1, task.deadline + options.late_frames);
     std::vector<MotionQuantity> window;
@@ -308,21 +286,21 @@ void AddGoalTerms(const LatentOptions& options, const ReachTask& task, double sh
         options.soft_min_from_m *
         std::pow(options.soft_min_to_m / options.soft_min_from_m, std::min(1.0, 2.0 * share_done));
     const int count = static_cast<int>(window.size());
-    objective.Add("goal", std::make_shared<FirstArrival>(task.goal, count, tau, options.goal),
-                  nullptr, std::move(window));
+    objective.Add("goal", FirstArrival(task.goal, count, tau, options.goal), nullptr,
+                  std::move(window));
     return;
   }
   const int last = std::min(frames - 1, task.deadline + options.hold_frames);
   const int first = std::min(task.deadline, last);
   const double each = options.goal / (last - first + 1);
-  const auto goal = std::make_shared<JointGoal>(task.goal, each);
+  const auto goal = std::make_shared<NearPoint>(task.goal, each);
   for (int t = first; t <= last; ++t) objective.Add("goal", goal, nullptr, {Position(t, joint)});
   if (options.approach) {
-    const auto approach = std::make_shared<ApproachDirection>(
-        *options.approach, options.direction / (last - first + 1));
+    const auto approach =
+        ApproachDirection(*options.approach, options.direction / (last - first + 1));
     for (int t = first; t <= last; ++t) {
       objective.Add("direction", approach, nullptr,
-                    {Position(t, elbow), Position(t, WristJoint(options.intention.wrist))});
+                    {Position(t, kJointParents[joint]), Position(t, joint)});
     }
   }
 }
@@ -339,14 +317,14 @@ LatentBody LatentBodyOf(const Eigen::Matrix3Xd& rest_joints, double sole_y) {
   rest.pelvis = rest_joints.col(0);
   const Soles soles = SolePoints(rest_joints, sole_y).At(Place(rest_joints, rest));
   for (int side = 0; side < 2; ++side) {
-    const auto [ankle, ball] = kFeet[static_cast<std::size_t>(side)];
+    const auto [ankle, ball] = kFeet[side];
     const Eigen::Vector3d heel = soles.col(2 * side) - rest_joints.col(ankle);
     const Eigen::Vector3d under_ball = soles.col(2 * side + 1) - rest_joints.col(ball);
     const double length = rest_joints(2, ball) - rest_joints(2, ankle);
     body.soles.push_back({ankle, heel});
     body.soles.push_back({ball, under_ball});
     body.soles.push_back({ball, under_ball + kToes * length * Eigen::Vector3d::UnitZ()});
-    const auto [wrist, knuckle] = kHands[static_cast<std::size_t>(side)];
+    const auto [wrist, knuckle] = kHands[side];
     body.fingertips.push_back(
         {wrist, kFinger * (rest_joints.col(knuckle) - rest_joints.col(wrist))});
   }

@@ -22,8 +22,7 @@ void AddToGradient(const MotionQuantity& quantity, const MotionView& motion, con
   // Rotating a joint rotates its descendants: d / d phi_j = A_j^T couple, for j up to the root.
   const auto add_couple = [&](int joint, const Eigen::Vector3d& couple) {
     for (int j = joint;; j = kJointParents[j]) {
-      pose_bar.segment<3>(wandr::TangentOf(j)) +=
-          frame.world[static_cast<std::size_t>(j)].transpose() * couple;
+      pose_bar.segment<3>(wandr::TangentOf(j)) += frame.world[j].transpose() * couple;
       if (j == 0) return;
     }
   };
@@ -43,14 +42,14 @@ void AddToGradient(const MotionQuantity& quantity, const MotionView& motion, con
     case MotionQuantity::Kind::kLocalRotation: {
       // R exp(phi): dR = R [phi]x.
       const Eigen::Matrix3d G = Eigen::Map<const RowMajor3>(bar);
-      const RowMajor3& R = frame.local[static_cast<std::size_t>(quantity.joint)];
+      const RowMajor3& R = frame.local[quantity.joint];
       pose_bar.segment<3>(wandr::TangentOf(quantity.joint)) += Axial(R.transpose() * G);
       return;
     }
     case MotionQuantity::Kind::kWorldRotation: {
       // dA = [omega]x A.
       const Eigen::Matrix3d G = Eigen::Map<const RowMajor3>(bar);
-      const RowMajor3& A = frame.world[static_cast<std::size_t>(quantity.joint)];
+      const RowMajor3& A = frame.world[quantity.joint];
       add_couple(quantity.joint, Axial(G * A.transpose()));
       return;
     }
@@ -65,7 +64,7 @@ void MotionView::Set(int frame, const wandr::Pose<T>& pose,
   wandr::BodyKinematics<double> kinematics;
   const wandr::Pose<double> exact = pose.template Cast<double>();
   wandr::ForwardKinematics(bones, exact, kinematics);
-  Frame& out = frames_[static_cast<std::size_t>(frame)];
+  Frame& out = frames_[frame];
   out.positions.resize(3, kNumBodyJoints + static_cast<Eigen::Index>(points_.size()));
   out.positions.leftCols<kNumBodyJoints>() = kinematics.joints;
   for (std::size_t i = 0; i < points_.size(); ++i) {
@@ -134,7 +133,7 @@ double MotionObjective::Evaluate(const MotionView& motion, MotionGradient* gradi
     for (std::size_t r = 0; r < rows; ++r) squared += residuals[r] * residuals[r];
     double rho[3] = {squared, 1.0, 0.0};
     if (block.loss != nullptr) block.loss->Evaluate(squared, rho);
-    sums[static_cast<std::size_t>(block.term)] += 0.5 * rho[0];
+    sums[block.term] += 0.5 * rho[0];
     if (gradient == nullptr || squared == 0.0) continue;
     for (std::size_t k = 0; k < count; ++k) {
       const auto size = static_cast<std::size_t>(block.quantities[k].Size());

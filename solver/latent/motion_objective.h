@@ -62,9 +62,7 @@ class MotionView {
 
   int NumFrames() const { return static_cast<int>(frames_.size()); }
   /// Position of a joint, or for >= 22 of a point.
-  Eigen::Vector3d At(int frame, int joint) const {
-    return frames_[static_cast<std::size_t>(frame)].positions.col(joint);
-  }
+  Eigen::Vector3d At(int frame, int joint) const { return frames_[frame].positions.col(joint); }
   const double* Data(const MotionQuantity& quantity) const;
 
   using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
@@ -72,10 +70,8 @@ class MotionView {
     Eigen::Matrix3Xd positions;  // joints, then points
     std::array<RowMajor3, kNumBodyJoints> local, world;
   };
-  const Frame& FrameAt(int frame) const { return frames_[static_cast<std::size_t>(frame)]; }
-  const BodyPoint& Point(int joint) const {
-    return points_[static_cast<std::size_t>(joint - kNumBodyJoints)];
-  }
+  const Frame& FrameAt(int frame) const { return frames_[frame]; }
+  const BodyPoint& Point(int joint) const { return points_[joint - kNumBodyJoints]; }
 
  private:
   std::vector<BodyPoint> points_;

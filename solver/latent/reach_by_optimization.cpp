@@ -18,8 +18,10 @@
 namespace holdfast {
 namespace {
 
-constexpr int kStay = 16;                      // frames: enough for WarpReach after it
-constexpr int kWrist = 21;                     // right wrist
+constexpr int kStay = 16;  // frames: enough for WarpReach after it
+constexpr int kRetries =
+    2;                      // of a missed goal, from other latents and with half as much time again
+constexpr int kWrist = 21;  // right wrist
 constexpr std::uint64_t kStreams = 1'000'000;  // separates the latents of other goals and retries
 
 // One motion, extended goal by goal.
@@ -47,7 +49,7 @@ class MultiGoalMotion {
     ReachSolution best;
     double closest = INFINITY;
     int due = 0;
-    for (int attempt = 0; attempt <= options_.retries; ++attempt) {
+    for (int attempt = 0; attempt <= kRetries; ++attempt) {
       int frames = 0;
       const ReachSolution solution = Solve(g, attempt, frames);
       const wandr::ReachOutcome outcome = wandr::MeasureReach(solution.track.joints, goals_[g]);
@@ -91,9 +93,10 @@ class MultiGoalMotion {
     task.start = here_;
     task.goal = goals_[g];
     task.velocity = wandr::StartVelocity(network_, here_);
-    const int due = options_.as_published
-                        ? options_.deadline.Frames((goals_[g] - pelvis).head<2>().norm())
-                        : wandr::PaceOf(here_, pelvis, task.velocity, task.goal).Deadline();
+    const int due =
+        options_.as_published
+            ? wandr::DeadlineRule{.max_frames = 900.0}.Frames((goals_[g] - pelvis).head<2>().norm())
+            : wandr::PaceOf(here_, pelvis, task.velocity, task.goal).Deadline();
     frames = options_.frames.value_or(due);
     frames += frames * attempt / 2;
     task.deadline = frames;
@@ -105,9 +108,6 @@ class MultiGoalMotion {
     }
     LatentOptions latent = options_.latent;
     latent.hold_frames = Stay(g);
-    if (g < options_.approaches.size() && options_.approaches[g].norm() > 0.5) {
-      latent.approach = options_.approaches[g];
-    }
     return OptimizeLatents(network_, body_, {&task, 1}, latent, 1)[0];
   }
 
@@ -167,7 +167,6 @@ std::vector<OptimizedReach> ReachByOptimization(const wandr::Network<float>& net
     throw Error("reach", fmt::format("{} goals, {} samples", goals.size(), count),
                 "Give at least one goal, and request at least one sample");
   }
-  options.deadline.Check();
   const LatentBody body = LatentBodyOf(measures.rest_joints, measures.sole_y);
   std::vector<OptimizedReach> reaches(static_cast<std::size_t>(count));
   std::mutex progress_mutex;
@@ -180,7 +179,7 @@ std::vector<OptimizedReach> ReachByOptimization(const wandr::Network<float>& net
       const std::lock_guard lock(progress_mutex);
       if (progress) progress(++done, parts);
     }
-    OptimizedReach& reach = reaches[static_cast<std::size_t>(i)];
+    OptimizedReach& reach = reaches[i];
     if (options.refit && !motion.Sample().diverged) Refit(measures, body, motion, reach.refit);
     reach.sample = std::move(motion.Sample());
     reach.solves = std::move(motion.Solves());

@@ -24,13 +24,8 @@ struct ReachByOptimizationOptions {
   VaeOptOptions vae;
 
   std::optional<int> frames;  ///< per goal; empty: from WalkPace, or as published from the rule
-  wandr::DeadlineRule deadline{.max_frames = 900.0};  ///< as published
   /// Frames for which the wrist stays at each goal, including the last; empty: 16 each.
   std::vector<int> stay_frames;
-  /// Unit vectors along the forearm on arrival; empty, or one per goal, zero for any.
-  std::vector<Eigen::Vector3d> approaches;
-  /// Retries of a missed goal, from other latents and with half as much time again.
-  int retries = 2;
   bool refit = true;
   std::uint64_t seed = 1;
 };

@@ -100,8 +100,7 @@ void RolloutCost<Real>::SeedFrom(const typename RolloutBatch<Real>::PoseAt& pose
   if (goal_) {
     residuals_.head<3>() = (view_.At(goal_->frame, goal_->joint) - goal_->place) / goal_->sigma_m;
     for (int k = 0; k < 3; ++k) {
-      rows[static_cast<std::size_t>(k)].joints(3 * goal_->joint + k, goal_->frame) =
-          1.0 / goal_->sigma_m;
+      rows[k].joints(3 * goal_->joint + k, goal_->frame) = 1.0 / goal_->sigma_m;
     }
   }
   if (!rest_) return;
@@ -165,7 +164,7 @@ template <typename Real>
 bool RolloutBatch<Real>::Evaluate(int motion, const Vector& latents, int rows, const SeedRows& seed,
                                   Matrix& out) {
   assert(waiting_ == 0 || rows == rows_);
-  Request& request = requests_[static_cast<std::size_t>(motion)];
+  Request& request = requests_[motion];
   request = {&latents, &seed, &out};
   rows_ = rows;
   ++waiting_;
@@ -201,15 +200,12 @@ void RolloutBatch<Real>::Run() {
     starts.push_back(starts_[i]);
     plans.push_back(plans_[i]);
   }
-  const auto of = [&](std::size_t k) -> Request& {
-    return requests_[static_cast<std::size_t>(asked[k])];
-  };
+  const auto of = [&](std::size_t k) -> Request& { return requests_[asked[k]]; };
   rollout_.Begin(starts, plans);
   Matrix step(latent_size_, asked.size());
   for (int t = 0; t < num_steps_; ++t) {
     for (std::size_t k = 0; k < asked.size(); ++k) {
-      step.col(static_cast<Eigen::Index>(k)) =
-          of(k).latents->segment(Eigen::Index{latent_size_} * t, latent_size_);
+      step.col(k) = of(k).latents->segment(Eigen::Index{latent_size_} * t, latent_size_);
     }
     rollout_.Step(step);
   }
@@ -221,7 +217,7 @@ void RolloutBatch<Real>::Run() {
     for (MotionGradient& bar : bars_) bar.SetZero(num_steps_ + 1);
     (*of(k).seed)([&](int t) -> const wandr::Pose<Real>& { return rollout_.Poses(t)[k]; }, bars_);
     for (int r = 0; r < rows_; ++r) {
-      const MotionGradient& bar = bars_[static_cast<std::size_t>(r)];
+      const MotionGradient& bar = bars_[r];
       const Eigen::Index column = static_cast<Eigen::Index>(k) * rows_ + r;
       for (int t = 0; t <= num_steps_; ++t) {
         const auto at = static_cast<std::size_t>(t);

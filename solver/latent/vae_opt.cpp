@@ -38,30 +38,33 @@ LatentSolve SolveOne(RolloutBatch<float>& batch, int motion, const ReachTask& ta
   const bool by_rows = options.method == VaeOptMethod::kLm;
   RolloutCost<float> cost(batch, motion, MotionView(), by_rows ? std::optional(goal) : std::nullopt,
                           by_rows ? nullptr : energy);
-  LatentProblem problem(cost, Eigen::VectorXd::Zero(latents.size()), options.prior_weight);
   const IterateSeen seen = [&](int) {
     Record(cost.Motion(), goal.joint, goal.place, batch.Seconds(), trace);
     return by_rows && (cost.Motion().At(goal.frame, goal.joint) - goal.place).norm() < kThere_m;
   };
   const int iterations = options.NumIterations();
+  const auto minimize = [&](const ceres::Solver::Options& solver) {
+    return MinimizeLatents(cost, Eigen::VectorXd::Zero(latents.size()), options.prior_weight,
+                           solver, latents, seen);
+  };
+  const auto descend = [&](const char* name, const StepRule& rule) {
+    return DescendLatents(name, rule, iterations, cost, options.prior_weight, latents, seen);
+  };
   switch (options.method) {
     case VaeOptMethod::kLm: {
       ceres::Solver::Options solver = LevenbergMarquardtOptions(iterations, 0.02);
       // Allow temporary increases: fewer distant starts stall before the goal.
       solver.use_nonmonotonic_steps = true;
-      return problem.Minimize(std::move(solver), latents, seen);
+      return minimize(solver);
     }
     case VaeOptMethod::kLbfgs:
-      return problem.Minimize(LbfgsOptions(iterations, options.history), latents, seen);
-    case VaeOptMethod::kLbfgsStepOne: {
-      LbfgsStepOne rule(options.history);
-      return problem.Descend(rule, iterations, latents, seen);
-    }
+      return minimize(LbfgsOptions(iterations, options.history));
+    case VaeOptMethod::kLbfgsStepOne:
+      return descend("LBFGS_STEP_ONE", LbfgsStepOne(options.history));
     case VaeOptMethod::kAdam:
       break;
   }
-  Adam rule({options.learning_rate, options.last_learning_rate_ratio, iterations});
-  return problem.Descend(rule, iterations, latents, seen);
+  return descend("ADAM", Adam(options.learning_rate, options.last_learning_rate_ratio, iterations));
 }
 
 void CheckTasks(std::span<const ReachTask> tasks) {
@@ -107,7 +110,8 @@ VaeOptMethod VaeOptMethodByName(std::string_view name) {
   throw std::invalid_argument("unknown latent optimizer: " + std::string(name));
 }
 
-int VaeOptOptions::DefaultIterations(VaeOptMethod method) {
+int VaeOptOptions::NumIterations() const {
+  if (iterations > 0) return iterations;
   if (method == VaeOptMethod::kLm) return 40;
   return method == VaeOptMethod::kLbfgsStepOne ? 80 : 200;
 }
@@ -164,7 +168,7 @@ std::vector<ReachSolution> OptimizeAsPublished(const wandr::Network<float>& netw
     request.latents = &all;
     std::vector<wandr::RolloutTrack> tracks = wandr::RunRollouts(network, bones, request, 1);
     for (Eigen::Index k = 0; k < count; ++k) {
-      solutions[group[k]].track = std::move(tracks[static_cast<std::size_t>(k)]);
+      solutions[group[k]].track = std::move(tracks[k]);
     }
   });
   return solutions;

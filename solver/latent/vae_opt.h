@@ -30,7 +30,7 @@ VaeOptMethod VaeOptMethodByName(std::string_view name);
 /// states that its distance is minimized; square, last frame and prior are one interpretation.
 struct VaeOptOptions {
   VaeOptMethod method = VaeOptMethod::kLm;
-  int iterations = 0;         ///< 0: DefaultIterations
+  int iterations = 0;         ///< 0: default of NumIterations
   double goal_sigma_m = 1.0;  ///< sigma_g
   /// lambda, per latent. Determines the final distance of a good optimizer: on 24 goals, L-BFGS
   /// with a line search reached 6 cm on average with 1e-4, 1 cm with 1e-6.
@@ -42,10 +42,10 @@ struct VaeOptOptions {
   /// Called before each pass through the network, from several threads; its exceptions end the run.
   std::function<void()> poll = {};
 
-  /// 40 for kLm, 80 for kLbfgsStepOne, else 200: beyond 200 (80 without line search) no more goals
-  /// came within reach (without it more never do; with it 62 % after 80, 92 % from 150 on).
-  static int DefaultIterations(VaeOptMethod method);
-  int NumIterations() const { return iterations > 0 ? iterations : DefaultIterations(method); }
+  /// Default: 40 for kLm, 80 for kLbfgsStepOne, else 200: beyond 200 (80 without line search) no
+  /// more goals came within reach (without it more never do; with it 62 % after 80, 92 % from 150
+  /// on).
+  int NumIterations() const;
   /// Throws Error naming the invalid field.
   void Check() const;
 };

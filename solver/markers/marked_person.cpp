@@ -5,6 +5,7 @@
 #include <array>
 #include <map>
 #include <set>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/Geometry>
@@ -18,6 +19,7 @@ namespace holdfast {
 namespace {
 
 constexpr int kMaxBetas = 10;
+constexpr double kLimitSigma_rad = 0.03;
 constexpr double kPatch_m = 0.12;  // radius of the skin around a marker
 
 // Standard deviations of a joint's rotation along `axes` (columns), degrees, and of its
@@ -165,42 +167,33 @@ double UsualAngle(int row, int finger_joint) {
   return (base ? 26.0 : 12.0) * kDegree;
 }
 
-// Normal prior of the hand variables around those angles, with the covariance of grasp postures.
-struct HandPrior {
-  Eigen::VectorXd mean;
-  Eigen::MatrixXd root_information;
-};
-
-HandPrior PriorOf(const std::vector<HandNumber>& numbers, const HandAnatomy& hand,
-                  const HandAngles& relaxed) {
+// Normal prior of the hand variables around those angles, with the covariance of grasp postures:
+// their mean and the root of their information.
+std::pair<Eigen::VectorXd, Eigen::MatrixXd> PriorOf(const std::vector<HandNumber>& numbers,
+                                                    const HandAnatomy& hand,
+                                                    const HandAngles& relaxed) {
   std::vector<HandAngles> postures = {OpenHand(hand.axes), relaxed};
   for (const double width : {0.01, 0.03, 0.05, 0.07, 0.09}) {
     postures.push_back(PinchHand(hand, width));
   }
   const Eigen::Index m = static_cast<Eigen::Index>(numbers.size());
   Eigen::MatrixXd h(m, static_cast<Eigen::Index>(postures.size()));
+  Eigen::VectorXd mean(m);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const HandNumber::Part& part = numbers[static_cast<std::size_t>(k)].parts.front();
-    for (Eigen::Index p = 0; p < h.cols(); ++p) {
-      h(k, p) = postures[static_cast<std::size_t>(p)](part.row, part.joint) -
-                relaxed(part.row, part.joint);
-    }
-  }
-  HandPrior prior;
-  prior.mean.resize(m);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const HandNumber::Part& part = numbers[static_cast<std::size_t>(k)].parts.front();
-    prior.mean(k) = UsualAngle(part.row, part.joint) - relaxed(part.row, part.joint);
+    const HandNumber::Part& part = numbers[k].parts.front();
+    const double now = relaxed(part.row, part.joint);
+    for (Eigen::Index p = 0; p < h.cols(); ++p) h(k, p) = postures[p](part.row, part.joint) - now;
+    mean(k) = UsualAngle(part.row, part.joint) - now;
   }
   h.colwise() -= Eigen::VectorXd(h.rowwise().mean());
   Eigen::MatrixXd covariance = h * h.transpose() / static_cast<double>(h.cols());
   for (Eigen::Index k = 0; k < m; ++k) {
-    const double sigma = numbers[static_cast<std::size_t>(k)].sigma_deg * kDegree;
+    const double sigma = numbers[k].sigma_deg * kDegree;
     covariance(k, k) += sigma * sigma;
   }
   const Eigen::MatrixXd information = covariance.llt().solve(Eigen::MatrixXd::Identity(m, m));
-  prior.root_information = information.llt().matrixU();
-  return prior;
+  const Eigen::MatrixXd root_information = information.llt().matrixU();
+  return {mean, root_information};
 }
 
 std::vector<int> FreeJoints(const std::vector<MarkerSite>& sites) {
@@ -224,7 +217,7 @@ int SkinVertex(const BodySurface& surface, const std::vector<int>& joint_of_vert
   int best = -1;
   double farthest = 0.0;
   for (int i = 0; i < surface.NumVertices(); ++i) {
-    if (!IsNextTo(joint, joint_of_vertex[static_cast<std::size_t>(i)])) continue;
+    if (!IsNextTo(joint, joint_of_vertex[i])) continue;
     const Eigen::Vector3d x = surface.RestVertices().col(i) - from;
     const double along = x.dot(out);
     if ((x - along * out).norm() > 0.015 || along <= farthest) continue;
@@ -241,9 +234,9 @@ SkinPatch PatchAbout(const Eigen::Vector3d& place, int joint,
                      const std::vector<Eigen::Matrix3Xd>& shaped_joints) {
   std::vector<int> ids, place_of(static_cast<std::size_t>(surface.NumVertices()), -1);
   for (int i = 0; i < surface.NumVertices(); ++i) {
-    if (!IsNextTo(joint, joint_of_vertex[static_cast<std::size_t>(i)])) continue;
+    if (!IsNextTo(joint, joint_of_vertex[i])) continue;
     if ((surface.RestVertices().col(i) - place).norm() > kPatch_m) continue;
-    place_of[static_cast<std::size_t>(i)] = static_cast<int>(ids.size());
+    place_of[i] = static_cast<int>(ids.size());
     ids.push_back(i);
   }
   SkinPatch patch;
@@ -255,13 +248,13 @@ SkinPatch PatchAbout(const Eigen::Vector3d& place, int joint,
   for (std::size_t b = 0; b < shaped.size(); ++b) {
     const Eigen::Matrix3Xd change =
         (shaped[b](Eigen::all, ids).colwise() - shaped_joints[b].col(joint)) - patch.vertices;
-    patch.J_betas.col(static_cast<Eigen::Index>(b)) = change.reshaped();
+    patch.J_betas.col(b) = change.reshaped();
   }
   std::vector<int> corners;
   for (Eigen::Index f = 0; f < surface.Faces().cols(); ++f) {
     const Eigen::Vector3i c = surface.Faces().col(f);
     if (place_of[c(0)] < 0 || place_of[c(1)] < 0 || place_of[c(2)] < 0) continue;
-    for (const int corner : c) corners.push_back(place_of[static_cast<std::size_t>(corner)]);
+    for (const int corner : c) corners.push_back(place_of[corner]);
   }
   patch.faces = Eigen::Map<const Eigen::Matrix3Xi>(corners.data(), 3,
                                                    static_cast<Eigen::Index>(corners.size() / 3));
@@ -396,7 +389,7 @@ std::vector<std::unique_ptr<PoseRest>> MarkedPerson::RestTerms() const {
     }
     terms.push_back(std::make_unique<PoseRest>(rest.segment(column, size),
                                                root_information.block(column, column, size, size),
-                                               std::move(own), limit_sigma_rad));
+                                               std::move(own), kLimitSigma_rad));
   }
   return terms;
 }
@@ -434,10 +427,9 @@ std::vector<int> JointOfVertices(const std::shared_ptr<const BodyModel>& model) 
   const BodySurface surface(model);
   std::vector<int> joints(static_cast<std::size_t>(surface.NumVertices()), 0);
   for (int i = 0; i < surface.NumVertices(); ++i) {
-    joints[static_cast<std::size_t>(i)] =
-        std::ranges::max_element(surface.Weights(i), {}, [](const auto& w) {
-          return w.second;
-        })->first;
+    joints[i] = std::ranges::max_element(surface.Weights(i), {}, [](const auto& w) {
+                  return w.second;
+                })->first;
   }
   return joints;
 }
@@ -473,7 +465,7 @@ MarkedPerson MakeMarkedPerson(std::shared_ptr<const BodyModel> model, std::vecto
     for (std::size_t k = 0; k < numbers[s].size(); ++k) {
       HandAngles unit = HandAngles::Zero();
       for (const auto& part : numbers[s][k].parts) unit(part.row, part.joint) = part.share;
-      hand.synergies.col(static_cast<Eigen::Index>(k)) = axes[s].PoseOf(unit);
+      hand.synergies.col(k) = axes[s].PoseOf(unit);
     }
     hands.push_back(std::move(hand));
   }
@@ -495,12 +487,12 @@ MarkedPerson MakeMarkedPerson(std::shared_ptr<const BodyModel> model, std::vecto
   AddJointPriors(person);
   for (const FreePose::Hand& hand : person.body.free.Hands()) {
     const int s = hand.side == Side::kRight ? 0 : 1;
-    const HandPrior prior = PriorOf(numbers[s], anatomy[s], relaxed[s]);
-    const Eigen::Index m = prior.mean.size();
-    person.rest.segment(hand.column, m) = prior.mean;
-    person.root_information.block(hand.column, hand.column, m, m) = prior.root_information;
+    const auto [mean, root_information] = PriorOf(numbers[s], anatomy[s], relaxed[s]);
+    const Eigen::Index m = mean.size();
+    person.rest.segment(hand.column, m) = mean;
+    person.root_information.block(hand.column, hand.column, m, m) = root_information;
     for (Eigen::Index k = 0; k < m; ++k) {
-      const auto& part = numbers[s][static_cast<std::size_t>(k)].parts.front();
+      const auto& part = numbers[s][k].parts.front();
       const AngleRange range = axes[s].Range(part.row, part.joint);
       const double now = relaxed[s](part.row, part.joint);
       person.limits.push_back({hand.column + static_cast<int>(k), Eigen::VectorXd::Ones(1),

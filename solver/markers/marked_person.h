@@ -38,7 +38,6 @@ struct MarkedPerson {
   Eigen::MatrixXd root_information;  ///< block-diagonal by part
   std::vector<PoseLimit> limits;
   Eigen::VectorXd acceleration;  ///< typical, rad / s^2
-  double limit_sigma_rad = 0.03;
 
   /// Rest and limit terms of each part of a pose (FreePose::Parts).
   std::vector<std::unique_ptr<PoseRest>> RestTerms() const;

@@ -44,8 +44,7 @@ void SetArms(ArmStart start, JointPose& pose) {
 // Unknowns of the calibration, and problems over subsets of them.
 class Calibrator {
  public:
-  Calibrator(const MarkedPerson& person, const MarkerScales& scales)
-      : person_(person), scales_(scales) {
+  explicit Calibrator(const MarkedPerson& person) : person_(person) {
     betas_.setZero(person.body.NumShape());
     places_ = person.usual;
     for (const MarkerSite& site : person.sites) place_sigma_.push_back(site.sigma_m);
@@ -59,8 +58,8 @@ class Calibrator {
   double SolvePose(SeenMarkers seen, bool root_free, bool known, double robust_m,
                    Eigen::VectorXd& root, Eigen::VectorXd& q) {
     for (int k = 0; k < seen.Count(); ++k) {
-      const double place = known ? 0.0 : place_sigma_[static_cast<std::size_t>(seen.marker[k])];
-      seen.sigma_m[k] = std::hypot(scales_.residual_m, place);
+      const double place = known ? 0.0 : place_sigma_[seen.marker[k]];
+      seen.sigma_m[k] = std::hypot(kMarkerResidual_m, place);
     }
     ceres::Problem problem;
     AddFrame(problem, std::move(seen), robust_m, root, q);
@@ -84,18 +83,18 @@ class Calibrator {
     ceres::Problem problem;
     for (std::size_t f = 0; f < frames.size(); ++f) {
       SeenMarkers seen = frames[f];
-      std::ranges::fill(seen.sigma_m, scales_.residual_m);
+      std::ranges::fill(seen.sigma_m, kMarkerResidual_m);
       AddFrame(problem, std::move(seen), robust_m, *roots[f], *poses[f]);
       if (f == 0 || roots[f] != roots[f - 1]) AddUpright(problem, *roots[f]);
     }
     for (int m = 0; m < person_.body.NumMarkers(); ++m) {
-      problem.AddResidualBlock(new MarkerPlacePrior(person_.usual.segment<3>(3 * m),
-                                                    person_.J_usual.middleRows(3 * m, 3),
-                                                    place_sigma_[static_cast<std::size_t>(m)]),
-                               nullptr, betas_.data(), places_.data() + 3 * m);
+      problem.AddResidualBlock(
+          new MarkerPlacePrior(person_.usual.segment<3>(3 * m),
+                               person_.J_usual.middleRows(3 * m, 3), place_sigma_[m]),
+          nullptr, betas_.data(), places_.data() + 3 * m);
     }
     for (int m = 0; m < person_.body.NumMarkers(); ++m) {
-      const SkinPatch& patch = person_.skin[static_cast<std::size_t>(m)];
+      const SkinPatch& patch = person_.skin[m];
       if (patch.faces.cols() == 0) continue;
       problem.AddResidualBlock(new MarkerOnSkin(patch, kOnSkinSigma_m), nullptr, betas_.data(),
                                &height_, places_.data() + 3 * m);
@@ -143,7 +142,6 @@ class Calibrator {
   }
 
   const MarkedPerson& person_;
-  MarkerScales scales_;
   Eigen::VectorXd betas_, places_;
   std::vector<double> place_sigma_;
   double height_ = kMarkerHeight_m;  // of markers on the skin
@@ -182,9 +180,8 @@ void FindPose(const MarkedPerson& person, const SeenMarkers& seen, double facing
 MarkerCalibration CalibrateMarkers(MarkedPerson& person,
                                    const std::vector<SeenMarkers>& static_frames,
                                    const std::vector<SeenMarkers>& trial_frames,
-                                   double static_facing_rad, double trial_facing_rad,
-                                   const MarkerScales& scales) {
-  Calibrator calibrator(person, scales);
+                                   double static_facing_rad, double trial_facing_rad) {
+  Calibrator calibrator(person);
   MarkerCalibration calibration;
   std::vector<SeenMarkers> frames = static_frames;
   frames.insert(frames.end(), trial_frames.begin(), trial_frames.end());
@@ -212,7 +209,7 @@ MarkerCalibration CalibrateMarkers(MarkedPerson& person,
     FindPose(person, frames[0], static_facing_rad, false, calibrator, still_root, poses[0]);
     for (std::size_t f = 1; f < still; ++f) poses[f] = poses[0];
     solve(0, still, kWide_m, 30);
-    solve(0, still, scales.robust_m, 20);
+    solve(0, still, kMarkerRobust_m, 20);
   }
   FindPose(person, frames[still], trial_facing_rad, still > 0, calibrator, root_of(still),
            poses[still]);
@@ -223,7 +220,7 @@ MarkerCalibration CalibrateMarkers(MarkedPerson& person,
   }
   if (still == 0) solve(0, frames.size(), kWide_m, 30);
   person.BlendAt(calibrator.Places());
-  solve(0, frames.size(), scales.robust_m, 25);
+  solve(0, frames.size(), kMarkerRobust_m, 25);
 
   calibration.betas = calibrator.Betas();
   calibration.places =

@@ -18,10 +18,8 @@ struct MarkerCalibration {
   int iterations = 0;
 };
 
-struct MarkerScales {
-  double residual_m = 0.004;  ///< standard deviation of a correctly placed marker
-  double robust_m = 0.02;     ///< markers beyond this count little
-};
+/// Standard deviation of a correctly placed marker; markers beyond the second count little.
+constexpr double kMarkerResidual_m = 0.004, kMarkerRobust_m = 0.02;
 
 /// First stage of MoSh (Loper, Mahmood, Black 2014): jointly solves shape, poses and marker
 /// positions in frames of a static trial (may be empty) and of the trial, in temporal order. The
@@ -31,8 +29,7 @@ struct MarkerScales {
 MarkerCalibration CalibrateMarkers(MarkedPerson& person,
                                    const std::vector<SeenMarkers>& static_frames,
                                    const std::vector<SeenMarkers>& trial_frames,
-                                   double static_facing_rad, double trial_facing_rad,
-                                   const MarkerScales& scales);
+                                   double static_facing_rad, double trial_facing_rad);
 
 /// Marker position relative to the skin in the T-pose: the nearest vertex, and the distance along
 /// its normal (positive outside).

@@ -21,14 +21,14 @@ namespace {
 
 std::vector<std::string_view> JointNames(const std::vector<int>& joints) {
   std::vector<std::string_view> names;
-  for (const int joint : joints) names.push_back(kJointNames[static_cast<std::size_t>(joint)]);
+  for (const int joint : joints) names.push_back(kJointNames[joint]);
   return names;
 }
 
 nlohmann::json MarkerJson(const SolvedMarker& marker) {
   return {{"name", marker.site.name},
           {"tie", MarkerTieName(marker.site.tie)},
-          {"joint", kJointNames[static_cast<std::size_t>(marker.site.joint)]},
+          {"joint", kJointNames[marker.site.joint]},
           {"place_in_joint_m", {marker.place.x(), marker.place.y(), marker.place.z()}},
           {"skin_vertex", marker.skin.vertex},
           {"skin_height_mm", 1e3 * marker.skin.height_m},
@@ -76,8 +76,6 @@ nlohmann::json ObjectJson(const ObjectMarkerReport& report) {
   return json;
 }
 
-}  // namespace
-
 nlohmann::json HeadReportJson(const HeadReport& head) {
   return {{"hand_deep_frames_before", head.deep_before},
           {"hand_deep_frames", head.deep},
@@ -86,6 +84,8 @@ nlohmann::json HeadReportJson(const HeadReport& head) {
           {"frames_moved", head.moved},
           {"turned_deg", head.turned_rad / kDegree}};
 }
+
+}  // namespace
 
 nlohmann::json MarkerReportJson(const MarkerReport& report) {
   nlohmann::json json;

@@ -20,9 +20,6 @@ nlohmann::json MarkerReportJson(const MarkerReport& report);
 /// its recording is missing.
 Eigen::MatrixXd MeasuredMarkers(const std::filesystem::path& solved);
 
-/// Report of the adjustment of an unmarked head: frames, millimeters, degrees.
-nlohmann::json HeadReportJson(const HeadReport& head);
-
 /// Returns the recording as interpreted by its solve, in its axes, meters: exchanged labels swapped
 /// back, a wrong unit corrected, and outliers and gaps filled. Body markers are filled with the
 /// positions predicted by the body, object markers by the object, plus an offset that interpolates

@@ -33,24 +33,16 @@ constexpr int kEnd = -1;
 constexpr int kIndex1 = kRightHandBegin, kIndex3 = kRightHandBegin + 2,
               kMiddle1 = kRightHandBegin + 3, kThumb3 = kRightHandBegin + 14;
 
+// Freitas and Scholz (2009), as in sets of daily tasks: plates of four markers, 1 to 4.
+constexpr Row kPlates[] = {
+    {"SHO", kRightCollar, kRightShoulder, 0.9, 0, 45, -20, kCluster, 40},
+    {"UAR", kRightShoulder, kRightElbow, 0.5, 0, 55, 0, kCluster, 45},
+    {"LAR", kRightElbow, kRightWrist, 0.65, 0, 40, 0, kCluster, 40},
+    {"HAN", kRightWrist, kMiddle1, 0.6, 0, 28, 0, kCluster, 25},
+};
+
 constexpr Row kSides[] = {
-    // Freitas and Scholz (2009), as in sets of daily tasks: plates of four markers.
-    {"SHO1", kRightCollar, kRightShoulder, 0.9, 0, 45, -20, kCluster, 40},
-    {"SHO2", kRightCollar, kRightShoulder, 0.9, 0, 45, -20, kCluster, 40},
-    {"SHO3", kRightCollar, kRightShoulder, 0.9, 0, 45, -20, kCluster, 40},
-    {"SHO4", kRightCollar, kRightShoulder, 0.9, 0, 45, -20, kCluster, 40},
-    {"UAR1", kRightShoulder, kRightElbow, 0.5, 0, 55, 0, kCluster, 45},
-    {"UAR2", kRightShoulder, kRightElbow, 0.5, 0, 55, 0, kCluster, 45},
-    {"UAR3", kRightShoulder, kRightElbow, 0.5, 0, 55, 0, kCluster, 45},
-    {"UAR4", kRightShoulder, kRightElbow, 0.5, 0, 55, 0, kCluster, 45},
-    {"LAR1", kRightElbow, kRightWrist, 0.65, 0, 40, 0, kCluster, 40},
-    {"LAR2", kRightElbow, kRightWrist, 0.65, 0, 40, 0, kCluster, 40},
-    {"LAR3", kRightElbow, kRightWrist, 0.65, 0, 40, 0, kCluster, 40},
-    {"LAR4", kRightElbow, kRightWrist, 0.65, 0, 40, 0, kCluster, 40},
-    {"HAN1", kRightWrist, kMiddle1, 0.6, 0, 28, 0, kCluster, 25},
-    {"HAN2", kRightWrist, kMiddle1, 0.6, 0, 28, 0, kCluster, 25},
-    {"HAN3", kRightWrist, kMiddle1, 0.6, 0, 28, 0, kCluster, 25},
-    {"HAN4", kRightWrist, kMiddle1, 0.6, 0, 28, 0, kCluster, 25},
+    // The same set, beside its plates.
     {"FTP", kIndex3, kEnd, 0.75, 0, 12, 0, kLandmark, 6},
     {"FB", kRightWrist, kIndex1, 1.0, 0, 20, 0, kLandmark, 10},
     {"THUM", kThumb3, kEnd, 0.7, 0, 8, 8, kLandmark, 8},
@@ -207,7 +199,7 @@ MarkerSite SiteOfFields(const Columns& columns, const std::vector<std::string>& 
       throw Error(where, fmt::format("'{}' is not a vertex of the body", vertex),
                   fmt::format("Give a number from 0 to {}", joint_of_vertex.size() - 1));
     }
-    site.joint = joint_of_vertex[static_cast<std::size_t>(site.vertex)];
+    site.joint = joint_of_vertex[site.vertex];
     site.tie = kSkin;
     site.sigma_m = 0.01;
   }
@@ -234,10 +226,14 @@ std::string_view MarkerTieName(MarkerTie tie) {
 const MarkerTable& MarkerTable::Known() {
   static const MarkerTable table = [] {
     MarkerTable known;
-    for (const Row& row : kSides) {
-      known.Add(SiteOf(row, std::string("R") + row.name, false));
-      known.Add(SiteOf(row, std::string("L") + row.name, true));
+    const auto add_both = [&](const Row& row, const std::string& name) {
+      known.Add(SiteOf(row, "R" + name, false));
+      known.Add(SiteOf(row, "L" + name, true));
+    };
+    for (const Row& row : kPlates) {
+      for (const char number : {'1', '2', '3', '4'}) add_both(row, std::string(row.name) + number);
     }
+    for (const Row& row : kSides) add_both(row, row.name);
     for (const auto& [alias, name] : kSideAliases) {
       for (const char* const side : {"R", "L"}) {
         MarkerSite site = *known.Find(std::string(side) + name);

@@ -25,21 +25,19 @@ std::vector<std::vector<double>> Distances(const Eigen::MatrixXd& carried,
   std::vector<std::vector<double>> off(frames.size());
   for (std::size_t t = 0; t < frames.size(); ++t) {
     for (int k = 0; k < frames[t].Count(); ++k) {
-      off[t].push_back((frames[t].place.col(k) -
-                        carried.block<3, 1>(3 * frames[t].marker[k], static_cast<Eigen::Index>(t)))
-                           .norm());
+      off[t].push_back(
+          (frames[t].place.col(k) - carried.block<3, 1>(3 * frames[t].marker[k], t)).norm());
     }
   }
   return off;
 }
 
 // Adds the terms of a frame's markers; `terms` keeps ownership.
-void AddMarkers(const MarkedPerson& person, const SeenMarkers& seen, double sigma_m,
-                double robust_m, double* root, double* q, Eigen::VectorXd& betas,
-                Eigen::Matrix3Xd& places, std::vector<std::unique_ptr<MarkerDistance>>& terms,
-                ceres::Problem& problem) {
+void AddMarkers(const MarkedPerson& person, const SeenMarkers& seen, double robust_m, double* root,
+                double* q, Eigen::VectorXd& betas, Eigen::Matrix3Xd& places,
+                std::vector<std::unique_ptr<MarkerDistance>>& terms, ceres::Problem& problem) {
   for (SeenMarkers& of_joint : ByJoint(person.body, seen)) {
-    std::ranges::fill(of_joint.sigma_m, sigma_m);
+    std::ranges::fill(of_joint.sigma_m, kMarkerResidual_m);
     terms.push_back(std::make_unique<MarkerDistance>(person.body, std::move(of_joint), robust_m));
     problem.AddResidualBlock(terms.back().get(), nullptr,
                              terms.back()->Blocks(root, q, betas.data(), places.data()));
@@ -55,17 +53,10 @@ void HoldCalibration(Eigen::VectorXd& betas, Eigen::Matrix3Xd& places, ceres::Pr
   }
 }
 
-ceres::Problem::Options TermsStayOurs() {
-  ceres::Problem::Options options;
-  options.cost_function_ownership = ceres::DO_NOT_TAKE_OWNERSHIP;
-  return options;
-}
-
 }  // namespace
 
 MarkerTrack FollowMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
-                          const std::vector<SeenMarkers>& frames, MarkerTrack start,
-                          const MarkerScales& scales) {
+                          const std::vector<SeenMarkers>& frames, MarkerTrack start) {
   constexpr double kStep_rad = 0.5;     // of a joint between frames
   constexpr double kFollowed_m = 0.15;  // robust scale: a step may be large
   MarkerTrack track = std::move(start);
@@ -84,7 +75,7 @@ MarkerTrack FollowMarkers(const MarkedPerson& person, const MarkerCalibration& c
     if (frames[t].Count() == 0) continue;
     double* const q = track.poses.col(column).data();
     double* const root = track.roots.col(column).data();
-    ceres::Problem problem(TermsStayOurs());
+    ceres::Problem problem(BorrowingProblem());
     std::vector<std::unique_ptr<ceres::CostFunction>> steps;
     for (std::size_t k = 0; k < parts.size(); ++k) {
       problem.AddResidualBlock(rest[k].get(), nullptr, q + parts[k].column);
@@ -95,8 +86,7 @@ MarkerTrack FollowMarkers(const MarkedPerson& person, const MarkerCalibration& c
       problem.AddResidualBlock(steps.back().get(), nullptr, q + parts[k].column);
     }
     std::vector<std::unique_ptr<MarkerDistance>> distances;
-    AddMarkers(person, frames[t], scales.residual_m, kFollowed_m, root, q, betas, places, distances,
-               problem);
+    AddMarkers(person, frames[t], kFollowed_m, root, q, betas, places, distances, problem);
     HoldCalibration(betas, places, problem);
     if (!person.pelvis_marked) problem.SetParameterBlockConstant(root);
     track.iterations += static_cast<int>(SolveQuietly(options, problem).iterations.size());
@@ -106,14 +96,14 @@ MarkerTrack FollowMarkers(const MarkedPerson& person, const MarkerCalibration& c
 
 MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
                          const std::vector<SeenMarkers>& frames, double frame_rate,
-                         MarkerTrack start, const MarkerScales& scales, int max_iterations,
+                         MarkerTrack start, int max_iterations,
                          const std::function<bool(int, int)>& progress) {
   MarkerTrack track = std::move(start);
   Eigen::VectorXd betas = calibration.betas;
   Eigen::Matrix3Xd places = calibration.places;
   const bool moves = person.pelvis_marked;
   Eigen::VectorXd still = track.roots.col(0);
-  ceres::Problem problem(TermsStayOurs());
+  ceres::Problem problem(BorrowingProblem());
   const double step2 = 1.0 / (frame_rate * frame_rate);
   const std::vector<FreePose::Part> parts = person.body.free.Parts();
   const std::vector<std::unique_ptr<PoseRest>> rest = person.RestTerms();
@@ -127,11 +117,9 @@ MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& ca
   PoseAcceleration root_acceleration(root_sigma * step2);
   std::vector<std::unique_ptr<MarkerDistance>> distances;
   for (std::size_t t = 0; t < frames.size(); ++t) {
-    const auto q_at = [&](std::size_t frame) {
-      return track.poses.col(static_cast<Eigen::Index>(frame)).data();
-    };
+    const auto q_at = [&](std::size_t frame) { return track.poses.col(frame).data(); };
     const auto root_at = [&](std::size_t frame) {
-      return moves ? track.roots.col(static_cast<Eigen::Index>(frame)).data() : still.data();
+      return moves ? track.roots.col(frame).data() : still.data();
     };
     for (std::size_t k = 0; k < parts.size(); ++k) {
       const int column = parts[k].column;
@@ -144,8 +132,8 @@ MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& ca
       problem.AddResidualBlock(&root_acceleration, nullptr, root_at(t - 2), root_at(t - 1),
                                root_at(t));
     }
-    AddMarkers(person, frames[t], scales.residual_m, scales.robust_m, root_at(t), q_at(t), betas,
-               places, distances, problem);
+    AddMarkers(person, frames[t], kMarkerRobust_m, root_at(t), q_at(t), betas, places, distances,
+               problem);
   }
   HoldCalibration(betas, places, problem);
   if (!moves && problem.HasParameterBlock(still.data())) {
@@ -181,7 +169,7 @@ MarkerFaults RepairMarkers(const Eigen::MatrixXd& carried, std::vector<SeenMarke
   MarkerFaults faults;
   std::vector<std::vector<double>> off = Distances(carried, frames);
   const auto at = [&](int marker, std::size_t t) -> Eigen::Vector3d {
-    return carried.block<3, 1>(3 * marker, static_cast<Eigen::Index>(t));
+    return carried.block<3, 1>(3 * marker, t);
   };
   for (std::size_t t = 0; t < frames.size(); ++t) {
     SeenMarkers& seen = frames[t];
@@ -201,7 +189,7 @@ MarkerFaults RepairMarkers(const Eigen::MatrixXd& carried, std::vector<SeenMarke
   std::vector<std::vector<double>> of_marker(static_cast<std::size_t>(carried.rows() / 3));
   for (std::size_t t = 0; t < frames.size(); ++t) {
     for (int k = 0; k < frames[t].Count(); ++k) {
-      of_marker[static_cast<std::size_t>(frames[t].marker[k])].push_back(off[t][k]);
+      of_marker[frames[t].marker[k]].push_back(off[t][k]);
     }
   }
   std::vector<double> most;
@@ -213,7 +201,7 @@ MarkerFaults RepairMarkers(const Eigen::MatrixXd& carried, std::vector<SeenMarke
     kept.place.resize(3, frames[t].place.cols());
     for (int k = 0; k < frames[t].Count(); ++k) {
       const int marker = frames[t].marker[k];
-      if (off[t][k] > most[static_cast<std::size_t>(marker)]) {
+      if (off[t][k] > most[marker]) {
         faults.outliers.push_back({static_cast<int>(t), marker, off[t][k]});
         continue;
       }

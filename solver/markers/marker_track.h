@@ -21,15 +21,14 @@ struct MarkerTrack {
 /// Solves frame by frame, each from the previous one, to initialize a joint solve near the markers.
 /// `start` has the first frame's pose.
 MarkerTrack FollowMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
-                          const std::vector<SeenMarkers>& frames, MarkerTrack start,
-                          const MarkerScales& scales);
+                          const std::vector<SeenMarkers>& frames, MarkerTrack start);
 
 /// Solves all frames at once: markers, rest, limits, and accelerations that couple frames
 /// (PoseAcceleration) and thus interpolate gaps. Starts from `start`; roots are free if the pelvis
 /// is marked. `frame_rate` in Hz. If `progress` stops the solve, the result is not converged.
 MarkerTrack TrackMarkers(const MarkedPerson& person, const MarkerCalibration& calibration,
                          const std::vector<SeenMarkers>& frames, double frame_rate,
-                         MarkerTrack start, const MarkerScales& scales, int max_iterations,
+                         MarkerTrack start, int max_iterations,
                          const std::function<bool(int, int)>& progress);
 
 /// Positions of all markers predicted by the body (3 M x T), world, meters.

@@ -46,7 +46,7 @@ Pairs PairsOf(const MarkedPerson& person, const std::vector<int>& marker,
     if (trunk_alone && !OfTrunk(joint)) continue;
     const Eigen::Vector3d usual = person.bent.col(marker[k]);
     all.try_emplace({usual.x(), usual.y(), usual.z()}, Eigen::Vector4d::Zero(), joint)
-        .first->second.first += place.col(static_cast<Eigen::Index>(k)).homogeneous();
+        .first->second.first += place.col(k).homogeneous();
   }
   Pairs pairs;
   for (const auto& [usual, value] : all) {
@@ -153,7 +153,7 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
     Eigen::Matrix3Xd place(3, static_cast<Eigen::Index>(column.size()));
     for (std::size_t k = 0; k < column.size(); ++k) {
       if (column[k] < 0 || !recording.Seen(column[k], t)) continue;
-      place.col(static_cast<Eigen::Index>(marker.size())) = recording.At(column[k], t);
+      place.col(marker.size()) = recording.At(column[k], t);
       marker.push_back(static_cast<int>(k));
     }
     frames.push_back(PairsOf(person, marker, place, false));
@@ -182,7 +182,7 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
       throw Error(
           where,
           fmt::format("shoulders and trunk are upside down along {}, or names are exchanged",
-                      kUpNames[static_cast<std::size_t>(axis)]),
+                      kUpNames[axis]),
           fmt::format("Give --up {} if that axis points to the ground",
                       kUpNames[static_cast<std::size_t>(axis) + 3]));
     }
@@ -244,7 +244,7 @@ bool IsRecording(const fs::path& path) {
   if (name.ends_with(".gz")) name.resize(name.size() - 3);
   return std::ranges::any_of(std::array{".c3d", ".trc", ".csv", ".tsv"},
                              [&](const char* ending) { return name.ends_with(ending); }) &&
-         MarkerFormatOf(ReadGzipHead(path, 1024)).has_value();
+         !MarkerFormatOf(ReadGzipHead(path, 1024)).empty();
 }
 
 constexpr std::string_view kStatic = "_static";

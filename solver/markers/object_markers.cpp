@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 
@@ -80,7 +81,7 @@ class ObjectTracker {
     track.trans.resize(3, recording_.NumFrames());
     track.orient.setZero(3, recording_.NumFrames());
     for (int t = 0; t < recording_.NumFrames(); ++t) {
-      track.SetPose(t, poses[static_cast<std::size_t>(t)] * places_from_object);
+      track.SetPose(t, poses[t] * places_from_object);
     }
     return std::move(tracked_);
   }
@@ -250,7 +251,7 @@ class ObjectTracker {
     seen.points.resize(3, Count());
     for (int k = 0; k < Count(); ++k) {
       if (!Seen(k, t) || !places_.col(k).allFinite()) continue;
-      seen.points.col(static_cast<Eigen::Index>(seen.marker.size())) = At(k, t);
+      seen.points.col(seen.marker.size()) = At(k, t);
       seen.marker.push_back(k);
     }
     const int n = static_cast<int>(seen.marker.size());
@@ -292,7 +293,7 @@ class ObjectTracker {
     for (std::size_t k = 0; k < seen.marker.size(); ++k) {
       const int marker = seen.marker[k];
       if (std::ranges::find(used.marker, marker) != used.marker.end()) continue;
-      const Eigen::Vector3d x = seen.points.col(static_cast<Eigen::Index>(k));
+      const Eigen::Vector3d x = seen.points.col(k);
       const double off =
           poses_[t] ? (*poses_[t] * Eigen::Vector3d(places_.col(marker)) - x).norm() : 0.0;
       faults.outliers.push_back({t, marker, off});
@@ -392,8 +393,7 @@ class ObjectTracker {
     for (std::size_t t = 0; t < used_.size(); ++t) {
       for (std::size_t k = 0; k < used_[t].marker.size(); ++k) {
         const int marker = used_[t].marker[k];
-        sum[marker] += (poses[t] * Eigen::Vector3d(places_.col(marker)) -
-                        used_[t].points.col(static_cast<Eigen::Index>(k)))
+        sum[marker] += (poses[t] * Eigen::Vector3d(places_.col(marker)) - used_[t].points.col(k))
                            .squaredNorm();
         ++used[marker];
       }
@@ -419,7 +419,7 @@ class ObjectTracker {
     ObjectMarkerReport& report = tracked_.report;
     if (markers_.places.cols() == 0) {
       const auto first = std::ranges::find_if(poses_, [](const auto& pose) { return bool(pose); });
-      frame.linear() = poses[static_cast<std::size_t>(first - poses_.begin())].linear().transpose();
+      frame.linear() = poses[first - poses_.begin()].linear().transpose();
       frame.translation() = Middle();
     } else {
       Eigen::Matrix3Xd told(3, Count()), found(3, Count());
@@ -444,8 +444,7 @@ class ObjectTracker {
       report.table_rms_mm = 1e3 * off;
     }
     for (std::size_t k = 0; k < report.markers.size(); ++k) {
-      report.markers[k].place =
-          frame.inverse() * Eigen::Vector3d(places_.col(static_cast<Eigen::Index>(k)));
+      report.markers[k].place = frame.inverse() * Eigen::Vector3d(places_.col(k));
     }
     return frame;
   }
@@ -478,8 +477,6 @@ std::vector<int> ColumnsOfObject(const MarkerRecording& recording, const ObjectM
   }
   return columns;
 }
-
-}  // namespace
 
 ObjectMarkers ReadObjectMarkers(const std::filesystem::path& path) {
   std::ifstream in(path);
@@ -520,6 +517,8 @@ ObjectMarkers ReadObjectMarkers(const std::filesystem::path& path) {
       places.data(), 3, static_cast<Eigen::Index>(markers.names.size()));
   return markers;
 }
+
+}  // namespace
 
 ObjectMarkers ObjectMarkersOf(const std::string& table_or_names, const MarkerRecording& recording,
                               const std::string& where) {

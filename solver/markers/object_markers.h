@@ -22,11 +22,9 @@ struct ObjectMarkers {
   Eigen::Matrix3Xd places;
 };
 
-/// Reads comma-separated columns with the header name,x,y,z; positions in meters. Throws Error with
-/// file and line.
-ObjectMarkers ReadObjectMarkers(const std::filesystem::path& path);
-/// Reads such a file (.csv), or parses comma-separated names; "cup_*" matches all names with that
-/// prefix. Throws Error for a name missing from the recording `where`, with the nearest name.
+/// Reads a table (.csv) with the header name,x,y,z and positions in meters, or parses
+/// comma-separated names; "cup_*" matches all names with that prefix. Throws Error with file and
+/// line, and for a name missing from the recording `where`, with the nearest name.
 ObjectMarkers ObjectMarkersOf(const std::string& table_or_names, const MarkerRecording& recording,
                               const std::string& where);
 

@@ -131,8 +131,8 @@ std::vector<int> SpreadFrames(const std::vector<SeenMarkers>& frames, int count)
   std::vector<int> spread;
   const int n = static_cast<int>(good.size());
   for (int k = 0; k < std::min(count, n); ++k) {
-    spread.push_back(good[static_cast<std::size_t>(
-        n <= count ? k : std::lround(static_cast<double>(k) * (n - 1) / (count - 1)))]);
+    spread.push_back(
+        good[n <= count ? k : std::lround(static_cast<double>(k) * (n - 1) / (count - 1))]);
   }
   return spread;
 }
@@ -140,7 +140,7 @@ std::vector<int> SpreadFrames(const std::vector<SeenMarkers>& frames, int count)
 std::vector<SeenMarkers> At(const std::vector<SeenMarkers>& frames,
                             const std::vector<int>& chosen) {
   std::vector<SeenMarkers> some;
-  for (const int t : chosen) some.push_back(frames[static_cast<std::size_t>(t)]);
+  for (const int t : chosen) some.push_back(frames[t]);
   return some;
 }
 
@@ -167,7 +167,7 @@ MarkerTrack Interpolated(const std::vector<Eigen::VectorXd>& roots,
 // recovering the motion in between; frames at kCoarseRate_hz suffice for that.
 MarkerTrack CoarseTrack(const MarkedPerson& person, const MarkerCalibration& calibration,
                         const std::vector<SeenMarkers>& frames, double frame_rate,
-                        const std::vector<int>& spread, const MarkerScales& scales,
+                        const std::vector<int>& spread,
                         const std::function<bool(int, int)>& progress) {
   const auto count = static_cast<int>(frames.size());
   const int step = std::max(1, static_cast<int>(frame_rate / kCoarseRate_hz));
@@ -178,9 +178,9 @@ MarkerTrack CoarseTrack(const MarkedPerson& person, const MarkerCalibration& cal
   MarkerTrack some;
   some.roots = start.roots(Eigen::all, at);
   some.poses = start.poses(Eigen::all, at);
-  some = FollowMarkers(person, calibration, some_frames, std::move(some), scales);
+  some = FollowMarkers(person, calibration, some_frames, std::move(some));
   if (step < 2) return some;
-  some = TrackMarkers(person, calibration, some_frames, frame_rate / step, std::move(some), scales,
+  some = TrackMarkers(person, calibration, some_frames, frame_rate / step, std::move(some),
                       kMaxSteps, progress);
   std::vector<Eigen::VectorXd> roots, poses;
   for (Eigen::Index k = 0; k < some.poses.cols(); ++k) {
@@ -219,9 +219,8 @@ void Measure(const std::vector<SeenMarkers>& frames, const Eigen::MatrixXd& carr
   for (std::size_t t = 0; t < frames.size(); ++t) {
     for (int k = 0; k < frames[t].Count(); ++k) {
       const std::size_t m = static_cast<std::size_t>(frames[t].marker[k]);
-      sum[m] += (frames[t].place.col(k) -
-                 carried.block<3, 1>(3 * frames[t].marker[k], static_cast<Eigen::Index>(t)))
-                    .squaredNorm();
+      sum[m] +=
+          (frames[t].place.col(k) - carried.block<3, 1>(3 * frames[t].marker[k], t)).squaredNorm();
       ++used[m];
     }
   }
@@ -247,7 +246,7 @@ void DescribeMarkers(const MarkedPerson& person, const MarkerRecording& recordin
   for (std::size_t k = 0; k < person.sites.size(); ++k) {
     SolvedMarker marker;
     marker.site = person.sites[k];
-    marker.place = calibration.places.col(static_cast<Eigen::Index>(k));
+    marker.place = calibration.places.col(k);
     marker.skin = skin[k];
     marker.in_static = static_trial != nullptr && static_trial->Find(marker.site.name).has_value();
     int gap = 0;
@@ -288,8 +287,7 @@ Eigen::MatrixXd Positions(const std::vector<SeenMarkers>& frames, std::size_t ma
                                                         std::numeric_limits<double>::quiet_NaN());
   for (std::size_t t = 0; t < frames.size(); ++t) {
     for (int k = 0; k < frames[t].Count(); ++k) {
-      positions.block<3, 1>(3 * frames[t].marker[k], static_cast<Eigen::Index>(t)) =
-          frames[t].place.col(k);
+      positions.block<3, 1>(3 * frames[t].marker[k], t) = frames[t].place.col(k);
     }
   }
   return positions;
@@ -342,8 +340,7 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
       model, SitesOf(recording, static_trial, options, where, report), options.posture);
   Prepared trial = Prepare(person, recording, options, where);
   const std::vector<int> spread = SpreadFrames(trial.frames, options.calibration_frames);
-  if (spread.empty() ||
-      trial.frames[static_cast<std::size_t>(spread[0])].Count() < kFewestMarkers) {
+  if (spread.empty() || trial.frames[spread[0]].Count() < kFewestMarkers) {
     std::vector<std::string> seen;
     for (const MarkerSite& site : person.sites) {
       if (recording.Find(site.name)) seen.push_back(site.name);
@@ -364,20 +361,19 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
     still_facing = prepared.world.facing_rad;
   }
   tell("calibrate", 0, 1);
-  const MarkerCalibration calibration =
-      CalibrateMarkers(person, still, At(trial.frames, spread), still_facing,
-                       trial.world.facing_rad, options.scales);
+  const MarkerCalibration calibration = CalibrateMarkers(person, still, At(trial.frames, spread),
+                                                         still_facing, trial.world.facing_rad);
   tell("calibrate", 1, 1);
 
   const std::function<bool(int, int)> track_progress = [&](int done, int total) {
     return !progress || progress("track", done, total);
   };
-  MarkerTrack track = CoarseTrack(person, calibration, trial.frames, recording.rate_hz, spread,
-                                  options.scales, track_progress);
+  MarkerTrack track =
+      CoarseTrack(person, calibration, trial.frames, recording.rate_hz, spread, track_progress);
   Eigen::MatrixXd carried;
   for (int pass = 0; pass < 3; ++pass) {
     track = TrackMarkers(person, calibration, trial.frames, recording.rate_hz, std::move(track),
-                         options.scales, kMaxSteps, track_progress);
+                         kMaxSteps, track_progress);
     tell("track", 1, 1);
     carried = CarriedMarkers(person, calibration, track);
     const MarkerFaults faults = RepairMarkers(carried, trial.frames);

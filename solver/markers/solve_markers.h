@@ -31,7 +31,6 @@ struct SolveMarkersOptions {
   RestPosture posture = RestPosture::kSeated;  ///< of legs without markers
   std::optional<ObjectMarkers> object;         ///< markers on an object
   int calibration_frames = 24;                 ///< spread over the trial
-  MarkerScales scales;
 };
 
 /// Options of `solve`.

@@ -47,8 +47,7 @@ class HeadSolver {
     std::vector<int> ids;
     for (const Side side : {Side::kRight, Side::kLeft}) {
       const std::vector<int> arm = OwnBody::ForearmAndHand(surface_, side);
-      (side == Side::kRight ? right_ : left_) = {static_cast<int>(ids.size()),
-                                                 static_cast<int>(arm.size())};
+      (side == Side::kRight ? right_ : left_) = static_cast<int>(arm.size());
       ids.insert(ids.end(), arm.begin(), arm.end());
     }
     arms_.emplace(model, betas, ids);
@@ -72,10 +71,6 @@ class HeadSolver {
   }
 
  private:
-  struct Range {
-    int begin = 0, count = 0;
-  };
-
   // Skin of hands and forearms, world, in frames with a wrist near the head.
   void FindArms() {
     std::vector<Matrix3Xd> points(clip_.pose.size());
@@ -90,9 +85,9 @@ class HeadSolver {
       any = true;
       Forward(*arms_, clip_.pose[t], clip_.trans.col(t), state);
       Matrix3Xd& at = points[t];
-      at.resize(3, (right ? right_.count : 0) + (left ? left_.count : 0));
-      if (right) at.leftCols(right_.count) = state.vertices.middleCols(right_.begin, right_.count);
-      if (left) at.rightCols(left_.count) = state.vertices.middleCols(left_.begin, left_.count);
+      at.resize(3, (right ? right_ : 0) + (left ? left_ : 0));
+      if (right) at.leftCols(right_) = state.vertices.leftCols(right_);
+      if (left) at.rightCols(left_) = state.vertices.rightCols(left_);
     }
     if (any) arm_points_ = std::move(points);
   }
@@ -134,7 +129,7 @@ class HeadSolver {
     if (!wishes_.empty()) add(wishes_[t].points, 1);
     Matrix3Xd points(3, static_cast<Eigen::Index>(near.size()));
     for (std::size_t i = 0; i < near.size(); ++i) {
-      points.col(static_cast<Eigen::Index>(i)) = near[i];
+      points.col(i) = near[i];
     }
     return points;
   }
@@ -215,7 +210,7 @@ class HeadSolver {
 
   const BodySurface surface_;
   std::optional<BodySurface> arms_;
-  Range right_, left_;
+  int right_ = 0, left_ = 0;  // vertices of `arms_`: first the right arm's, then the left's
   std::span<const HeadWish> wishes_;
   Clip& clip_;
   std::vector<Matrix3Xd> arm_points_;  // T, or empty if no wrist is ever near

@@ -41,7 +41,7 @@ struct GoalFollower::Loop {
         cost(wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>(),
              static_cast<float>(measures.sole_y)),
         rollout(network, wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>(), asked.candidates,
-                asked.horizon, {.intention = {.min_frames_left = 10.0, .hold_last_goal = true}}),
+                asked.horizon, {.min_frames_left = 10.0, .hold_last_goal = true}),
         pinner(measures.rest_joints, measures.sole_y),
         random(asked.seed, 0),
         here(wandr::StartAtFrame(mirrored ? wandr::MirroredStates(person.states) : person.states,
@@ -143,9 +143,6 @@ struct GoalFollower::Loop {
     here.previous_delta = first.col(chosen);
   }
 
-  // The network's previous step is unchanged: if it included the push, the motion would continue.
-  void MoveNetwork(const Vector3d& by) { here.pose.translation += by.cast<float>(); }
-
   // Target of the hand: a critically damped follower of the goal.
   void MoveHand() {
     constexpr double kStiffness = 12.0, kFastest = 3.0;  // 1/s, m/s
@@ -183,7 +180,8 @@ struct GoalFollower::Loop {
                           MinimumJerk(1.0 - static_cast<double>(push_frames) / kPushFrames);
       --push_frames;
       pushed_for = kPushFrames;  // feet follow the body by steps; it does not return to them
-      MoveNetwork(done * push);
+      // The network's previous step is unchanged: with the push in it, the motion would continue.
+      here.pose.translation += (done * push).cast<float>();
     }
     BodyFrame frame = FrameOf(here.pose.Cast<double>(), measures.rest_joints.col(0));
     pinner.Pin(frame);

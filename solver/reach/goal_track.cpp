@@ -122,7 +122,7 @@ void MeasureFollow(const ReachPerson& person, Side side, FollowReport& report) {
   }
   const int first = std::min(static_cast<int>(wandr::kFramesPerSecond), frames - 2);
   for (int t = first; t < frames - 1; ++t) {
-    const double distance = report.distance_m[static_cast<std::size_t>(t)];
+    const double distance = report.distance_m[t];
     report.mean_m += distance / (frames - 1 - first);
     report.worst_m = std::max(report.worst_m, distance);
   }
@@ -209,7 +209,7 @@ FollowReport FollowTrack(const ReachPerson& person, const wandr::NetworkWeights&
       if (push.frame == t) follower.Push(push.by);
     }
     const double began = CoreSeconds();
-    states.col(t + 1) = wandr::StateOf(follower.Step(goals[static_cast<std::size_t>(t)]));
+    states.col(t + 1) = wandr::StateOf(follower.Step(goals[t]));
     const double took = CoreSeconds() - began;
     report.seconds += took;
     report.slowest_frame_s = std::max(report.slowest_frame_s, took);
@@ -221,7 +221,7 @@ FollowReport FollowTrack(const ReachPerson& person, const wandr::NetworkWeights&
   for (int t = 0; t < done; ++t) {
     const Eigen::Vector3d wrist =
         report.track.joints.block<3, 1>(3 * WristJoint(options.side), t + 1).cast<double>();
-    report.distance_m.push_back((wrist - goals[static_cast<std::size_t>(t)]).norm());
+    report.distance_m.push_back((wrist - goals[t]).norm());
   }
   MeasureFollow(person, options.side, report);
   return report;

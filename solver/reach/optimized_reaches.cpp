@@ -190,7 +190,7 @@ std::vector<json> OptimizeTogether(const OptimizedWorkshop& shop, int first, int
   std::vector<ReachTask> tasks;
   int longest = 0;
   for (int k = 0; k < count; ++k) {
-    tasks.push_back(shop.drawer.Draw(shop.options, first + k, lines[static_cast<std::size_t>(k)]));
+    tasks.push_back(shop.drawer.Draw(shop.options, first + k, lines[k]));
     longest = std::max(longest, tasks.back().deadline);
   }
   for (ReachTask& task : tasks) task.num_steps = longest + kAfter;
@@ -273,7 +273,7 @@ OptimizedReachesReport MakeOptimizedReaches(const CaptureSet& set, const BodyMod
       const std::size_t at = made + static_cast<std::size_t>(k);
       if (at >= missing.size() || !goes_on(0)) return;
       const int count = std::min(kTogether, options.count - missing[at]);
-      round[static_cast<std::size_t>(k)] = OptimizeTogether(shop, missing[at], count);
+      round[k] = OptimizeTogether(shop, missing[at], count);
       goes_on(count);
     });
     if (stopped) break;

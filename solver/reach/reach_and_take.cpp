@@ -45,8 +45,9 @@ TakeReport ReachAndTake(const ReachPerson& person, const wandr::NetworkWeights& 
       asked.obstacles.push_back(TableOf(plan, asked.side, asked.threads));
     }
     std::vector<TakeBodyMotion> taken;
-    const ReachMotions made = MakeReachMotions(person, network, wrists, asked, progress);
-    for (const wandr::ReachSample& sample : made.samples) {
+    const ReachReport made = MakeReachMotions(person, network, wrists, asked, progress);
+    for (const ReachMotion& reach : made.motions) {
+      const wandr::ReachSample& sample = reach.sample;
       if (sample.diverged || sample.NumReached() < static_cast<int>(wrists.size())) continue;
       TakeBodyMotion motion;
       motion.states = sample.track.states.cast<double>();
@@ -157,36 +158,6 @@ nlohmann::json TakeSummaryJson(const TakeReport& report) {
 }
 
 }  // namespace
-
-std::vector<std::optional<std::string>> WhyMissed(const ReachReport& report,
-                                                  const ReachPerson& person,
-                                                  const ReachOptions& options) {
-  std::vector<std::optional<std::string>> why;
-  for (const ReachMiss& miss : report.misses) {
-    std::optional<std::string>& text = why.emplace_back();
-    switch (miss.by) {
-      case FailureReason::kNothing:
-        break;
-      case FailureReason::kHeight:
-        text = fmt::format("too high for this body, whose wrist reaches {:.2f} m",
-                           person.HighestReach(options.side));
-        break;
-      case FailureReason::kObstacle:
-        text = "blocked: the goal is in an obstacle, or too close to one for a hand";
-        break;
-      case FailureReason::kTime:
-        text = fmt::format("out of time: {:.1f} m in {:.1f} s is faster than walking",
-                           miss.distance_m, *options.time_s);
-        break;
-      case FailureReason::kMotion:
-        text =
-            "no generated motion came closer: try more --samples, another --seed or --method "
-            "latent-opt";
-        break;
-    }
-  }
-  return why;
-}
 
 nlohmann::json GoalsJson(const wandr::ReachSample& sample, std::span<const Eigen::Vector3d> goals,
                          const std::vector<std::optional<std::string>>& why) {

@@ -22,13 +22,8 @@ TakeReport ReachAndTake(const ReachPerson& person, const wandr::NetworkWeights& 
 /// Throws FitFailure if `object` was not taken, with a suggestion.
 void RequireTaken(const TakeReport& report, const std::string& object);
 
-/// Returns why the best motion missed each goal, as text; nothing for goals that were reached or
-/// never attempted.
-std::vector<std::optional<std::string>> WhyMissed(const ReachReport& report,
-                                                  const ReachPerson& person,
-                                                  const ReachOptions& options);
-
-/// Outcome of each goal in a motion, as a list; null for frames that never came. `why`: WhyMissed.
+/// Outcome of each goal in a motion, as a list; null for frames that never came. `why`:
+/// ReachReport::why_missed.
 nlohmann::json GoalsJson(const wandr::ReachSample& sample, std::span<const Eigen::Vector3d> goals,
                          const std::vector<std::optional<std::string>>& why);
 

@@ -106,15 +106,14 @@ std::vector<OptimizedReach> ByOptimization(const ReachScene& scene, const ReachO
   reach.stay_frames = options.stay_frames;
   reach.latent.free_time = options.free_time;
   if (options.approach) {
-    reach.approaches.assign(scene.goals.size(), scene.mirrored
-                                                    ? wandr::MirroredPoint(*options.approach)
-                                                    : *options.approach);
+    reach.latent.approach =
+        scene.mirrored ? wandr::MirroredPoint(*options.approach) : *options.approach;
   }
   reach.vae = options.vae;
   reach.vae.sigma = options.sigma;
   reach.vae.poll = reach.latent.poll = [&] { watch.Poll(); };
   for (const ReachObstacle& obstacle : options.obstacles) {
-    reach.latent.obstacles.push_back({obstacle.distance});
+    reach.latent.obstacles.push_back(obstacle.distance);
   }
   return ReachByOptimization(scene.network, scene.measures, scene.start, scene.goals,
                              options.NumSamples(), options.threads, reach,
@@ -123,37 +122,43 @@ std::vector<OptimizedReach> ByOptimization(const ReachScene& scene, const ReachO
 
 }  // namespace
 
-ReachMotions MakeReachMotions(const ReachPerson& person, const wandr::NetworkWeights& network,
-                              std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
-                              const StagedProgress& progress) {
+ReachReport MakeReachMotions(const ReachPerson& person, const wandr::NetworkWeights& network,
+                             std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
+                             const StagedProgress& progress) {
   const ReachScene scene(person, network, goals, options);
   ReachWatch watch(progress);
-  ReachMotions made;
+  ReachReport made;
   const auto started = std::chrono::steady_clock::now();
   try {
     if (options.by == ReachBy::kIntention) {
-      made.samples = ByIntention(scene, options, watch);
+      for (wandr::ReachSample& sample : ByIntention(scene, options, watch)) {
+        made.motions.emplace_back().sample = std::move(sample);
+      }
     } else {
       for (OptimizedReach& reach : ByOptimization(scene, options, watch)) {
-        made.samples.push_back(std::move(reach.sample));
-        made.refits.push_back(std::move(reach.refit));
-        made.solves.push_back(std::move(reach.solves));
+        ReachMotion& motion = made.motions.emplace_back();
+        motion.sample = std::move(reach.sample);
+        motion.solves = std::move(reach.solves);
+        if (options.refit && options.by == ReachBy::kLatents) motion.refit = reach.refit;
       }
     }
   } catch (const StopReaching&) {
-    made.stopped = true;
     return made;
   }
+  made.stopped = false;
   const LatentBody body = LatentBodyOf(scene.measures.rest_joints, scene.measures.sole_y);
-  for (const wandr::ReachSample& sample : made.samples) {
-    made.costs.push_back(sample.diverged ? INFINITY : MotionCost(body, scene.goals, sample));
+  for (std::size_t i = 0; i < made.motions.size(); ++i) {
+    ReachMotion& motion = made.motions[i];
+    motion.index = static_cast<int>(i);
+    motion.cost = motion.sample.diverged ? INFINITY : MotionCost(body, scene.goals, motion.sample);
   }
   made.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
   if (!scene.mirrored) return made;
   const auto own = person.bones.Cast<float>();
-  for (wandr::ReachSample& sample : made.samples) {
-    sample.track.states = wandr::MirroredStates(sample.track.states.cast<double>()).cast<float>();
-    sample.track.joints = wandr::JointsOfStates(sample.track.states, own);
+  for (ReachMotion& motion : made.motions) {
+    wandr::RolloutTrack& track = motion.sample.track;
+    track.states = wandr::MirroredStates(track.states.cast<double>()).cast<float>();
+    track.joints = wandr::JointsOfStates(track.states, own);
   }
   return made;
 }

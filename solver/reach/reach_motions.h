@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -15,21 +16,41 @@
 
 namespace holdfast {
 
-/// Generated motions, in the world for either side: states and joints of the moving body.
-struct ReachMotions {
-  std::vector<wandr::ReachSample> samples;
-  std::vector<double> costs;                     ///< MotionCost of each sample
-  std::vector<RefitReport> refits;               ///< of refitted samples: none, or all
-  std::vector<std::vector<LatentSolve>> solves;  ///< of optimized samples: none, or all
-  double seconds = 0.0;
-  bool stopped = false;  ///< by `progress`
+/// Quality of a motion apart from its goals; fractions of its frames.
+struct ReachQuality {
+  double skating = 0.0;        ///< the lowest vertex moves more than 2/3 cm per frame
+  double joint_skating = 0.0;  ///< same for foot joints
+  double airborne = 0.0;       ///< all foot joints above 12 cm
+  double closest_sum_m = 0.0;  ///< over the goals
+  double peak_pelvis_m_s = 0.0;
+  int crouches_twice = 0;  ///< number of goals with a second crouch (SecondCrouch)
 };
 
-/// Generates motions through these goals of the wrist (world, meters, z up) by `options.by`. The
-/// network reaches with the right wrist: for the left one everything is mirrored.
-ReachMotions MakeReachMotions(const ReachPerson& person, const wandr::NetworkWeights& network,
-                              std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
-                              const StagedProgress& progress = {});
+/// A generated motion, in the world for either side: states and joints of the moving body.
+struct ReachMotion {
+  wandr::ReachSample sample;
+  ReachQuality quality;
+  double cost = 0.0;  ///< MotionCost before refitting
+  int index = 0;      ///< of the sample, before ranking
+  std::optional<RefitReport> refit;
+  std::vector<LatentSolve> solves;  ///< of its latents, in order; none by intention
+};
+
+struct ReachReport {
+  bool stopped = true;               ///< by `progress`
+  std::vector<ReachMotion> motions;  ///< best first
+  int reach_all = 0;                 ///< number of motions that reach all goals, before refitting
+  /// Why the best motion missed each goal; nothing for goals that were reached or never attempted.
+  std::vector<std::optional<std::string>> why_missed;
+  double seconds = 0.0;  ///< to generate the motions
+};
+
+/// Generates motions through these goals of the wrist (world, meters, z up) by `options.by`, in the
+/// order of the samples: with cost, but neither quality nor reasons of misses. The network reaches
+/// with the right wrist: for the left one everything is mirrored.
+ReachReport MakeReachMotions(const ReachPerson& person, const wandr::NetworkWeights& network,
+                             std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
+                             const StagedProgress& progress = {});
 
 /// RefitRollout of a motion that was not refitted; the wrist is placed at the goals that the motion
 /// reached. Recomputes the outcomes.

@@ -79,7 +79,7 @@ void RefitBest(const ReachPerson& person, std::span<const Eigen::Vector3d> goals
   const int reached = motions.front().sample.NumReached();
   if (options.refit_all) {
     ParallelFor(static_cast<int>(motions.size()), options.threads,
-                [&](int k) { refit(motions[static_cast<std::size_t>(k)]); });
+                [&](int k) { refit(motions[k]); });
   }
   for (std::size_t k = 0; k < std::min(kTried, motions.size()); ++k) {
     ReachMotion& motion = motions[k];
@@ -91,20 +91,27 @@ void RefitBest(const ReachPerson& person, std::span<const Eigen::Vector3d> goals
   }
 }
 
-ReachMiss WhyMissed(const wandr::ReachSample& sample, const wandr::GoalOutcome& outcome,
-                    const Eigen::Vector3d& goal, const ReachPerson& person,
-                    const ReachOptions& options) {
-  if (outcome.taken_on < 0 || outcome.Reached()) return {};
-  const Eigen::Vector3d from = sample.track.joints.block<3, 1>(0, outcome.taken_on).cast<double>();
-  const double distance = (goal - from).head<2>().norm();
-  if (goal.z() > person.HighestReach(options.side)) return {FailureReason::kHeight, distance};
+std::optional<std::string> WhyMissed(const wandr::ReachSample& sample,
+                                     const wandr::GoalOutcome& outcome, const Eigen::Vector3d& goal,
+                                     const ReachPerson& person, const ReachOptions& options) {
+  if (outcome.taken_on < 0 || outcome.Reached()) return std::nullopt;
+  const double highest = person.HighestReach(options.side);
+  if (goal.z() > highest) {
+    return fmt::format("too high for this body, whose wrist reaches {:.2f} m", highest);
+  }
   for (const ReachObstacle& obstacle : options.obstacles) {
     if (obstacle.Distance(goal, options.side) < kHandThickness) {
-      return {FailureReason::kObstacle, distance};
+      return "blocked: the goal is in an obstacle, or too close to one for a hand";
     }
   }
-  if (IsFasterThanWalking(distance, options)) return {FailureReason::kTime, distance};
-  return {FailureReason::kMotion, distance};
+  const Eigen::Vector3d from = sample.track.joints.block<3, 1>(0, outcome.taken_on).cast<double>();
+  const double distance = (goal - from).head<2>().norm();
+  if (IsFasterThanWalking(distance, options)) {
+    return fmt::format("out of time: {:.1f} m in {:.1f} s is faster than walking", distance,
+                       *options.time_s);
+  }
+  return "no generated motion came closer: try more --samples, another --seed or --method "
+         "latent-opt";
 }
 
 void RequirePossible(const Eigen::Vector3d& goal, double distance_m, const ReachOptions& options) {
@@ -172,25 +179,15 @@ std::vector<std::string> CheckReachGoals(std::span<const Eigen::Vector3d> goals,
 ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights& network,
                          std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
                          const StagedProgress& progress) {
-  ReachReport report;
-  ReachMotions made = MakeReachMotions(person, network, goals, options, progress);
-  if (made.stopped) return report;
-  report.seconds = made.seconds;
+  ReachReport report = MakeReachMotions(person, network, goals, options, progress);
+  if (report.stopped) return report;
   const wandr::LowestPoint lowest(BodySurface(person.body, person.betas));
-  for (std::size_t i = 0; i < made.samples.size(); ++i) {
-    ReachMotion motion;
-    motion.sample = std::move(made.samples[i]);
+  for (ReachMotion& motion : report.motions) {
     motion.quality = QualityOf(motion.sample, lowest, goals, options.side);
-    motion.cost = made.costs[i];
-    motion.index = static_cast<int>(i);
-    if (!made.solves.empty()) motion.solves = std::move(made.solves[i]);
-    if (options.refit && options.by == ReachBy::kLatents) motion.refit = made.refits[i];
-    report.motions.push_back(std::move(motion));
   }
   const int num_goals = static_cast<int>(goals.size());
   SortBestFirst(report.motions, num_goals);
   ReachMotion& best = report.motions.front();
-  report.status = best.sample.diverged ? ReachStatus::kDiverged : ReachStatus::kMade;
   if (best.sample.diverged) return report;
   report.reach_all =
       static_cast<int>(std::ranges::count_if(report.motions, [&](const ReachMotion& motion) {
@@ -200,14 +197,14 @@ ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights&
     RefitBest(person, goals, lowest, options, report.motions);
   }
   for (std::size_t g = 0; g < goals.size(); ++g) {
-    report.misses.push_back(
+    report.why_missed.push_back(
         WhyMissed(best.sample, best.sample.goals[g], goals[g], person, options));
   }
   return report;
 }
 
 void RequireMade(const ReachReport& report, const std::string& source) {
-  if (report.status != ReachStatus::kDiverged) return;
+  if (report.stopped || !report.motions.front().sample.diverged) return;
   throw FitFailure(fmt::format(
       "{}: the motion diverges in every sample (after {} frames in the best). Try other --weights",
       source, report.motions.front().sample.track.states.cols()));

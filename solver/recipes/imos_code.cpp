@@ -157,7 +157,23 @@ class ImosCodeFitter {
         object_(GivenObject(0)),
         fingers_(FingersOf(clip.pose[0], side_)) {}
 
-  FrameReport FitFrame(int t);
+  FrameReport FitFrame(int t) {
+    const auto begin = std::chrono::steady_clock::now();
+    const ObjectPose object_before = object_;
+    const FingerPose fingers_before = fingers_;
+    FrameReport report;
+    state_.SetBody(clip_.pose[t], clip_.trans.col(t));
+    if (t < given_) {
+      object_ = GivenObject(t);
+      fingers_ = FingersOf(clip_.pose[t], side_);
+    } else {
+      FitBothStages(report);
+    }
+    FillEnergies(object_before, fingers_before, report);
+    report.solve_ms =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+    return report;
+  }
 
   const ObjectPose& Object() const { return object_; }    // of the last frame
   const FingerPose& Fingers() const { return fingers_; }  // of the last frame
@@ -165,10 +181,43 @@ class ImosCodeFitter {
 
  private:
   ObjectPose GivenObject(int t) const { return ObjectPose(clip_.object->Pose(t)); }
-  Eigen::MatrixXd ReferenceDistances();
-  void FitBothStages(FrameReport& report);
+
+  Eigen::MatrixXd ReferenceDistances() {
+    state_.SetBody(clip_.pose[reference_], clip_.trans.col(reference_));
+    state_.Evaluate(start_, false);
+    const ObjectPose held = GivenObject(reference_);
+    return HandObjectDistance::Distances(
+        InObjectFrame(state_.Vertices(), held.orientation, held.translation), object_vertices_);
+  }
+
+  void FitBothStages(FrameReport& report) {
+    state_.Evaluate(start_, false);
+    const int iterations = FitImosObject(state_, distance_, options_, object_);
+    report.stop = iterations < 0                          ? StopReason::kFailed
+                  : iterations >= options_.max_iterations ? StopReason::kIterationLimit
+                                                          : StopReason::kConverged;
+    const Eigen::Matrix3Xd in_world =
+        (object_.orientation.toRotationMatrix() * object_vertices_).colwise() + object_.translation;
+    ImosFingerLoss loss(state_, in_world, start_, options_.lambda_contact, options_.lambda_drift,
+                        options_.contact_threshold_m);
+    fingers_ = FitFingers(loss, start_, options_, adam_);
+    report.iterations = std::max(0, iterations) + options_.finger_steps;
+  }
+
+  // The paper's energies, with its weights, at the solution.
   void FillEnergies(const ObjectPose& object_before, const FingerPose& fingers_before,
-                    FrameReport& report);
+                    FrameReport& report) {
+    HandObjectBlock block(&state_);
+    block.AddTerm(EnergyTerm::kDistance, &distance_);
+    block.AddTerm(EnergyTerm::kContact, &contact_);
+    const double* parameters[] = {object_.orientation.coeffs().data(), object_.translation.data(),
+                                  fingers_.data()};
+    report.energies = block.EnergiesAt(parameters);
+    report.energies[EnergyTerm::kTemporal] =
+        Temporal::Energy(object_before.orientation, object_before.translation, fingers_before,
+                         object_.orientation, object_.translation, fingers_);
+    report.energy_total = report.energies.Total(FitOptions{}.OnlyPaper());
+  }
 
   const Clip& clip_;
   Side side_;
@@ -186,61 +235,6 @@ class ImosCodeFitter {
   FingerPose fingers_;
 };
 
-Eigen::MatrixXd ImosCodeFitter::ReferenceDistances() {
-  state_.SetBody(clip_.pose[reference_], clip_.trans.col(reference_));
-  state_.Evaluate(start_, false);
-  const ObjectPose held = GivenObject(reference_);
-  return HandObjectDistance::Distances(
-      InObjectFrame(state_.Vertices(), held.orientation, held.translation), object_vertices_);
-}
-
-FrameReport ImosCodeFitter::FitFrame(int t) {
-  const auto begin = std::chrono::steady_clock::now();
-  const ObjectPose object_before = object_;
-  const FingerPose fingers_before = fingers_;
-  FrameReport report;
-  state_.SetBody(clip_.pose[t], clip_.trans.col(t));
-  if (t < given_) {
-    object_ = GivenObject(t);
-    fingers_ = FingersOf(clip_.pose[t], side_);
-  } else {
-    FitBothStages(report);
-  }
-  FillEnergies(object_before, fingers_before, report);
-  report.solve_ms =
-      std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-  return report;
-}
-
-void ImosCodeFitter::FitBothStages(FrameReport& report) {
-  state_.Evaluate(start_, false);
-  const int iterations = FitImosObject(state_, distance_, options_, object_);
-  report.stop = iterations < 0                          ? StopReason::kFailed
-                : iterations >= options_.max_iterations ? StopReason::kIterationLimit
-                                                        : StopReason::kConverged;
-  const Eigen::Matrix3Xd in_world =
-      (object_.orientation.toRotationMatrix() * object_vertices_).colwise() + object_.translation;
-  ImosFingerLoss loss(state_, in_world, start_, options_.lambda_contact, options_.lambda_drift,
-                      options_.contact_threshold_m);
-  fingers_ = FitFingers(loss, start_, options_, adam_);
-  report.iterations = std::max(0, iterations) + options_.finger_steps;
-}
-
-// The paper's energies, with its weights, at the solution.
-void ImosCodeFitter::FillEnergies(const ObjectPose& object_before, const FingerPose& fingers_before,
-                                  FrameReport& report) {
-  HandObjectBlock block(&state_);
-  block.AddTerm(EnergyTerm::kDistance, &distance_);
-  block.AddTerm(EnergyTerm::kContact, &contact_);
-  const double* parameters[] = {object_.orientation.coeffs().data(), object_.translation.data(),
-                                fingers_.data()};
-  report.energies = block.EnergiesAt(parameters);
-  report.energies[EnergyTerm::kTemporal] =
-      Temporal::Energy(object_before.orientation, object_before.translation, fingers_before,
-                       object_.orientation, object_.translation, fingers_);
-  report.energy_total = report.energies.Total(FitOptions{}.OnlyPaper());
-}
-
 }  // namespace
 
 int ImosReferenceFrame(const ObjectTrack& track, int given_frames) {
@@ -249,13 +243,6 @@ int ImosReferenceFrame(const ObjectTrack& track, int given_frames) {
     if ((track.trans.col(t) - track.trans.col(0)).norm() >= kMoved) return t - 1;
   }
   return std::max(0, given_frames - 2);
-}
-
-Side ImosCodeSide(const Clip& clip) {
-  const std::vector<std::uint8_t>& holding = clip.holding_hand;
-  const auto right = [](std::uint8_t bits) { return (bits & kHoldsRight) != 0; };
-  if (std::ranges::all_of(holding, right)) return Side::kRight;
-  return holding.size() > 3 && right(holding[3]) ? Side::kRight : Side::kLeft;
 }
 
 int FitImosObject(HandState& state, const HandObjectDistance& distance,

@@ -46,8 +46,8 @@ class ImosFingerLoss {
   Eigen::VectorXd squares_;          // scratch memory of the search
 };
 
-/// Adam (Kingma and Ba 2015, algorithm 1) with the usual constants. Keeps its moments between calls
-/// until Reset.
+/// Adam (Kingma and Ba 2015, algorithm 1) with the usual constants. Keeps its moments between
+/// calls.
 class ReferenceAdam {
  public:
   explicit ReferenceAdam(Eigen::Index size)
@@ -62,12 +62,6 @@ class ReferenceAdam {
     const double square_scale = 1.0 / (1.0 - std::pow(kSquare, steps_));
     x.array() -= learning_rate * mean_scale * mean_.array() /
                  ((square_scale * square_.array()).sqrt() + kEpsilon);
-  }
-
-  void Reset() {
-    mean_.setZero();
-    square_.setZero();
-    steps_ = 0;
   }
 
  private:
@@ -141,10 +135,6 @@ struct ImosCodeOptions {
 /// last but one if it does not. (The code tests a signed difference along any axis, which ignores
 /// upward motion; the distance is meant.)
 int ImosReferenceFrame(const ObjectTrack& track, int given_frames);
-
-/// Returns the hand that the code fits: the right one if it holds in all frames or in the fourth,
-/// else the left; the right one if the clip does not specify.
-Side ImosCodeSide(const Clip& clip);
 
 /// First stage, one frame: minimizes over the object pose, from `pose`,
 ///   1/2 sum_ij ( |R o_j + T - v_i| - D_ij )^2

@@ -115,93 +115,64 @@ PalmFrame HumanPalm(const HandAxes& axes, int last_finger) {
   return palm;
 }
 
-class SkinPairing {
- public:
-  SkinPairing(const HandModel& human, const HandLandmarks& landmarks, const HandAxes& axes,
-              const RobotHand& robot, const RobotAnatomy& anatomy)
-      : landmarks_(landmarks), axes_(axes), robot_(robot), anatomy_(anatomy), state_(robot) {
-    const BodySurface& surface = human.Surface();
-    const Eigen::Vector3d wrist = surface.RestJoints().col(WristJoint(human.HandSide()));
-    vertices_ = surface.RestVertices().colwise() - wrist;
-    normals_ = VertexNormals({vertices_, surface.Faces()});
-    state_.Evaluate(robot.Straight());
-  }
-
-  std::vector<SkinPair> Find() {
-    for (const RobotFinger& finger : anatomy_.fingers) PairFinger(finger);
-    PairPalm();
-    return std::move(pairs_);
-  }
-
- private:
-  void PairFinger(const RobotFinger& finger) {
-    std::vector<int> links;
-    for (const auto& of_phalanx : finger.links) {
-      links.insert(links.end(), of_phalanx.begin(), of_phalanx.end());
-    }
-    const RobotSurface surface(robot_, state_, links);
-    if (surface.Empty()) return;
-    for (int p = 0; p < 3; ++p) {
-      const int part = 3 * finger.human + p;
-      const Phalanx mine(axes_.RestJoints().col(part),
-                         p == 2 ? Eigen::Vector3d(axes_.RestTips().col(finger.human))
-                                : Eigen::Vector3d(axes_.RestJoints().col(part + 1)),
-                         axes_.PadDirection(part));
-      const Phalanx its(finger.nodes[p], finger.nodes[p + 1], finger.pads[p]);
-      const double length = (mine.to - mine.from).norm();
-      for (Eigen::Index v = 0; v < vertices_.cols(); ++v) {
-        if (landmarks_.PartOf(static_cast<int>(v)) != part) continue;
-        const Eigen::Vector3d vertex = vertices_.col(v);
-        const double share = std::clamp((vertex - mine.from).dot(mine.frame.col(0)) / length, 0.0,
-                                        p == 2 ? kCapFrom : 1.0);
-        const Eigen::Vector3d off = mine.frame.transpose() * (vertex - mine.At(share));
-        if (off.norm() < 1e-6) continue;
-        const Eigen::Vector3d out = its.frame * off.normalized();
-        const auto hit = surface.Meet(its.At(share), out, 0.01);
-        if (!hit) continue;
-        const Eigen::Vector3d normal = mine.frame.transpose() * normals_.col(v);
-        Add(static_cast<int>(v), part, normal.y() > 0.3, *hit);
-      }
-    }
-  }
-
-  void PairPalm() {
-    const RobotSurface surface(robot_, state_, anatomy_.palm_links);
-    if (surface.Empty()) return;
-    const PalmFrame mine = HumanPalm(axes_, anatomy_.fingers.back().human);
-    const PalmFrame its{anatomy_.root_from_axes, anatomy_.knuckles, anatomy_.palm_width,
-                        anatomy_.palm_length};
-    for (const int v : landmarks_.Pad(kPalmPart)) {
-      const Eigen::Vector3d from_knuckles =
-          mine.axes.transpose() * (vertices_.col(v) - mine.knuckles);
-      const Eigen::Vector3d there(from_knuckles.x() / mine.length * its.length,
-                                  from_knuckles.y() / mine.width * its.width, 0.0);
-      const auto hit = surface.Meet(its.knuckles + its.axes * there, its.axes.col(2), 0.06);
-      if (hit && hit->normal.dot(its.axes.col(2)) > 0.3) Add(v, kPalmPart, true, *hit);
-    }
-  }
-
-  void Add(int vertex, int part, bool pad, const SurfaceHit& hit) {
-    const Eigen::Isometry3d link_from_root = state_.RootFromLink(hit.link).inverse();
-    pairs_.push_back({vertex, part, pad, hit.link, link_from_root * hit.point,
-                      link_from_root.linear() * hit.normal});
-  }
-
-  const HandLandmarks& landmarks_;
-  const HandAxes& axes_;
-  const RobotHand& robot_;
-  const RobotAnatomy& anatomy_;
-  RobotState state_;
-  Eigen::Matrix3Xd vertices_, normals_;  // of the human hand at rest, relative to the wrist
-  std::vector<SkinPair> pairs_;
-};
-
 }  // namespace
 
 std::vector<SkinPair> PairSkins(const HandModel& human, const HandLandmarks& landmarks,
                                 const HandAxes& axes, const RobotHand& robot,
                                 const RobotAnatomy& anatomy) {
-  return SkinPairing(human, landmarks, axes, robot, anatomy).Find();
+  const BodySurface& skin = human.Surface();
+  const Eigen::Vector3d wrist = skin.RestJoints().col(WristJoint(human.HandSide()));
+  const Eigen::Matrix3Xd vertices = skin.RestVertices().colwise() - wrist;
+  const Eigen::Matrix3Xd normals = VertexNormals({vertices, skin.Faces()});
+  RobotState state(robot);
+  state.Evaluate(robot.Straight());
+  std::vector<SkinPair> pairs;
+  const auto add = [&](int vertex, int part, bool pad, const SurfaceHit& hit) {
+    const Eigen::Isometry3d link_from_root = state.RootFromLink(hit.link).inverse();
+    pairs.push_back({vertex, part, pad, hit.link, link_from_root * hit.point,
+                     link_from_root.linear() * hit.normal});
+  };
+  for (const RobotFinger& finger : anatomy.fingers) {
+    std::vector<int> links;
+    for (const auto& of_phalanx : finger.links) {
+      links.insert(links.end(), of_phalanx.begin(), of_phalanx.end());
+    }
+    const RobotSurface surface(robot, state, links);
+    for (int p = 0; p < 3 && !surface.Empty(); ++p) {
+      const int part = 3 * finger.human + p;
+      const Phalanx mine(axes.RestJoints().col(part),
+                         p == 2 ? Eigen::Vector3d(axes.RestTips().col(finger.human))
+                                : Eigen::Vector3d(axes.RestJoints().col(part + 1)),
+                         axes.PadDirection(part));
+      const Phalanx its(finger.nodes[p], finger.nodes[p + 1], finger.pads[p]);
+      const double length = (mine.to - mine.from).norm();
+      for (Eigen::Index v = 0; v < vertices.cols(); ++v) {
+        if (landmarks.PartOf(static_cast<int>(v)) != part) continue;
+        const Eigen::Vector3d vertex = vertices.col(v);
+        const double share = std::clamp((vertex - mine.from).dot(mine.frame.col(0)) / length, 0.0,
+                                        p == 2 ? kCapFrom : 1.0);
+        const Eigen::Vector3d off = mine.frame.transpose() * (vertex - mine.At(share));
+        if (off.norm() < 1e-6) continue;
+        const auto hit = surface.Meet(its.At(share), its.frame * off.normalized(), 0.01);
+        if (!hit) continue;
+        const Eigen::Vector3d normal = mine.frame.transpose() * normals.col(v);
+        add(static_cast<int>(v), part, normal.y() > 0.3, *hit);
+      }
+    }
+  }
+  const RobotSurface palm(robot, state, anatomy.palm_links);
+  if (palm.Empty()) return pairs;
+  const PalmFrame mine = HumanPalm(axes, anatomy.fingers.back().human);
+  const PalmFrame its{anatomy.root_from_axes, anatomy.knuckles, anatomy.palm_width,
+                      anatomy.palm_length};
+  for (const int v : landmarks.Pad(kPalmPart)) {
+    const Eigen::Vector3d from_knuckles = mine.axes.transpose() * (vertices.col(v) - mine.knuckles);
+    const Eigen::Vector3d there(from_knuckles.x() / mine.length * its.length,
+                                from_knuckles.y() / mine.width * its.width, 0.0);
+    const auto hit = palm.Meet(its.knuckles + its.axes * there, its.axes.col(2), 0.06);
+    if (hit && hit->normal.dot(its.axes.col(2)) > 0.3) add(v, kPalmPart, true, *hit);
+  }
+  return pairs;
 }
 
 TriangleMesh LinkMesh(const RobotLink& link) {

@@ -17,13 +17,13 @@ constexpr double kNearScale_m = 0.0015;  // decay length of the weights within a
 
 // Contacts of one frame: for each part, the mean of its touching pad, projected onto the surface.
 std::vector<PartContact> ContactsOf(const HumanFrame& frame, const HandLandmarks& landmarks,
-                                    const SignedDistance& object, double touch_m) {
+                                    const SignedDistance& object) {
   std::vector<PartContact> contacts;
   for (int part = 0; part < kNumHandParts; ++part) {
     Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
     double sum = 0.0;
     for (const int v : landmarks.Pad(part)) {
-      if (frame.distance(v) > touch_m) continue;
+      if (frame.distance(v) > kDemonstratedTouch_m) continue;
       const SignedDistance::Result hit = object.Query(frame.vertices.col(v));
       const double weight = std::exp(-std::max(hit.distance, 0.0) / kNearScale_m);
       point += weight * hit.closest;
@@ -43,7 +43,7 @@ std::vector<PartContact> ContactsOf(const HumanFrame& frame, const HandLandmarks
 
 HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& hand,
                                      const HandLandmarks& landmarks, const HandAxes& axes,
-                                     const SignedDistance& object, double touch_m) {
+                                     const SignedDistance& object) {
   const Clip& clip = scene.clip;
   HumanDemonstration out;
   out.side = hand.HandSide();
@@ -78,7 +78,7 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
       faces[v] = hit.face;
     }
     frame.holds = clip.holding_hand.empty() || (clip.holding_hand[t] & HoldingBit(out.side)) != 0;
-    if (frame.holds) frame.contacts = ContactsOf(frame, landmarks, object, touch_m);
+    if (frame.holds) frame.contacts = ContactsOf(frame, landmarks, object);
     frame.holds = frame.holds && !frame.contacts.empty();
     touched = touched || frame.holds;
     out.frames.push_back(std::move(frame));

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <optional>
 #include <vector>
 
 #include <Eigen/Core>
@@ -36,18 +35,15 @@ struct HumanDemonstration {
   std::vector<HumanFrame> frames;
 };
 
-struct DemonstrationOptions {
-  std::optional<Side> side;  ///< default: the hand that holds longer
-  /// Skin closer than this is in contact. A part's contact is the mean of its touching skin, with
-  /// closer skin weighted more.
-  double touch_m = 0.004;
-};
+/// Skin closer than this is in contact. A part's contact is the mean of its touching skin, with
+/// closer skin weighted more.
+inline constexpr double kDemonstratedTouch_m = 0.004;
 
 /// Reads the demonstration of one hand. Throws Error (`scene.source`) for a clip without an object
 /// track or mesh, or in which the hand never touches the object.
 HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& hand,
                                      const HandLandmarks& landmarks, const HandAxes& axes,
-                                     const SignedDistance& object, double touch_m);
+                                     const SignedDistance& object);
 
 /// Whether the human's grasp is the same in both frames: the same parts are in contact, and no skin
 /// within 2 cm of the object has moved relative to it by more than 0.25 mm.
@@ -106,7 +102,7 @@ inline Eigen::Matrix3Xd RobotKeypoints::HumanTips(const HumanFrame& frame) const
 inline Eigen::Matrix3Xd RobotKeypoints::HumanJoints(const HumanFrame& frame) const {
   Eigen::Matrix3Xd out(3, static_cast<Eigen::Index>(joints.size()));
   for (Eigen::Index i = 0; i < out.cols(); ++i) {
-    out.col(i) = frame.joints.col(3 * human_fingers[static_cast<std::size_t>(i / 3)] + i % 3);
+    out.col(i) = frame.joints.col(3 * human_fingers[i / 3] + i % 3);
   }
   return out;
 }

@@ -26,9 +26,7 @@ constexpr std::array<double, 2> kPhalanxBegins = {0.45, 0.75};
 constexpr double kShortSegment = 0.45;  // of the mean: shorter segments are not separate phalanges
 
 // A finger not yet identified: links from the palm to the tip, fixed ones included.
-struct Chain {
-  std::vector<int> links;
-};
+using Chain = std::vector<int>;
 
 class Anatomist {
  public:
@@ -110,14 +108,12 @@ std::vector<Chain> Anatomist::FindChains() {
   for (const int end : ends) {
     Chain chain;
     for (const int link : PathTo(end)) {
-      if (times[link] == 1) chain.links.push_back(link);
+      if (times[link] == 1) chain.push_back(link);
     }
     const std::vector<int> last = Below(end);
-    chain.links.insert(chain.links.end(), last.begin() + 1, last.end());
-    bool seen = false;
-    for (const int link : chain.links) seen = seen || !hand_.links[link].shapes.empty();
-    if (!seen) continue;
-    found.emplace_back((TipOf(chain.links, end) - Origin(chain.links.front())).norm(), chain);
+    chain.insert(chain.end(), last.begin() + 1, last.end());
+    if (std::ranges::all_of(chain, [&](int k) { return hand_.links[k].shapes.empty(); })) continue;
+    found.emplace_back((TipOf(chain, end) - Origin(chain.front())).norm(), chain);
   }
   // Inner bars of a linkage end before the finger that they drive.
   double longest = 0.0;
@@ -158,12 +154,12 @@ Eigen::Vector3d Anatomist::TipOf(const std::vector<int>& links, int last_joint) 
 RobotFinger Anatomist::FingerOf(const Chain& chain) {
   state_.Evaluate(hand_.Straight());
   std::vector<int> joints;
-  for (const int link : chain.links) {
+  for (const int link : chain) {
     if (hand_.links[link].dof >= 0) joints.push_back(link);
   }
   std::vector<Eigen::Vector3d> nodes;
   for (const int joint : joints) nodes.push_back(Origin(joint));
-  nodes.push_back(TipOf(chain.links, joints.back()));
+  nodes.push_back(TipOf(chain, joints.back()));
   // Merge coincident joints, then short segments, then the first two of a long thumb.
   while (nodes.size() > 2) {
     double total = 0.0, least = std::numeric_limits<double>::infinity();
@@ -201,7 +197,7 @@ RobotFinger Anatomist::FingerOf(const Chain& chain) {
   finger.nodes = {nodes.front(), along(kPhalanxBegins[0]), along(kPhalanxBegins[1]), nodes.back()};
   if (nodes.size() == 4) std::ranges::copy(nodes, finger.nodes.begin());
   // A link belongs to the phalanx nearest to the center of its shape.
-  for (const int link : chain.links) {
+  for (const int link : chain) {
     Eigen::AlignedBox3d box;
     for (const TriangleMesh& shape : hand_.links[link].shapes) {
       for (const auto v : shape.vertices.colwise()) box.extend(state_.RootFromLink(link) * v);
@@ -215,7 +211,7 @@ RobotFinger Anatomist::FingerOf(const Chain& chain) {
       away[p] = (middle - finger.nodes[p] - t * bone).norm();
     }
     const auto nearest = std::ranges::min_element(away) - away.begin();
-    finger.links[static_cast<std::size_t>(nearest)].push_back(link);
+    finger.links[nearest].push_back(link);
   }
   return finger;
 }
@@ -402,7 +398,7 @@ RobotAnatomy FindAnatomy(const RobotHand& hand, Side if_unclear) {
   std::set<int> of_fingers;
   for (const Chain& chain : anatomist.FindChains()) {
     fingers.push_back(anatomist.FingerOf(chain));
-    of_fingers.insert(chain.links.begin(), chain.links.end());
+    of_fingers.insert(chain.begin(), chain.end());
   }
   anatomist.SetPads(fingers);
   anatomist.SortFingers(fingers);
@@ -482,9 +478,9 @@ RobotAnatomy AnatomyOf(const RobotHand& hand, const std::vector<PartLink>& parts
     Chain chain;
     for (auto& links : found->second) {
       std::ranges::sort(links);
-      chain.links.insert(chain.links.end(), links.begin(), links.end());
+      chain.insert(chain.end(), links.begin(), links.end());
     }
-    if (std::ranges::none_of(chain.links, [&](int k) { return hand.links[k].dof >= 0; })) {
+    if (std::ranges::none_of(chain, [&](int k) { return hand.links[k].dof >= 0; })) {
       throw Error(source, fmt::format("gives {} no movable link", kFingerNames[human]),
                   "Name the links that its joints move");
     }

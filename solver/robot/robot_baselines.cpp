@@ -30,21 +30,22 @@ RobotVectorTerm FingertipVectors(const RobotKeypoints& keypoints, const HumanFra
   std::vector<RobotVectorTerm::Pair> pairs;
   for (std::size_t i = 0; i < keypoints.tips.size(); ++i) {
     const auto a = static_cast<Eigen::Index>(i);
-    pairs.push_back({keypoints.tips[i], keypoints.palm, scale * (human.col(a) - palm), 1.0});
+    pairs.push_back(
+        {keypoints.tips[i], keypoints.palm, scale * (human.col(a) - palm), kTaskWeight});
     for (std::size_t j = i + 1; j < keypoints.tips.size(); ++j) {
-      const Eigen::Vector3d vector = human.col(static_cast<Eigen::Index>(j)) - human.col(a);
+      const Eigen::Vector3d vector = human.col(j) - human.col(a);
       const double length = vector.norm();
       const bool thumb = i == 0;
-      double weight = 1.0, wanted = scale * length;
+      double weight = kTaskWeight, wanted = scale * length;
       if (length < kClose_m) {
-        weight = thumb ? kPinchWeight : kFingersWeight;
+        weight *= thumb ? kPinchWeight : kFingersWeight;
         wanted = thumb ? kPinch_m : kFingersApart_m;
       }
       pairs.push_back(
           {keypoints.tips[j], keypoints.tips[i], wanted / std::max(length, 1e-9) * vector, weight});
     }
   }
-  return {std::move(pairs), kTaskWeight};
+  return RobotVectorTerm(std::move(pairs));
 }
 
 // Edges whose diametral ball contains no other node.
@@ -59,8 +60,8 @@ std::vector<std::vector<int>> GabrielGraph(const Eigen::Matrix3Xd& nodes) {
         empty = k == i || k == j || (nodes.col(k) - middle).squaredNorm() >= radius2;
       }
       if (!empty) continue;
-      neighbors[static_cast<std::size_t>(i)].push_back(static_cast<int>(j));
-      neighbors[static_cast<std::size_t>(j)].push_back(static_cast<int>(i));
+      neighbors[i].push_back(static_cast<int>(j));
+      neighbors[j].push_back(static_cast<int>(i));
     }
   }
   return neighbors;
@@ -87,9 +88,8 @@ class BaselineFrame {
         keypoints_(setup.robot, setup.anatomy),
         scale_(FingerLength(setup)),
         object_(ContactSamples(setup.object, 0.02, 60)),
-        obstacle_{setup.object_grid.get(), setup.object_samples},
         limits_(1e-4),
-        walls_(*setup.solids, obstacle_, 0.0, 1e-5),
+        walls_(*setup.solids, *setup.object_grid, setup.object_samples, 0.0, 1e-5),
         rest_(setup.robot.Straight(), Eigen::VectorXd::Constant(setup.robot.NumDofs(), 20.0)),
         solver_(setup.robot) {}
 
@@ -135,29 +135,15 @@ class BaselineFrame {
   RobotKeypoints keypoints_;
   double scale_;
   Eigen::Matrix3Xd object_;
-  RobotObstacle obstacle_;
   RobotLimitTerm limits_;
   RobotPenetrationTerm walls_;
   RobotPostureTerm rest_;
-  RobotSolver solver_;
+  RobotBlock solver_;
 };
 
 }  // namespace
 
-std::string_view BaselineName(RobotBaseline baseline) {
-  switch (baseline) {
-    case RobotBaseline::kFingertipVectors:
-      return "fingertip vectors (DexPilot)";
-    case RobotBaseline::kKeypoints:
-      return "keypoint IK (as with Mink)";
-    case RobotBaseline::kLaplacian:
-      return "Laplacian, walls (OmniRetarget)";
-  }
-  return "";
-}
-
-RobotTransfer TransferByBaseline(const RobotTransferSetup& setup, const RobotTransferOptions&,
-                                 RobotBaseline baseline) {
+RobotTransfer TransferByBaseline(const RobotTransferSetup& setup, RobotBaseline baseline) {
   BaselineFrame solver(setup, baseline);
   RobotTransfer out;
   const auto& frames = setup.demonstration.frames;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -25,7 +24,7 @@ class RobotKeypointTerm final : public RobotTerm {
     double cost = 0.0;
     for (std::size_t i = 0; i < points_.size(); ++i) {
       const Eigen::Vector3d x = points_[i].At(robot);
-      const Eigen::Vector3d off = x - targets_.col(static_cast<Eigen::Index>(i));
+      const Eigen::Vector3d off = x - targets_.col(i);
       cost += 0.5 * weight_ * off.squaredNorm();
       if (normal != nullptr) {
         normal->AddPoint(points_[i].link, x, weight_ * off, weight_ * Eigen::Matrix3d::Identity());
@@ -49,10 +48,7 @@ class RobotVectorTerm final : public RobotTerm {
     Eigen::Vector3d target;
     double weight;
   };
-  /// `scale`: factor on all weights.
-  RobotVectorTerm(std::vector<Pair> pairs, double scale) : pairs_(std::move(pairs)) {
-    for (Pair& pair : pairs_) pair.weight *= scale;
-  }
+  explicit RobotVectorTerm(std::vector<Pair> pairs) : pairs_(std::move(pairs)) {}
 
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
     double cost = 0.0;
@@ -99,7 +95,7 @@ class RobotLaplacianTerm final : public RobotTerm {
 
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
     for (std::size_t i = 0; i < points_.size(); ++i) {
-      nodes_.col(static_cast<Eigen::Index>(i)) = points_[i].At(robot);
+      nodes_.col(i) = points_[i].At(robot);
     }
     const Eigen::Matrix3Xd residual = root_ * (Laplacian() - delta_);
     if (normal != nullptr) {
@@ -111,8 +107,8 @@ class RobotLaplacianTerm final : public RobotTerm {
           row.setZero(6 + robot.Hand().NumDofs());
           const auto add = [&](std::size_t node, double scale) {
             if (node >= points_.size()) return;
-            AddPointSlopes(robot, points_[node].link, nodes_.col(static_cast<Eigen::Index>(node)),
-                           Eigen::Vector3d::Unit(axis), scale, row);
+            AddPointSlopes(robot, points_[node].link, nodes_.col(node), Eigen::Vector3d::Unit(axis),
+                           scale, row);
           };
           add(i, root_);
           for (const int j : neighbors_[i]) add(static_cast<std::size_t>(j), -share);
@@ -128,8 +124,7 @@ class RobotLaplacianTerm final : public RobotTerm {
     Eigen::Matrix3Xd out = nodes_;
     for (std::size_t i = 0; i < neighbors_.size(); ++i) {
       for (const int j : neighbors_[i]) {
-        out.col(static_cast<Eigen::Index>(i)) -=
-            nodes_.col(j) / static_cast<double>(neighbors_[i].size());
+        out.col(i) -= nodes_.col(j) / static_cast<double>(neighbors_[i].size());
       }
     }
     return out;
@@ -155,10 +150,7 @@ enum class RobotBaseline {
   kLaplacian,
 };
 
-std::string_view BaselineName(RobotBaseline baseline);
-
 /// Solves frame by frame, each initialized from the previous frame.
-RobotTransfer TransferByBaseline(const RobotTransferSetup& setup,
-                                 const RobotTransferOptions& options, RobotBaseline baseline);
+RobotTransfer TransferByBaseline(const RobotTransferSetup& setup, RobotBaseline baseline);
 
 }  // namespace holdfast

@@ -73,25 +73,23 @@ std::vector<GripContact> TouchesOfRobot(const RobotTransferSetup& setup, const P
 Eigen::MatrixXd ContactSlopes(const RobotState& state, const std::vector<GripContact>& contacts) {
   Eigen::MatrixXd slopes(3 * std::ssize(contacts), state.Hand().NumDofs());
   for (Eigen::Index c = 0; c < std::ssize(contacts); ++c) {
-    const GripContact& contact = contacts[static_cast<std::size_t>(c)];
+    const GripContact& contact = contacts[c];
     slopes.middleRows(3 * c, 3) = state.PointJacobian(contact.link, contact.point);
   }
   return slopes;
 }
 
-RobotHold::RobotHold(const RobotTransferSetup& setup)
-    : setup_(setup), solid_(SolidOf(setup.object)), stiffness_(StiffnessOf(setup.robot)) {}
-
-double RobotHold::Give_m(const PosedRobot& posed) const {
+double GiveInRobot_m(const RobotTransferSetup& setup, const PosedRobot& posed) {
   GripGiveOptions options;
   options.friction = kFriction;
-  GrippedSolid solid = solid_;
-  solid.center = posed.Pose().ObjectFromRoot().inverse() * solid_.center;
-  std::vector<GripContact> contacts = TouchesOfRobot(setup_, posed, kTouching_m);
+  GrippedSolid solid = SolidOf(setup.object);
+  solid.center = posed.Pose().ObjectFromRoot().inverse() * solid.center;
+  std::vector<GripContact> contacts = TouchesOfRobot(setup, posed, kTouching_m);
   BalancePresses(solid.center, solid.radius_m, options.friction,
                  std::max(kMinSqueeze_N, kSqueeze * solid.mass_kg * options.gravity_m_s2),
                  contacts);
-  return GripGive(contacts, ContactSlopes(posed.State(), contacts), stiffness_, solid, options);
+  return GripGive(contacts, ContactSlopes(posed.State(), contacts), StiffnessOf(setup.robot), solid,
+                  options);
 }
 
 namespace {
@@ -109,8 +107,6 @@ RobotContact Compared(const PartContact& contact, int link, const Eigen::Vector3
   RobotContact out;
   out.part = contact.part;
   out.link = link;
-  out.target = contact.point;
-  out.target_normal = contact.normal;
   out.point = point;
   out.normal = normal;
   out.distance_m = (point - contact.point).norm();
@@ -126,7 +122,7 @@ std::array<Eigen::Matrix3Xi, kNumHandParts> PartFaces(const RobotTransferSetup& 
     const int part = setup.landmarks->PartOf(faces(0, f));
     const bool whole = part >= 0 && part == setup.landmarks->PartOf(faces(1, f)) &&
                        part == setup.landmarks->PartOf(faces(2, f));
-    if (whole) of_part[static_cast<std::size_t>(part)].push_back(f);
+    if (whole) of_part[part].push_back(f);
   }
   std::array<Eigen::Matrix3Xi, kNumHandParts> out;
   for (std::size_t part = 0; part < out.size(); ++part) {
@@ -138,7 +134,7 @@ std::array<Eigen::Matrix3Xi, kNumHandParts> PartFaces(const RobotTransferSetup& 
 class TransferMeter {
  public:
   explicit TransferMeter(const RobotTransferSetup& setup)
-      : setup_(setup), keypoints_(setup.robot, setup.anatomy), hold_(setup) {
+      : setup_(setup), keypoints_(setup.robot, setup.anatomy) {
     for (const int link : setup.solids->Links()) {
       samples_[link] = ContactSamples(setup.solids->Of(link).mesh, kSpacing_m, kMaxOfLink);
     }
@@ -151,7 +147,7 @@ class TransferMeter {
     posed.Set(pose);
     RobotFrameMeasure out;
     MeasureDepth(posed, out);
-    if (holds) out.give_mm = 1e3 * hold_.Give_m(posed);
+    if (holds) out.give_mm = 1e3 * GiveInRobot_m(setup_, posed);
     return out;
   }
 
@@ -232,7 +228,6 @@ class TransferMeter {
 
   const RobotTransferSetup& setup_;
   RobotKeypoints keypoints_;
-  RobotHold hold_;
   std::map<int, Eigen::Matrix3Xd> samples_;
   Eigen::Matrix3Xd object_samples_;
 };
@@ -327,7 +322,7 @@ RobotMeasures MeasureHuman(const RobotTransferSetup& setup, int threads) {
     const HumanFrame& frame = setup.demonstration.frames[t];
     frames[t].hand_in_object_mm = std::max(0.0, -1e3 * frame.distance.minCoeff());
     for (const PartContact& contact : frame.contacts) {
-      const TriangleMesh skin{frame.vertices, faces[static_cast<std::size_t>(contact.part)]};
+      const TriangleMesh skin{frame.vertices, faces[contact.part]};
       const TriangleTree::Hit hit = TriangleTree(skin).Closest(contact.point);
       frames[t].contacts.push_back(
           Compared(contact, 0, hit.point, FaceCross(skin, hit.face).normalized()));
@@ -336,25 +331,24 @@ RobotMeasures MeasureHuman(const RobotTransferSetup& setup, int threads) {
   return Summed(std::move(frames));
 }
 
-std::vector<LostPart> LostParts(const RobotMeasures& measures) {
-  std::map<int, LostPart> parts;
+std::vector<std::string> LostParts(const RobotMeasures& measures) {
+  std::map<int, std::pair<int, int>> parts;  // frames in which contact is lost, and all
   for (const RobotFrameMeasure& frame : measures.frames) {
     for (const RobotContact& contact : frame.contacts) {
-      LostPart& part = parts[contact.part];
-      ++part.frames;
-      part.lost += contact.gap_m >= kTouch_m;
+      auto& [lost, frames] = parts[contact.part];
+      ++frames;
+      lost += contact.gap_m >= kTouch_m;
     }
   }
-  std::vector<LostPart> lost;
-  for (auto& [part, of] : parts) {
-    if (2 * of.lost <= of.frames) continue;
-    of.part =
-        part < kJointsPerHand
-            ? fmt::format("{}{}", kFingerNames[static_cast<std::size_t>(part / 3)], part % 3 + 1)
-            : "palm";
-    lost.push_back(of);
+  std::vector<std::string> texts;
+  for (const auto& [part, counts] : parts) {
+    const auto& [lost, frames] = counts;
+    if (2 * lost <= frames) continue;
+    const std::string name =
+        part < kJointsPerHand ? fmt::format("{}{}", kFingerNames[part / 3], part % 3 + 1) : "palm";
+    texts.push_back(fmt::format("{} ({} of {} frames)", name, lost, frames));
   }
-  return lost;
+  return texts;
 }
 
 nlohmann::json RobotMeasuresJson(const RobotMeasures& measures) {
@@ -375,12 +369,12 @@ nlohmann::json RobotMeasuresJson(const RobotMeasures& measures) {
           {"give_mm", measures.give_mm}};
 }
 
-nlohmann::json RobotProtocolJson(const RobotTransferOptions& options) {
+nlohmann::json RobotProtocolJson() {
   return {{"contact",
            "for each human hand part (15 phalanges, palm) whose pad is within touch_mm of the "
            "object: distance from the weighted mean of its contact points to the nearest point of "
            "the corresponding pad of the robot"},
-          {"touch_mm", 1e3 * options.demonstration.touch_m},
+          {"touch_mm", 1e3 * kDemonstratedTouch_m},
           {"contact_kept_mm", 1e3 * kTouch_m},
           {"give",
            "displacement of the object in the hand under its own weight, median over the frames in "

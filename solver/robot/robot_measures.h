@@ -21,28 +21,19 @@ std::vector<GripContact> TouchesOfRobot(const RobotTransferSetup& setup, const P
 /// Jacobian of the contact points with respect to q: 3 rows per contact, root's frame.
 Eigen::MatrixXd ContactSlopes(const RobotState& state, const std::vector<GripContact>& contacts);
 
-/// Grasp stability of a robot hand in any pose, by the compliance model of GripGive: links closer
-/// than 3 mm press with a total of 8 object weights, at least 10 N; the object is solid with 500
-/// kg/m^3, 0.05 to 0.5 kg; joints are springs of 3 N m per radian, or 1 N per millimeter; friction
-/// is 0.6. Built once per setup, which must outlive it.
-class RobotHold {
- public:
-  explicit RobotHold(const RobotTransferSetup& setup);
-  /// Object displacement in the grasp under its own weight, meters; decimeters if it falls.
-  double Give_m(const PosedRobot& posed) const;
-
- private:
-  const RobotTransferSetup& setup_;
-  GrippedSolid solid_;  // in the object's frame
-  Eigen::VectorXd stiffness_;
-};
+/// Grasp stability of a robot hand, by the compliance model of GripGive: links closer than 3 mm
+/// press with a total of 8 object weights, at least 10 N; the object is solid with 500 kg/m^3, 0.05
+/// to 0.5 kg; joints are springs of 3 N m per radian, or 1 N per millimeter; friction is 0.6.
+/// Returns the object's displacement in the grasp under its own weight, meters; decimeters if it
+/// falls.
+double GiveInRobot_m(const RobotTransferSetup& setup, const PosedRobot& posed);
 
 /// Measures of one transferred frame, on meshes rather than on the solver's grids and samples.
 struct RobotFrameMeasure {
   double hand_in_object_mm = 0.0;  ///< deepest surface point of the links in the object
   double object_in_hand_mm = 0.0;  ///< deepest surface point of the object in a link
   double self_mm = 0.0;            ///< deepest penetration between links (RobotSolids::Pairs)
-  /// RobotHold::Give_m if the human hand is in contact, else NaN.
+  /// GiveInRobot_m if the human hand is in contact, else NaN.
   double give_mm = std::numeric_limits<double>::quiet_NaN();
   std::vector<RobotContact> contacts;
 
@@ -84,15 +75,11 @@ RobotMeasures MeasureTransfer(const RobotTransferSetup& setup, const std::vector
 /// and there are no bones, because the human hand is the reference for both.
 RobotMeasures MeasureHuman(const RobotTransferSetup& setup, int threads = 1);
 
-/// A part of the human hand ("index2") whose contact is lost (RobotContact::gap_m of 5 mm or more)
-/// in most of its contact frames: number of lost frames and of contact frames.
-struct LostPart {
-  std::string part;
-  int lost = 0, frames = 0;
-};
-std::vector<LostPart> LostParts(const RobotMeasures& measures);
+/// Names the parts of the human hand whose contact is lost (RobotContact::gap_m of 5 mm or more) in
+/// most of its contact frames: "index2 (3 of 5 frames)".
+std::vector<std::string> LostParts(const RobotMeasures& measures);
 
 nlohmann::json RobotMeasuresJson(const RobotMeasures& measures);
-nlohmann::json RobotProtocolJson(const RobotTransferOptions& options);
+nlohmann::json RobotProtocolJson();
 
 }  // namespace holdfast

@@ -2,6 +2,7 @@
 #include "solver/robot/robot_output.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 #include <utility>
@@ -144,53 +145,50 @@ const Eigen::Vector3d kObjectColor(0.86, 0.62, 0.28), kSkinColor(0.80, 0.66, 0.5
 const Eigen::Vector3d kPalmColor(0.42, 0.45, 0.50);
 constexpr double kSeen_m = 0.13;  // visible radius around the held object's center
 
-// Distinct colors from thumb to little finger.
+// Distinct colors, by Finger.
 Eigen::Vector3d ColorOf(const RobotAnatomy& anatomy, int link) {
+  static const std::array<Eigen::Vector3d, kNumFingers> kColors = {{{0.45, 0.68, 0.52},
+                                                                    {0.62, 0.66, 0.70},
+                                                                    {0.72, 0.50, 0.58},
+                                                                    {0.60, 0.52, 0.72},
+                                                                    {0.36, 0.55, 0.75}}};
   for (const RobotFinger& finger : anatomy.fingers) {
     for (const auto& links : finger.links) {
-      if (std::ranges::count(links, link) == 0) continue;
-      switch (finger.human) {
-        case kThumb:
-          return {0.36, 0.55, 0.75};
-        case kIndex:
-          return {0.45, 0.68, 0.52};
-        case kMiddle:
-          return {0.62, 0.66, 0.70};
-        case kRing:
-          return {0.60, 0.52, 0.72};
-        default:
-          return {0.72, 0.50, 0.58};
-      }
+      if (std::ranges::count(links, link) > 0) return kColors[finger.human];
     }
   }
   return kPalmColor;
 }
 
-// Meshes of the robot in world coordinates.
-std::vector<TriangleMesh> RobotMeshes(const RobotTransferSetup& setup, const RobotPose& pose,
-                                      const Eigen::Isometry3d& world_from_object,
-                                      std::vector<Eigen::Vector3d>& colors) {
+Image Draw(const std::vector<TriangleMesh>& meshes, const std::vector<Eigen::Vector3d>& colors,
+           const Camera& camera) {
+  std::vector<RenderItem> items;
+  for (std::size_t k = 0; k < meshes.size(); ++k) items.push_back({&meshes[k], colors[k], nullptr});
+  RenderOptions picture;
+  picture.width = 420;
+  picture.height = 360;
+  picture.ground = false;
+  return Render(items, camera, picture);
+}
+
+TriangleMesh ObjectIn(const RobotTransferSetup& setup, const Eigen::Isometry3d& world) {
+  return {world * setup.object.vertices, setup.object.faces};
+}
+
+// The object and the robot, in the world.
+Image DrawRobot(const RobotTransferSetup& setup, const RobotPose& pose,
+                const Eigen::Isometry3d& world_from_object, const Camera& camera) {
   PosedRobot posed(setup.robot);
   posed.Set(pose);
-  std::vector<TriangleMesh> meshes;
+  std::vector<TriangleMesh> meshes{ObjectIn(setup, world_from_object)};
+  std::vector<Eigen::Vector3d> colors{kObjectColor};
   for (const int link : setup.solids->Links()) {
     TriangleMesh mesh = setup.solids->Of(link).mesh;
     mesh.vertices = world_from_object * posed.ObjectFromLink(link) * mesh.vertices;
     meshes.push_back(std::move(mesh));
     colors.push_back(ColorOf(setup.anatomy, link));
   }
-  return meshes;
-}
-
-Image Draw(const std::vector<TriangleMesh>& meshes, const std::vector<Eigen::Vector3d>& colors,
-           const Camera& camera, const RobotPictureOptions& options) {
-  std::vector<RenderItem> items;
-  for (std::size_t k = 0; k < meshes.size(); ++k) items.push_back({&meshes[k], colors[k], nullptr});
-  RenderOptions picture;
-  picture.width = options.width;
-  picture.height = options.height;
-  picture.ground = false;
-  return Render(items, camera, picture);
+  return Draw(meshes, colors, camera);
 }
 
 // Forward, across and out of the palm in the world, as columns.
@@ -215,13 +213,13 @@ Eigen::Vector3d BeforeThePalm(const RobotTransferSetup& setup) {
 
 }  // namespace
 
-Image RobotFilm(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-                const RobotPictureOptions& options) {
-  const int cells = options.columns * options.rows;
+Image RobotFilm(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses, int columns,
+                int rows, int threads) {
+  const int cells = columns * rows;
   const Eigen::Vector3d away = BeforeThePalm(setup);
   std::vector<Image> tiles(static_cast<std::size_t>(cells));
   std::vector<std::string> labels(tiles.size());
-  ParallelFor(cells, options.threads, [&](int k) {
+  ParallelFor(cells, threads, [&](int k) {
     const double last = static_cast<double>(poses.size()) - 1.0;
     const auto t = static_cast<std::size_t>(std::lround(last * k / std::max(1, cells - 1)));
     const HumanFrame& frame = setup.demonstration.frames[t];
@@ -230,32 +228,25 @@ Image RobotFilm(const RobotTransferSetup& setup, const std::vector<RobotPose>& p
     camera.target = world * Eigen::Vector3d(frame.joints.col(3 * kMiddle));
     camera.eye = camera.target + 5.6 * kSeen_m * away;
     camera.vertical_fov_rad = 0.42;
-    std::vector<TriangleMesh> meshes{setup.object};
-    meshes.front().vertices = world * meshes.front().vertices;
-    std::vector<Eigen::Vector3d> colors{kObjectColor};
-    for (TriangleMesh& mesh : RobotMeshes(setup, poses[t], world, colors)) {
-      meshes.push_back(std::move(mesh));
-    }
-    tiles[k] = Draw(meshes, colors, camera, options);
+    tiles[k] = DrawRobot(setup, poses[t], world, camera);
     labels[k] = fmt::format("{:.2f} s", static_cast<double>(t) / setup.demonstration.frame_rate);
   });
-  return ContactSheet(tiles, labels, options.columns);
+  return ContactSheet(tiles, labels, columns);
 }
 
-Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-                 const RobotPictureOptions& options) {
+Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses, int columns,
+                 int rows, int threads) {
   std::vector<int> held;
   for (std::size_t t = 0; t < poses.size(); ++t) {
     if (setup.demonstration.frames[t].holds) held.push_back(static_cast<int>(t));
   }
-  const int per = options.human ? 2 : 1;
-  const int cells = options.columns * options.rows / per;
-  std::vector<Image> tiles(static_cast<std::size_t>(cells * per));
+  const int cells = columns * rows / 2;
+  std::vector<Image> tiles(static_cast<std::size_t>(cells * 2));
   std::vector<std::string> labels(tiles.size());
-  ParallelFor(cells, options.threads, [&](int k) {
+  ParallelFor(cells, threads, [&](int k) {
     const auto last = static_cast<double>(held.size() - 1);
     const int at = cells < 2 ? 0 : static_cast<int>(std::lround(last * (k / 2 * 2) / (cells - 1)));
-    const int t = held[static_cast<std::size_t>(at)];
+    const int t = held[at];
     const HumanFrame& frame = setup.demonstration.frames[t];
     const Eigen::Isometry3d& world = frame.world_from_object;
     // Alternate between the palm's side and the thumb's side of the object.
@@ -268,21 +259,13 @@ Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& 
     camera.eye = camera.target + 5.0 * kSeen_m * towards.normalized();
     camera.up = axes.col(0);
     camera.vertical_fov_rad = 0.42;
-    TriangleMesh object = setup.object;
-    object.vertices = world * object.vertices;
-    std::vector<Eigen::Vector3d> colors{kObjectColor};
-    std::vector<TriangleMesh> meshes{object};
-    for (TriangleMesh& mesh : RobotMeshes(setup, poses[t], world, colors)) {
-      meshes.push_back(std::move(mesh));
-    }
-    tiles[k * per] = Draw(meshes, colors, camera, options);
-    labels[k * per] = fmt::format("{} {}", setup.robot.name, t);
-    if (!options.human) return;
+    tiles[k * 2] = DrawRobot(setup, poses[t], world, camera);
+    labels[k * 2] = fmt::format("{} {}", setup.robot.name, t);
     const TriangleMesh hand{world * frame.vertices, setup.human->Surface().Faces()};
-    tiles[k * per + 1] = Draw({object, hand}, {kObjectColor, kSkinColor}, camera, options);
-    labels[k * per + 1] = fmt::format("human {}", t);
+    tiles[k * 2 + 1] = Draw({ObjectIn(setup, world), hand}, {kObjectColor, kSkinColor}, camera);
+    labels[k * 2 + 1] = fmt::format("human {}", t);
   });
-  return ContactSheet(tiles, labels, options.columns);
+  return ContactSheet(tiles, labels, columns);
 }
 
 }  // namespace holdfast

@@ -25,21 +25,14 @@ void WriteRobotMotion(const RobotTransferSetup& setup, const std::vector<RobotPo
 void WriteRobotTable(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                      const std::filesystem::path& path);
 
-struct RobotPictureOptions {
-  int width = 420, height = 360;
-  int columns = 4, rows = 3;
-  bool human = true;  ///< render the human hand beside each robot picture
-  int threads = 1;
-};
-
 /// Renders a sheet of robot hand and object in frames spread over the hold, alternately facing the
 /// palm and from the thumb's side, in the object's frame; the human hand beside each.
-Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-                 const RobotPictureOptions& options);
+Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses, int columns,
+                 int rows, int threads);
 
 /// Renders the whole clip as `columns` times `rows` frames: robot hand and object, from a fixed
 /// world direction on the palm's side, with a tracking camera.
-Image RobotFilm(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-                const RobotPictureOptions& options);
+Image RobotFilm(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses, int columns,
+                int rows, int threads);
 
 }  // namespace holdfast

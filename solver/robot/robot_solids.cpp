@@ -105,9 +105,8 @@ RobotSolids::RobotSolids(const RobotHand& hand, const RobotAnatomy& anatomy, int
     like.push_back(same == firsts.end() ? link : *same);
     if (same == firsts.end()) firsts.push_back(link);
   }
-  ParallelFor(static_cast<int>(firsts.size()), threads, [&](int k) {
-    solids_[static_cast<std::size_t>(firsts[k])] = MakeSolid(hand.links[firsts[k]]);
-  });
+  ParallelFor(static_cast<int>(firsts.size()), threads,
+              [&](int k) { solids_[firsts[k]] = MakeSolid(hand.links[firsts[k]]); });
   for (std::size_t k = 0; k < links_.size(); ++k) solids_[links_[k]] = solids_[like[k]];
   std::erase_if(links_, [&](int link) { return Of(link).Empty(); });
 
@@ -176,9 +175,8 @@ RobotPads::RobotPads(const std::vector<SkinPair>& pairs, const RobotSolids& soli
       points.row(i) << hit.point.transpose(), FaceCross(mesh, hit.face).normalized().transpose();
     }
     Eigen::VectorXd squared_norms = points.leftCols<3>().rowwise().squaredNorm();
-    patches_[static_cast<std::size_t>(key.first)].push_back({key.second, std::move(mesh),
-                                                             std::move(tree), std::move(points),
-                                                             std::move(squared_norms)});
+    patches_[key.first].push_back({key.second, std::move(mesh), std::move(tree), std::move(points),
+                                   std::move(squared_norms)});
   }
 }
 
@@ -186,7 +184,7 @@ std::optional<PadPoint> RobotPads::Nearest(int part, const PosedRobot& robot,
                                            const Eigen::Vector3d& query) const {
   std::optional<PadPoint> nearest;
   double least = std::numeric_limits<double>::infinity();
-  for (const Patch& patch : patches_[static_cast<std::size_t>(part)]) {
+  for (const Patch& patch : patches_[part]) {
     const TriangleTree::Hit hit =
         patch.tree->Closest(robot.ObjectFromLink(patch.link).inverse() * query);
     if (hit.squared_distance >= least) continue;
@@ -200,7 +198,7 @@ std::optional<PadPoint> RobotPads::Touching(int part, const PosedRobot& robot,
                                             const DistanceGrid& object) const {
   std::optional<PadPoint> nearest;
   double least = std::numeric_limits<double>::infinity();
-  for (const Patch& patch : patches_[static_cast<std::size_t>(part)]) {
+  for (const Patch& patch : patches_[part]) {
     const Eigen::Isometry3d& pose = robot.ObjectFromLink(patch.link);
     for (const auto row : patch.points.rowwise()) {
       const Eigen::Vector3d x = row.head<3>();
@@ -219,7 +217,7 @@ std::optional<PadPoint> RobotPads::BestFacing(int part, const PosedRobot& robot,
                                               double by_turn, double* cost) const {
   std::optional<PadPoint> best;
   *cost = std::numeric_limits<double>::infinity();
-  for (const Patch& patch : patches_[static_cast<std::size_t>(part)]) {
+  for (const Patch& patch : patches_[part]) {
     const Eigen::Isometry3d link_from_object = robot.ObjectFromLink(patch.link).inverse();
     const Eigen::Vector3d target = link_from_object * point;
     // |x - p|^2 and |m + n|^2 expanded: what depends on the pad's point is linear in (x, m).

@@ -31,14 +31,6 @@ inline constexpr int kSampleBlock = 16;
 /// Returns the points reordered into spatially compact blocks of kSampleBlock.
 Eigen::Matrix3Xd InBlocks(const Eigen::Matrix3Xd& points);
 
-/// Points (ordered by InBlocks) in their own frame, and a ball around either all of them or the
-/// solid's current position plus NearSamples::kAround_m, whichever is smaller.
-struct SampleSet {
-  const Eigen::Matrix3Xd& points;
-  Eigen::Vector3d center;
-  double radius;
-};
-
 /// Caches which points of a set may be near a solid while their relative motion is small: a point
 /// at distance d that moved by m is at least d - m away. Solvers move a hand by millimeters, and
 /// few points of a link are near anything. Scratch object for one set and one solid.
@@ -47,20 +39,26 @@ class NearSamples {
   /// Margin around a solid's ball within which points are considered until the next update.
   static constexpr double kAround_m = 0.012;
 
-  /// Calls visit(index, position in the solid's frame), in the set's order, for all points that may
-  /// be closer than `reach` (meters, up to a few millimeters) to the solid, and for some others.
+  /// Calls visit(index, position in the solid's frame), in order, for all points of the set that
+  /// may be closer than `reach` (meters, up to a few millimeters) to the solid, and for some
+  /// others. `points` (ordered by InBlocks) are in their own frame; `center` and `radius` are of a
+  /// ball around either all of them or the solid's current position plus kAround_m, whichever is
+  /// smaller.
   template <typename Visit>
-  void ForNear(const SampleSet& set, const DistanceGrid& solid,
-               const Eigen::Isometry3d& solid_from_points, double reach, const Visit& visit) {
+  void ForNear(const Eigen::Matrix3Xd& points, const Eigen::Vector3d& center, double radius,
+               const DistanceGrid& solid, const Eigen::Isometry3d& solid_from_points, double reach,
+               const Visit& visit) {
     double moved = Moved(solid_from_points);
     if (!(moved < kFarthest_m)) {
-      Begin(set, solid, solid_from_points, reach);
+      center_ = center;
+      radius_ = radius + 1e-6;  // rounding
+      Begin(points, solid, solid_from_points, reach);
       moved = 0.0;
     }
     const double most = reach + kSlack_m + kSlope * moved;
     for (const auto& [distance, index] : near_) {
       if (distance > most) continue;
-      visit(index, Eigen::Vector3d(solid_from_points * set.points.col(index)));
+      visit(index, Eigen::Vector3d(solid_from_points * points.col(index)));
     }
   }
 
@@ -76,12 +74,10 @@ class NearSamples {
            radius_ * (now.linear() - then_.linear()).norm();
   }
 
-  void Begin(const SampleSet& set, const DistanceGrid& solid,
+  void Begin(const Eigen::Matrix3Xd& points, const DistanceGrid& solid,
              const Eigen::Isometry3d& solid_from_points, double reach) {
     begun_ = true;
     then_ = solid_from_points;
-    center_ = set.center;
-    radius_ = set.radius + 1e-6;  // rounding
     near_.clear();
     const double most = reach + kSlack_m + kSlope * kFarthest_m;
     // Distance from the solid of anything within `around` of a point; infinity if too far.
@@ -95,13 +91,13 @@ class NearSamples {
       const double there = solid.Linear(x);
       return there > most + around ? kFar : there;
     };
-    const int count = static_cast<int>(set.points.cols());
-    if (balls_.cols() == 0) balls_ = BallsAround(set.points);
+    const int count = static_cast<int>(points.cols());
+    if (balls_.cols() == 0) balls_ = BallsAround(points);
     for (int block = 0; block < static_cast<int>(balls_.cols()); ++block) {
       if (std::isinf(distance(balls_.col(block).head<3>(), balls_(3, block)))) continue;
       const int end = std::min((block + 1) * kSampleBlock, count);
       for (int k = block * kSampleBlock; k < end; ++k) {
-        const double near = distance(set.points.col(k), 0.0);
+        const double near = distance(points.col(k), 0.0);
         if (!std::isinf(near)) near_.emplace_back(near, k);
       }
     }
@@ -136,7 +132,7 @@ class RobotSolids {
  public:
   RobotSolids(const RobotHand& hand, const RobotAnatomy& anatomy, int threads);
 
-  const LinkSolid& Of(int link) const { return *solids_[static_cast<std::size_t>(link)]; }
+  const LinkSolid& Of(int link) const { return *solids_[link]; }
   /// Links that have a shape.
   const std::vector<int>& Links() const { return links_; }
   /// Pairs of links that may collide: of two fingers, or the outer two phalanges of a finger and
@@ -164,7 +160,7 @@ class RobotPads {
   RobotPads() = default;
   RobotPads(const std::vector<SkinPair>& pairs, const RobotSolids& solids);
 
-  bool Empty(int part) const { return patches_[static_cast<std::size_t>(part)].empty(); }
+  bool Empty(int part) const { return patches_[part].empty(); }
 
   /// Returns the surface point of a part, over all its links, that is nearest to `query` (object's
   /// frame); empty for a part without pad.

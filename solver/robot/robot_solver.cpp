@@ -68,24 +68,23 @@ bool RobotBlock::Evaluate(double const* const* parameters, double* residuals,
   return true;
 }
 
-ceres::Solver::Summary RobotSolver::Solve(const std::vector<const RobotTerm*>& terms,
-                                          const ceres::Solver::Options& options, RobotPose& pose) {
-  block_.SetTerms(terms);
+ceres::Solver::Summary RobotBlock::Solve(const std::vector<const RobotTerm*>& terms,
+                                         const ceres::Solver::Options& options, RobotPose& pose) {
+  SetTerms(terms);
   Eigen::Quaterniond turn(pose.R);
   Eigen::Vector3d T = pose.T;
   Eigen::VectorXd q = pose.q;
   DenseProblem problem;
   problem.AddParameterBlock(turn.coeffs().data(), 4, true);
   problem.AddParameterBlock(T.data(), 3);
-  problem.AddParameterBlock(q.data(), hand_.NumDofs());
-  problem.AddResidualBlock(block_, {turn.coeffs().data(), T.data(), q.data()});
+  problem.AddParameterBlock(q.data(), robot_.Hand().NumDofs());
+  problem.AddResidualBlock(*this, {turn.coeffs().data(), T.data(), q.data()});
   const ceres::Solver::Summary summary = problem.Solve(options);
-  pose = {turn.toRotationMatrix(), T, hand_.Clamped(q)};
+  pose = {turn.toRotationMatrix(), T, robot_.Hand().Clamped(q)};
   return summary;
 }
 
-Eigen::Isometry3d WristFromRoot(const HandAxes& axes, const RobotHand&,
-                                const RobotAnatomy& anatomy) {
+Eigen::Isometry3d WristFromRoot(const HandAxes& axes, const RobotAnatomy& anatomy) {
   Eigen::Matrix3d wrist_from_axes;
   wrist_from_axes << axes.Forward(), axes.Across(), axes.PalmNormal();
   Eigen::Vector3d knuckles = Eigen::Vector3d::Zero();
@@ -132,14 +131,13 @@ int ChooseStart(const RobotTransferSetup& setup, const std::vector<RobotPose>& p
   std::vector<std::size_t> order(poses.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::ranges::stable_sort(order, {}, [&](std::size_t k) { return costs[k]; });
-  const RobotHold hold(setup);
   PosedRobot posed(setup.robot);
   std::size_t best = order.front();
   double least = std::numeric_limits<double>::infinity();
   for (const std::size_t k : order) {
     if (costs[k] > kMaxCost * costs[order.front()] || costs[k] >= least) break;
     posed.Set(poses[k]);
-    const double cost = costs[k] * (1.0 + hold.Give_m(posed) / kGive_m);
+    const double cost = costs[k] * (1.0 + GiveInRobot_m(setup, posed) / kGive_m);
     if (cost >= least) continue;
     least = cost;
     best = k;

@@ -36,6 +36,10 @@ class RobotBlock final : public ceres::CostFunction {
   double Linearize(const RobotPose& pose, Eigen::MatrixXd& hessian,
                    Eigen::VectorXd& gradient) const;
 
+  /// Moves `pose` to a minimum of the sum of `terms` (ceres::Solve) and clamps its joint values.
+  ceres::Solver::Summary Solve(const std::vector<const RobotTerm*>& terms,
+                               const ceres::Solver::Options& options, RobotPose& pose);
+
  private:
   std::vector<const RobotTerm*> terms_;
   mutable PosedRobot robot_;
@@ -46,24 +50,9 @@ class RobotBlock final : public ceres::CostFunction {
   mutable RowMajorMatrix rows_;
 };
 
-/// Nonlinear least squares over one hand pose with ceres::Solve. The hand must outlive it.
-class RobotSolver {
- public:
-  explicit RobotSolver(const RobotHand& hand) : hand_(hand), block_(hand) {}
-
-  /// Moves `pose` to a minimum of the sum of the terms and clamps its joint values.
-  ceres::Solver::Summary Solve(const std::vector<const RobotTerm*>& terms,
-                               const ceres::Solver::Options& options, RobotPose& pose);
-
- private:
-  const RobotHand& hand_;
-  RobotBlock block_;
-};
-
 /// Returns human_wrist_from_root with the robot's palm aligned with the human's (knuckles and
 /// axes): the pose of a robot hand that follows the human wrist.
-Eigen::Isometry3d WristFromRoot(const HandAxes& axes, const RobotHand& robot,
-                                const RobotAnatomy& anatomy);
+Eigen::Isometry3d WristFromRoot(const HandAxes& axes, const RobotAnatomy& anatomy);
 
 /// Returns start poses: the palm on the human's and tilted, with and without retraction from the
 /// object, and fingers straight, half bent and nearly closed.
@@ -73,7 +62,7 @@ std::vector<RobotPose> RobotStarts(const HumanFrame& frame,
 
 /// Selects the optimized start with minimum cost (1 + give / 20 mm), among those that cost at most
 /// three times the minimum, and returns its index. The give is the object's displacement in the
-/// grasp under its own weight (RobotHold).
+/// grasp under its own weight (GiveInRobot_m).
 int ChooseStart(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                 const std::vector<double>& costs);
 

@@ -4,6 +4,21 @@
 #include "geometry/rotation.h"
 
 namespace holdfast {
+namespace {
+
+// Derivatives of slope^T x by the twist of the link that the point x (object's frame) is fixed to:
+// a point at p in the root's frame moves by w x p + v.
+Eigen::Matrix<double, 6, 1> SlopesOf(const PosedRobot& robot, const Eigen::Vector3d& x,
+                                     const Eigen::Vector3d& slope) {
+  const Eigen::Matrix3d& R = robot.Pose().R;
+  const Eigen::Vector3d p = R.transpose() * (x - robot.Pose().T);
+  const Eigen::Vector3d n = R.transpose() * slope;
+  Eigen::Matrix<double, 6, 1> slopes;
+  slopes << p.cross(n), n;
+  return slopes;
+}
+
+}  // namespace
 
 Eigen::Isometry3d RobotPose::ObjectFromRoot() const { return RigidTransform(R, T); }
 
@@ -36,7 +51,7 @@ void RobotNormal::Begin(const PosedRobot& robot) {
 }
 
 RobotNormal::Link& RobotNormal::Use(int link) {
-  Link& sums = links_[static_cast<std::size_t>(link)];
+  Link& sums = links_[link];
   if (!sums.used) {
     sums.used = true;
     sums.gradient.setZero();
@@ -65,11 +80,7 @@ void RobotNormal::AddPoint(int link, const Eigen::Vector3d& x, const Eigen::Vect
 
 void RobotNormal::AddPointRow(int link, const Eigen::Vector3d& x, const Eigen::Vector3d& slope,
                               double residual) {
-  const Eigen::Matrix3d& R = robot_->Pose().R;
-  const Eigen::Vector3d p = R.transpose() * (x - robot_->Pose().T);
-  const Eigen::Vector3d n = R.transpose() * slope;
-  Vector6d row;
-  row << p.cross(n), n;
+  const Vector6d row = SlopesOf(*robot_, x, slope);
   Link& sums = Use(link);
   sums.gradient += residual * row;
   sums.hessian.noalias() += row * row.transpose();
@@ -85,11 +96,7 @@ void RobotNormal::AddTurn(int link, const Eigen::Vector3d& gradient,
 
 void RobotNormal::AddBetween(int first, int second, const Eigen::Vector3d& x,
                              const Eigen::Vector3d& slope, double residual) {
-  const Eigen::Matrix3d& R = robot_->Pose().R;
-  const Eigen::Vector3d p = R.transpose() * (x - robot_->Pose().T);
-  const Eigen::Vector3d n = R.transpose() * slope;
-  Vector6d row;
-  row << p.cross(n), n;
+  const Vector6d row = SlopesOf(*robot_, x, slope);
   row_.setZero();
   const RobotState& state = robot_->State();
   for (const int joint : state.Chain(first)) {
@@ -109,10 +116,8 @@ void RobotNormal::AddRow(const Eigen::VectorXd& row, double residual) {
 
 void AddPointSlopes(const PosedRobot& robot, int link, const Eigen::Vector3d& x,
                     const Eigen::Vector3d& direction, double scale, Eigen::VectorXd& row) {
-  const Eigen::Matrix3d& R = robot.Pose().R;
-  const Eigen::Vector3d p = R.transpose() * (x - robot.Pose().T);
-  const Eigen::Vector3d n = R.transpose() * direction;
-  const Eigen::Vector3d turn = p.cross(n);
+  const Eigen::Matrix<double, 6, 1> slopes = SlopesOf(robot, x, direction);
+  const Eigen::Vector3d turn = slopes.head<3>(), n = slopes.tail<3>();
   row.head<3>() += scale * turn;
   row.segment<3>(3) += scale * direction;
   for (const int joint : robot.State().Chain(link)) {

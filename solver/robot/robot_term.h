@@ -29,9 +29,7 @@ class PosedRobot {
   const RobotPose& Pose() const { return pose_; }
   const RobotState& State() const { return state_; }
   const RobotHand& Hand() const { return state_.Hand(); }
-  const Eigen::Isometry3d& ObjectFromLink(int link) const {
-    return object_from_link_[static_cast<std::size_t>(link)];
-  }
+  const Eigen::Isometry3d& ObjectFromLink(int link) const { return object_from_link_[link]; }
 
  private:
   RobotPose pose_;

@@ -25,11 +25,6 @@ struct PartContact {
   double weight = 1.0;
 };
 
-struct ContactSigmas {
-  double distance_m = 0.001;
-  double turn_rad = 0.1;
-};
-
 /// Contact term: the robot's pad touches what the corresponding human part touched, face to face,
 ///
 ///   E_c = sum_c w_c ( |x - p_c|^2 / sigma_d^2 + |m + n_c|^2 / sigma_n^2 )
@@ -39,12 +34,12 @@ struct ContactSigmas {
 /// meters; 3 + 3 residuals per contact. Weights: sigma_d (meters) and sigma_n (radians).
 class RobotContactTerm final : public RobotTerm {
  public:
-  RobotContactTerm(const RobotPads& pads, std::vector<PartContact> contacts,
-                   const ContactSigmas& sigmas)
+  RobotContactTerm(const RobotPads& pads, std::vector<PartContact> contacts, double sigma_m,
+                   double sigma_turn)
       : pads_(pads),
         contacts_(std::move(contacts)),
-        by_place_(1.0 / (sigmas.distance_m * sigmas.distance_m)),
-        by_turn_(1.0 / (sigmas.turn_rad * sigmas.turn_rad)) {}
+        by_place_(1.0 / (sigma_m * sigma_m)),
+        by_turn_(1.0 / (sigma_turn * sigma_turn)) {}
 
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
     double cost = 0.0;
@@ -95,7 +90,7 @@ class RobotDistanceTerm final : public RobotTerm {
 
   double Add(const PosedRobot& robot, RobotNormal* normal) const override {
     for (std::size_t i = 0; i < pairs_.size(); ++i) {
-      x_.col(static_cast<Eigen::Index>(i)) = robot.ObjectFromLink(pairs_[i].link) * pairs_[i].point;
+      x_.col(i) = robot.ObjectFromLink(pairs_[i].link) * pairs_[i].point;
       sums_[i] = {Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), 0.0};
     }
     distances_.Add(x_, sums_);
@@ -146,7 +141,7 @@ class RobotSelfTerm final : public RobotTerm {
     const LinkSolid &from = solids_.Of(first), &into = solids_.Of(second);
     const Eigen::Isometry3d& pose = robot.ObjectFromLink(second);
     double cost = 0.0;
-    near.ForNear({from.samples, from.center, from.radius}, *into.grid,
+    near.ForNear(from.samples, from.center, from.radius, *into.grid,
                  pose.inverse() * robot.ObjectFromLink(first), 0.0,
                  [&](int, const Eigen::Vector3d& in_second) {
                    Eigen::Vector3d gradient;
@@ -245,12 +240,6 @@ class RobotPlaceTerm final : public RobotTerm {
   double turn_weight_, weight_;
 };
 
-/// The object as a collision obstacle of a robot hand.
-struct RobotObstacle {
-  const DistanceGrid* grid = nullptr;
-  Eigen::Matrix3Xd samples;  ///< surface points
-};
-
 /// Penetration in both directions: points of the links in the object, and points of the object in
 /// the links,
 ///
@@ -260,10 +249,12 @@ struct RobotObstacle {
 /// closer than the margin. Weight: sigma. Not thread-safe.
 class RobotPenetrationTerm final : public RobotTerm {
  public:
-  RobotPenetrationTerm(const RobotSolids& solids, const RobotObstacle& object, double margin_m,
-                       double sigma_m)
+  /// `samples`: surface points of the object.
+  RobotPenetrationTerm(const RobotSolids& solids, const DistanceGrid& object,
+                       const Eigen::Matrix3Xd& samples, double margin_m, double sigma_m)
       : solids_(solids),
         object_(object),
+        samples_(samples),
         margin_(margin_m),
         weight_(1.0 / sigma_m),
         near_(solids.Links().size()) {}
@@ -286,7 +277,7 @@ class RobotPenetrationTerm final : public RobotTerm {
     ForNearLinks(robot,
                  [&](int, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near) {
                    ForLinkPoints(solid, pose, near, [&](const Eigen::Vector3d& x) {
-                     deepest = std::max(deepest, -object_.grid->Linear(x));
+                     deepest = std::max(deepest, -object_.Linear(x));
                    });
                    ForObjectPoints(solid, pose, near, [&](int, const Eigen::Vector3d& in_link) {
                      deepest = std::max(deepest, -solid.grid->Linear(in_link));
@@ -307,7 +298,7 @@ class RobotPenetrationTerm final : public RobotTerm {
       const int link = solids_.Links()[k];
       const LinkSolid& solid = solids_.Of(link);
       const Eigen::Isometry3d& pose = robot.ObjectFromLink(link);
-      if (object_.grid->Linear(pose * solid.center) > solid.radius + margin_ + kNear_m) continue;
+      if (object_.Linear(pose * solid.center) > solid.radius + margin_ + kNear_m) continue;
       visit(link, solid, pose, near_[k]);
     }
   }
@@ -316,7 +307,7 @@ class RobotPenetrationTerm final : public RobotTerm {
   template <typename Visit>
   void ForLinkPoints(const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
                      const Visit& visit) const {
-    near.of_link.ForNear({solid.samples, solid.center, solid.radius}, *object_.grid, pose, margin_,
+    near.of_link.ForNear(solid.samples, solid.center, solid.radius, object_, pose, margin_,
                          [&](int, const Eigen::Vector3d& x) { visit(x); });
   }
 
@@ -324,11 +315,11 @@ class RobotPenetrationTerm final : public RobotTerm {
   template <typename Visit>
   void ForObjectPoints(const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
                        const Visit& visit) const {
-    near.of_object.ForNear(
-        {object_.samples, pose * solid.center, solid.radius + NearSamples::kAround_m}, *solid.grid,
-        pose.inverse(), margin_, [&](int j, const Eigen::Vector3d& in_link) {
-          if (InBox(*solid.grid, in_link)) visit(j, in_link);
-        });
+    near.of_object.ForNear(samples_, pose * solid.center, solid.radius + NearSamples::kAround_m,
+                           *solid.grid, pose.inverse(), margin_,
+                           [&](int j, const Eigen::Vector3d& in_link) {
+                             if (InBox(*solid.grid, in_link)) visit(j, in_link);
+                           });
   }
 
   double AddLink(int link, const LinkSolid& solid, const Eigen::Isometry3d& pose, Near& near,
@@ -336,7 +327,7 @@ class RobotPenetrationTerm final : public RobotTerm {
     double cost = 0.0;
     ForLinkPoints(solid, pose, near, [&](const Eigen::Vector3d& x) {
       Eigen::Vector3d gradient;
-      const double r = weight_ * (margin_ - object_.grid->Distance(x, &gradient));
+      const double r = weight_ * (margin_ - object_.Distance(x, &gradient));
       if (r <= 0.0) return;
       cost += 0.5 * r * r;
       if (normal != nullptr) normal->AddPointRow(link, x, -weight_ * gradient, r);
@@ -354,7 +345,7 @@ class RobotPenetrationTerm final : public RobotTerm {
       if (r <= 0.0) return;
       cost += 0.5 * r * r;
       if (normal == nullptr) return;
-      normal->AddPointRow(link, object_.samples.col(j), weight_ * (pose.linear() * gradient), r);
+      normal->AddPointRow(link, samples_.col(j), weight_ * (pose.linear() * gradient), r);
     });
     return cost;
   }
@@ -364,7 +355,8 @@ class RobotPenetrationTerm final : public RobotTerm {
   }
 
   const RobotSolids& solids_;
-  const RobotObstacle& object_;
+  const DistanceGrid& object_;
+  const Eigen::Matrix3Xd& samples_;
   double margin_, weight_;
   mutable std::vector<Near> near_;  // by RobotSolids::Links
 };

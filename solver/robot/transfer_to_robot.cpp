@@ -26,10 +26,21 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+// Standard deviations of the terms.
+constexpr double kDistance_m = 0.02;                      // E_d
+constexpr double kContact_m = 0.001, kContact_rad = 0.1;  // contact position and normal
+constexpr double kPenetration_m = 1e-4;                   // both directions
+constexpr double kSelf_m = 3e-4;                          // self-collision of links
+constexpr double kChange_rad = 0.15;                      // of joints, between frames
+constexpr double kChange_m = 0.01;  // of the wrist in the object's frame, between frames
+constexpr double kMargin_m = 3e-4;  // kept between surfaces
+
 constexpr double kObjectCell_m = 0.0015;
 constexpr int kMaxObjectSamples = 1500;
-constexpr double kNear_m = 0.02;     // range of skin with full weight in E_d
-constexpr double kFarWeight = 0.02;  // of other skin
+constexpr int kObjectVertices = 128, kSkinPoints = 160;  // of E_d
+constexpr int kIterations = 15;                          // per frame
+constexpr double kNear_m = 0.02;                         // range of skin with full weight in E_d
+constexpr double kFarWeight = 0.02;                      // of other skin
 constexpr double kDeepest_m = 8e-4;  // deeper penetration is re-solved with a stronger penalty
 constexpr int kHarder = 3;           // attempts, each ten times stronger
 
@@ -64,22 +75,19 @@ std::vector<SkinPair> Spread(const std::vector<SkinPair>& pairs, const Eigen::Ma
 // Solver of a whole clip.
 class ClipTransfer {
  public:
-  ClipTransfer(const RobotTransferSetup& setup, const RobotTransferOptions& options,
-               const std::vector<SkinPair>& points)
+  ClipTransfer(const RobotTransferSetup& setup, bool on_path, const std::vector<SkinPair>& points)
       : setup_(setup),
-        options_(options),
+        on_path_(on_path),
         solver_(setup.robot),
         points_(points),
-        obstacle_{setup.object_grid.get(), setup.object_samples},
-        penetration_(*setup.solids, obstacle_, options.margin_m, options.penetration_sigma_m),
+        penetration_(*setup.solids, *setup.object_grid, setup.object_samples, kMargin_m,
+                     kPenetration_m),
         limits_(1e-3),
-        self_(*setup.solids, options.self_sigma_m),
-        posed_(setup.robot) {
-    sigma_q_ = Eigen::VectorXd::Constant(setup.robot.NumDofs(), options.change_sigma_rad);
+        self_(*setup.solids, kSelf_m),
+        posed_(setup.robot),
+        sigma_q_(Eigen::VectorXd::Constant(setup.robot.NumDofs(), kChange_rad)) {
     for (const RobotLink& link : setup.robot.links) {
-      if (link.dof >= 0 && link.kind == RobotJointKind::kSliding) {
-        sigma_q_(link.dof) = options.change_sigma_m;
-      }
+      if (link.dof >= 0 && link.kind == RobotJointKind::kSliding) sigma_q_(link.dof) = kChange_m;
     }
   }
 
@@ -101,11 +109,11 @@ class ClipTransfer {
       before.T = moved.translation();
     }
     RobotPose pose = before;
-    double sigma = options_.penetration_sigma_m;
-    Solve(t, pose, &before, sigma, options_.max_iterations, iterations);
+    double sigma = kPenetration_m;
+    Solve(t, pose, &before, sigma, kIterations, iterations);
     for (int k = 0; k < kHarder && Deepest(pose) > kDeepest_m; ++k) {
       sigma *= 0.1;
-      Solve(t, pose, &before, sigma, options_.max_iterations, iterations);
+      Solve(t, pose, &before, sigma, kIterations, iterations);
     }
     return pose;
   }
@@ -118,29 +126,26 @@ class ClipTransfer {
     Eigen::Matrix3Xd human(3, n);
     Eigen::VectorXd weights(n);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const int v = points_[static_cast<std::size_t>(i)].vertex;
+      const int v = points_[i].vertex;
       human.col(i) = frame.vertices.col(v);
       const double near = std::max(frame.distance(v), 0.0) / kNear_m;
       weights(i) = (kFarWeight + std::exp(-near * near)) * 16.0 / static_cast<double>(n);
     }
-    const RobotDistanceTerm distances(points_, human, setup_.object_vertices, weights,
-                                      options_.distance_sigma_m);
-    const RobotContactTerm contacts(setup_.pads, frame.contacts,
-                                    {options_.contact_sigma_m, options_.contact_sigma_rad});
+    const RobotDistanceTerm distances(points_, human, setup_.object_vertices, weights, kDistance_m);
+    const RobotContactTerm contacts(setup_.pads, frame.contacts, kContact_m, kContact_rad);
     penetration_.SetSigma(penetration_sigma);
     const RobotPostureTerm posture(setup_.robot.Straight(),
                                    Eigen::VectorXd::Constant(setup_.robot.NumDofs(), 3.0));
-    const RobotPlaceTerm place(
-        frame.object_from_wrist * setup_.wrist_from_root, setup_.anatomy.knuckles,
-        options_.on_path ? 5.0 * kDegree : 40.0 * kDegree, options_.on_path ? 0.01 : 0.08);
+    const RobotPlaceTerm place(frame.object_from_wrist * setup_.wrist_from_root,
+                               setup_.anatomy.knuckles, on_path_ ? 5.0 * kDegree : 40.0 * kDegree,
+                               on_path_ ? 0.01 : 0.08);
     std::vector<const RobotTerm*> terms{&distances, &contacts, &penetration_, &limits_,
                                         &self_,     &posture,  &place};
     std::optional<RobotPostureTerm> change;
     std::optional<RobotPlaceTerm> movement;
     if (before != nullptr) {
       change.emplace(before->q, sigma_q_);
-      movement.emplace(before->ObjectFromRoot(), setup_.anatomy.knuckles, options_.change_sigma_rad,
-                       options_.change_sigma_m);
+      movement.emplace(before->ObjectFromRoot(), setup_.anatomy.knuckles, kChange_rad, kChange_m);
       terms.push_back(&*change);
       terms.push_back(&*movement);
     }
@@ -163,10 +168,9 @@ class ClipTransfer {
   }
 
   const RobotTransferSetup& setup_;
-  const RobotTransferOptions& options_;
-  RobotSolver solver_;
+  bool on_path_;
+  RobotBlock solver_;
   const std::vector<SkinPair>& points_;
-  RobotObstacle obstacle_;
   RobotPenetrationTerm penetration_;
   RobotLimitTerm limits_;
   RobotSelfTerm self_;
@@ -185,7 +189,8 @@ RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions&
   std::vector<int> tried(poses.size());
   const auto solve = [&](double sigma) {
     ParallelFor(static_cast<int>(poses.size()), options.threads, [&](int k) {
-      costs[k] = ClipTransfer(setup, options, points).StartPose(t, sigma, poses[k], &tried[k]);
+      costs[k] =
+          ClipTransfer(setup, options.on_path, points).StartPose(t, sigma, poses[k], &tried[k]);
     });
   };
   // Loose penalty first: contacts pull while the hand leaves the object. Then the worst third is
@@ -199,9 +204,9 @@ RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions&
   for (std::size_t k = 0; k < best.size(); ++k) poses[k] = poses[best[k]];
   poses.resize(best.size());
   costs.resize(best.size());
-  solve(options.penetration_sigma_m);
+  solve(kPenetration_m);
   *iterations += std::accumulate(tried.begin(), tried.end(), 0);
-  return poses[static_cast<std::size_t>(ChooseStart(setup, poses, costs))];
+  return poses[ChooseStart(setup, poses, costs)];
 }
 
 // Returns the frame with most contacts; the middle one of ties.
@@ -221,7 +226,7 @@ OptionTable OptionsOf(RobotTransferOptions& options) {
   using OptionalSide = std::optional<Side>;
   OptionTable table;
   table.Group("Target robot hand");
-  table.Choice("hand", options.demonstration.side,
+  table.Choice("hand", options.side,
                {{"auto", OptionalSide()}, {"right", Side::kRight}, {"left", Side::kLeft}},
                "Hand to transfer; auto: the one that holds longer");
   table.Flag("robot_on_path", options.on_path,
@@ -242,7 +247,7 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
   setup.robot = std::move(robot);
   setup.object = *scene.object;
   setup.object_distance = std::make_unique<SignedDistance>(setup.object);
-  const Side side = options.demonstration.side.value_or(HoldingSide(scene, *setup.object_distance));
+  const Side side = options.side.value_or(HoldingSide(scene, *setup.object_distance));
   RequireHands(*scene.body, HoldingBit(side));
   setup.anatomy = options.correspondence.empty() ? FindAnatomy(setup.robot, side)
                                                  : AnatomyOf(setup.robot, options.correspondence,
@@ -256,8 +261,8 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
   setup.human = std::make_shared<const HandModel>(scene.body, scene.betas, side);
   setup.axes = std::make_unique<HandAxes>(*setup.human);
   setup.landmarks = std::make_unique<HandLandmarks>(*setup.human, *setup.axes);
-  setup.demonstration = ReadDemonstration(scene, *setup.human, *setup.landmarks, *setup.axes,
-                                          *setup.object_distance, options.demonstration.touch_m);
+  setup.demonstration =
+      ReadDemonstration(scene, *setup.human, *setup.landmarks, *setup.axes, *setup.object_distance);
   setup.pairs = PairSkins(*setup.human, *setup.landmarks, *setup.axes, setup.robot, setup.anatomy);
   setup.solids = std::make_unique<RobotSolids>(setup.robot, setup.anatomy, options.threads);
   setup.pads = RobotPads(setup.pairs, *setup.solids);
@@ -265,8 +270,8 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
       *setup.object_distance,
       DistanceGridOptions{.cell_m = kObjectCell_m, .threads = options.threads});
   setup.object_samples = InBlocks(ContactSamples(setup.object, 0.004, kMaxObjectSamples));
-  setup.object_vertices = ContactSamples(setup.object, 0.012, options.object_vertices);
-  setup.wrist_from_root = WristFromRoot(*setup.axes, setup.robot, setup.anatomy);
+  setup.object_vertices = ContactSamples(setup.object, 0.012, kObjectVertices);
+  setup.wrist_from_root = WristFromRoot(*setup.axes, setup.anatomy);
   // Contacts without a corresponding pad cannot be preserved.
   for (HumanFrame& frame : setup.demonstration.frames) {
     setup.contacts_left_out +=
@@ -283,13 +288,13 @@ RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransf
   RobotTransfer out;
   out.poses.resize(static_cast<std::size_t>(frames));
   const std::vector<SkinPair> points =
-      Spread(setup.pairs, setup.human->Surface().RestVertices(), options.points);
+      Spread(setup.pairs, setup.human->Surface().RestVertices(), kSkinPoints);
   const int anchor = AnchorFrame(setup.demonstration);
   const Clock::time_point begin = Clock::now();
   out.poses[anchor] = FirstPose(setup, options, points, anchor, &out.iterations);
   out.start_ms = Milliseconds(begin);
   const Clock::time_point follow = Clock::now();
-  ClipTransfer transfer(setup, options, points);
+  ClipTransfer transfer(setup, options.on_path, points);
   int done = 0;
   const auto report = [&] { out.stopped = progress && !progress("transfer", ++done, frames); };
   // Each frame starts from the last solved frame, whose grasp may be the same.

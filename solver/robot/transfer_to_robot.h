@@ -19,24 +19,12 @@
 namespace holdfast {
 
 struct RobotTransferOptions {
-  DemonstrationOptions demonstration;
+  std::optional<Side> side;              ///< default: the hand that holds longer
   std::vector<PartLink> correspondence;  ///< empty: found by FindAnatomy
   std::string correspondence_source;     ///< its file, for messages
   /// Keep the wrist near the human's (palms aligned), within 1 cm and 5 degrees; otherwise it is
   /// free, with a weak prior there.
   bool on_path = false;
-  // Standard deviations of the terms.
-  double distance_sigma_m = 0.02;     ///< E_d
-  double contact_sigma_m = 0.001;     ///< contact position
-  double contact_sigma_rad = 0.1;     ///< contact normal
-  double penetration_sigma_m = 1e-4;  ///< both directions
-  double margin_m = 3e-4;             ///< kept between surfaces
-  double self_sigma_m = 3e-4;         ///< self-collision of links
-  double change_sigma_rad = 0.15;     ///< of joints, between frames
-  double change_sigma_m = 0.01;       ///< of the wrist in the object's frame, between frames
-  int object_vertices = 128;          ///< of E_d
-  int points = 160;                   ///< on the hand's skin, in E_d
-  int max_iterations = 15;            ///< per frame
   int threads = 1;  ///< for setup and the first frame's starts; does not affect the result
 };
 
@@ -48,12 +36,11 @@ OptionTable OptionsOf(RobotTransferOptions& options);
 struct RobotContact {
   int part = 0;  ///< of the human hand
   int link = 0;
-  Eigen::Vector3d target = Eigen::Vector3d::Zero(), target_normal = Eigen::Vector3d::Zero();
   Eigen::Vector3d point = Eigen::Vector3d::Zero(), normal = Eigen::Vector3d::Zero();
-  double distance_m = 0.0;  ///< point to target
-  double angle_rad = 0.0;   ///< normal to the reversed target normal
+  double distance_m = 0.0;  ///< to the human's point
+  double angle_rad = 0.0;   ///< normal to the reversed object normal there
   double gap_m = 0.0;       ///< minimum distance of its pad to the object
-  /// Object normal at the point nearest to the pad, to the target's. NaN for a human hand.
+  /// Object normal at the point nearest to the pad, to that at the human's. NaN for a human hand.
   double press_rad = std::numeric_limits<double>::quiet_NaN();
   /// Bone of the phalanx, robot versus human: angle of directions, distance of distal ends. NaN for
   /// the palm and for a human hand.

@@ -73,36 +73,27 @@ TriangleMesh MeshOf(const mjModel& model, int mesh) {
   return out;
 }
 
-// Number of size parameters of a geometry type.
-int NumSizes(int kind) {
-  switch (kind) {
-    case mjGEOM_SPHERE:
-      return 1;
-    case mjGEOM_CAPSULE:
-    case mjGEOM_CYLINDER:
-      return 2;
-    case mjGEOM_ELLIPSOID:
-    case mjGEOM_BOX:
-      return 3;
-    default:
-      return 0;
-  }
-}
-
 TriangleMesh ShapeOf(const std::string& source, const mjModel& model, int geom) {
   const mjtNum* const size = model.geom_size + 3 * geom;
-  RequireShapeSize(source, NameOf(model, mjOBJ_BODY, model.geom_bodyid[geom]),
-                   Eigen::Map<const Eigen::VectorXd>(size, NumSizes(model.geom_type[geom])));
+  const auto require_sizes = [&](int count) {
+    RequireShapeSize(source, NameOf(model, mjOBJ_BODY, model.geom_bodyid[geom]),
+                     Eigen::Map<const Eigen::VectorXd>(size, count));
+  };
   switch (model.geom_type[geom]) {
     case mjGEOM_SPHERE:
+      require_sizes(1);
       return BallMesh(size[0]);
     case mjGEOM_CAPSULE:
+      require_sizes(2);
       return CapsuleMesh(size[0], 2.0 * size[1]);
     case mjGEOM_ELLIPSOID:
+      require_sizes(3);
       return EllipsoidMesh({size[0], size[1], size[2]});
     case mjGEOM_CYLINDER:
+      require_sizes(2);
       return CylinderMesh(size[0], 2.0 * size[1]);
     case mjGEOM_BOX:
+      require_sizes(3);
       return BoxMesh(2.0 * Eigen::Vector3d(size[0], size[1], size[2]));
     case mjGEOM_MESH:
       return MeshOf(model, model.geom_dataid[geom]);

@@ -16,6 +16,8 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -43,7 +45,7 @@ constexpr std::size_t kMaxAnswer_bytes = std::size_t{1} << 30;
 class Packer {
  public:
   template <typename T>
-  void Number(T value) {
+  void Number(const T& value) {
     static_assert(std::is_trivially_copyable_v<T>);
     bytes_.append(reinterpret_cast<const char*>(&value), sizeof value);
   }
@@ -57,6 +59,11 @@ class Packer {
     bytes_.append(reinterpret_cast<const char*>(matrix.data()),
                   static_cast<std::size_t>(matrix.size()) * sizeof *matrix.data());
   }
+  template <typename T, typename Each>
+  void List(const std::vector<T>& items, const Each& each) {
+    Number(items.size());
+    for (const T& item : items) each(item);
+  }
   const std::string& Bytes() const { return bytes_; }
 
  private:
@@ -67,24 +74,29 @@ class Unpacker {
  public:
   explicit Unpacker(std::string_view bytes) : bytes_(bytes) {}
   template <typename T>
-  T Number() {
-    T value;
+  void Number(T& value) {
     std::memcpy(&value, Take(sizeof value), sizeof value);
-    return value;
   }
-  std::string Text() {
-    const auto size = Number<std::size_t>();
-    return {Take(size), size};
+  void Text(std::string& text) {
+    std::size_t size = 0;
+    Number(size);
+    text.assign(Take(size), size);
   }
   template <typename Matrix>
   void Dense(Matrix& matrix) {
-    const auto cols = Number<Eigen::Index>();
+    Eigen::Index cols = 0;
+    Number(cols);
     const std::size_t column =
         static_cast<std::size_t>(matrix.rows()) * sizeof(typename Matrix::Scalar);
     if (cols < 0 || static_cast<std::size_t>(cols) > bytes_.size() / column) Fail();
     matrix.resize(Eigen::NoChange, cols);
     const std::size_t size = column * static_cast<std::size_t>(cols);
     if (size > 0) std::memcpy(matrix.data(), Take(size), size);
+  }
+  template <typename T, typename Each>
+  void List(std::vector<T>& items, const Each& each) {
+    std::size_t count = 0;
+    for (Number(count); count > 0; --count) each(items.emplace_back());
   }
 
  private:
@@ -98,65 +110,32 @@ class Unpacker {
   std::string_view bytes_;
 };
 
-void Pack(const RobotHand& hand, Packer& out) {
-  out.Text(hand.name);
-  out.Text(hand.source);
-  out.Number(hand.links.size());
-  for (const RobotLink& link : hand.links) {
-    out.Text(link.name);
-    out.Number(link.parent);
-    out.Text(link.joint);
-    out.Number(link.kind);
-    out.Dense(link.parent_from_joint.matrix());
-    out.Dense(link.axis);
-    out.Number(link.dof);
-    out.Number(link.factor);
-    out.Number(link.offset);
-    out.Number(link.shapes.size());
-    for (const TriangleMesh& shape : link.shapes) {
-      out.Dense(shape.vertices);
-      out.Dense(shape.faces);
-    }
-  }
-  out.Number(hand.dofs.size());
-  for (const RobotDof& dof : hand.dofs) {
-    out.Text(dof.name);
-    out.Number(dof.low);
-    out.Number(dof.high);
-  }
-  out.Number(hand.notes.size());
-  for (const std::string& note : hand.notes) out.Text(note);
-}
-
-RobotHand UnpackHand(Unpacker& in) {
-  RobotHand hand;
-  hand.name = in.Text();
-  hand.source = in.Text();
-  for (auto links = in.Number<std::size_t>(); links > 0; --links) {
-    RobotLink& link = hand.links.emplace_back();
-    link.name = in.Text();
-    link.parent = in.Number<int>();
-    link.joint = in.Text();
-    link.kind = in.Number<RobotJointKind>();
-    in.Dense(link.parent_from_joint.matrix());
-    in.Dense(link.axis);
-    link.dof = in.Number<int>();
-    link.factor = in.Number<double>();
-    link.offset = in.Number<double>();
-    for (auto shapes = in.Number<std::size_t>(); shapes > 0; --shapes) {
-      TriangleMesh& shape = link.shapes.emplace_back();
-      in.Dense(shape.vertices);
-      in.Dense(shape.faces);
-    }
-  }
-  for (auto dofs = in.Number<std::size_t>(); dofs > 0; --dofs) {
-    RobotDof& dof = hand.dofs.emplace_back();
-    dof.name = in.Text();
-    dof.low = in.Number<double>();
-    dof.high = in.Number<double>();
-  }
-  for (auto notes = in.Number<std::size_t>(); notes > 0; --notes) hand.notes.push_back(in.Text());
-  return hand;
+// Packs a hand, or unpacks one.
+template <typename Pack, typename Hand>
+void Transmit(Hand& hand, Pack& pack) {
+  pack.Text(hand.name);
+  pack.Text(hand.source);
+  pack.List(hand.links, [&](auto& link) {
+    pack.Text(link.name);
+    pack.Number(link.parent);
+    pack.Text(link.joint);
+    pack.Number(link.kind);
+    pack.Dense(link.parent_from_joint.matrix());
+    pack.Dense(link.axis);
+    pack.Number(link.dof);
+    pack.Number(link.factor);
+    pack.Number(link.offset);
+    pack.List(link.shapes, [&](auto& shape) {
+      pack.Dense(shape.vertices);
+      pack.Dense(shape.faces);
+    });
+  });
+  pack.List(hand.dofs, [&](auto& dof) {
+    pack.Text(dof.name);
+    pack.Number(dof.low);
+    pack.Number(dof.high);
+  });
+  pack.List(hand.notes, [&](auto& note) { pack.Text(note); });
 }
 
 enum class Answer : char { kHand, kError, kMemory, kFault };
@@ -169,7 +148,7 @@ std::string AnswerOf(const std::function<RobotHand()>& read) {
   try {
     const RobotHand hand = read();
     out.Number(Answer::kHand);
-    Pack(hand, out);
+    Transmit(hand, out);
   } catch (const Error& error) {
     out.Number(Answer::kError);
     for (const std::string& part : {error.Where(), error.Problem(), error.Remedy()}) out.Text(part);
@@ -233,25 +212,20 @@ bool Receive(int from, std::string& bytes) {
   }
 }
 
-struct Child {
-  pid_t id = -1;
-  int answer = -1;
-};
-
-Child Begin(const fs::path& path, const std::function<RobotHand()>& read) {
+// Returns the child process; `answer`: where its answer is read.
+pid_t Begin(const fs::path& path, const std::function<RobotHand()>& read, int& answer) {
   const std::scoped_lock lock(LibraryLock());
   std::array<int, 2> ends{};
-  Child child;
   if (pipe2(ends.data(), O_CLOEXEC) == 0) {
-    child.id = fork();
-    if (child.id == 0) {
+    const pid_t child = fork();
+    if (child == 0) {
       close(ends[0]);
       Read(ends[1], read);
     }
     const int why = errno;
     close(ends[1]);
-    child.answer = ends[0];
-    if (child.id > 0) return child;
+    answer = ends[0];
+    if (child > 0) return child;
     close(ends[0]);
     errno = why;
   }
@@ -284,21 +258,28 @@ std::mutex& LibraryLock() {
 
 RobotHand ReadInProcess(const fs::path& path, std::string_view library,
                         const std::function<RobotHand()>& read) {
-  const Child child = Begin(path, read);
+  int from = -1;
+  const pid_t child = Begin(path, read, from);
   std::string bytes;
-  const bool in_time = Receive(child.answer, bytes);
-  if (!in_time) kill(child.id, SIGKILL);
-  close(child.answer);
+  const bool in_time = Receive(from, bytes);
+  if (!in_time) kill(child, SIGKILL);
+  close(from);
   int status = 0;
-  while (waitpid(child.id, &status, 0) < 0 && errno == EINTR) {
+  while (waitpid(child, &status, 0) < 0 && errno == EINTR) {
   }
   if (!in_time || !bytes.ends_with(kWhole)) Report(path, library, in_time, status);
   Unpacker in(bytes);
-  switch (in.Number<Answer>()) {
-    case Answer::kHand:
-      return UnpackHand(in);
+  Answer answer = Answer::kFault;
+  in.Number(answer);
+  switch (answer) {
+    case Answer::kHand: {
+      RobotHand hand;
+      Transmit(hand, in);
+      return hand;
+    }
     case Answer::kError: {
-      const std::string where = in.Text(), problem = in.Text(), remedy = in.Text();
+      std::string where, problem, remedy;
+      for (std::string* text : {&where, &problem, &remedy}) in.Text(*text);
       throw Error(where, problem, remedy);
     }
     case Answer::kMemory:
@@ -309,7 +290,9 @@ RobotHand ReadInProcess(const fs::path& path, std::string_view library,
     case Answer::kFault:
       break;
   }
-  throw Error(path.string(), fmt::format("causes an error in {}: {}", library, in.Text()),
+  std::string fault;
+  in.Text(fault);
+  throw Error(path.string(), fmt::format("causes an error in {}: {}", library, fault),
               "Check it in the program that wrote it");
 }
 

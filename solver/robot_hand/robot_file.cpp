@@ -139,7 +139,7 @@ class RobotFileCheck {
     RobotFile file;
     file.text = ReadText(path_);
     if (file.text.empty()) throw Error(path_.string(), "is empty", "Check the path");
-    Scan(path_, file.text, file.root);
+    Scan(path_, file.text);
     // Later includes may add folders in which earlier names are found.
     for (std::size_t k = 0; k < named_.size(); ++k) {
       const Named named = named_[k];
@@ -148,8 +148,7 @@ class RobotFileCheck {
       if (!found) continue;
       if (named.included && included_.insert(fs::weakly_canonical(*found)).second) {
         AddFolder(found->parent_path());
-        std::string ignored;
-        Scan(*found, ReadText(*found), ignored);
+        Scan(*found, ReadText(*found));
       } else if (const double cells = PngCells(*found); cells > kMaxCells) {
         throw Error(found->string(),
                     fmt::format("is an image of {:.0f} million pixels, used by {}", 1e-6 * cells,
@@ -186,37 +185,31 @@ class RobotFileCheck {
     return text;
   }
 
-  [[noreturn]] static void Refuse(const fs::path& path, const std::string& problem,
-                                  const std::string& remedy) {
-    throw Error(path.string(), problem, remedy);
-  }
-
-  void Scan(const fs::path& path, const std::string& text, std::string& root) {
+  void Scan(const fs::path& path, const std::string& text) {
     std::vector<Open> open;
     XmlTags tags(text);
     XmlTag tag;
     while (tags.Next(tag)) {
-      if (tag.kind == XmlTag::Kind::kCloses) {
+      if (tag.closes) {
         if (!open.empty()) open.pop_back();
         continue;
       }
-      if (root.empty()) root = tag.name;
       const std::string label = Label(tag, open);
       const double copies = CopiesOf(path, tag, label, open.empty() ? 1.0 : open.back().copies);
       Count(path, tag, copies);
       CheckNumbers(path, tag, label);
       CheckSizes(path, tag, label);
       NoteFiles(path, tag);
-      if (tag.kind == XmlTag::Kind::kEmpty) continue;
+      if (tag.empty) continue;
       open.push_back({label, copies});
       if (open.size() > kMaxDepth) {
-        Refuse(path, fmt::format("has elements nested deeper than {}", kMaxDepth),
-               "Check that the file describes a robot");
+        throw Error(path.string(), fmt::format("has elements nested deeper than {}", kMaxDepth),
+                    "Check that the file describes a robot");
       }
     }
     if (tags.DefinesEntities()) {
-      Refuse(path, "defines XML entities, which are not supported",
-             "Replace them with their values");
+      throw Error(path.string(), "defines XML entities, which are not supported",
+                  "Replace them with their values");
     }
   }
 
@@ -239,26 +232,27 @@ class RobotFileCheck {
       copies *= std::max(1.0, count);
     }
     if (copies <= kMaxCopies) return copies;
-    Refuse(path,
-           fmt::format("{}: a {} of {:.0f} parts; the maximum is {:.0f}", label, tag.name, copies,
-                       kMaxCopies),
-           "Leave it out of the hand's file, or lower its count");
+    throw Error(path.string(),
+                fmt::format("{}: a {} of {:.0f} parts; the maximum is {:.0f}", label, tag.name,
+                            copies, kMaxCopies),
+                "Leave it out of the hand's file, or lower its count");
   }
 
   void Count(const fs::path& path, const XmlTag& tag, double copies) {
     elements_ += copies;
     if (tag.name == "link" || tag.name == "body") links_ += copies;
     if (tag.attributes.size() > kMaxAttributes) {
-      Refuse(path, fmt::format("<{:.40}> has more than {} attributes", tag.name, kMaxAttributes),
-             "Check that the file describes a robot");
+      throw Error(path.string(),
+                  fmt::format("<{:.40}> has more than {} attributes", tag.name, kMaxAttributes),
+                  "Check that the file describes a robot");
     }
     if (elements_ > kMaxElements) {
-      Refuse(path, fmt::format("has more than {:.0f} elements", kMaxElements),
-             "Give the file of the hand alone");
+      throw Error(path.string(), fmt::format("has more than {:.0f} elements", kMaxElements),
+                  "Give the file of the hand alone");
     }
     if (links_ > kMaxLinks) {
-      Refuse(path, fmt::format("has more than {:.0f} links", kMaxLinks),
-             "Give the file of the hand alone");
+      throw Error(path.string(), fmt::format("has more than {:.0f} links", kMaxLinks),
+                  "Give the file of the hand alone");
     }
   }
 
@@ -269,8 +263,9 @@ class RobotFileCheck {
       if (IsWord(name)) continue;
       for (const double number : LeadingNumbers(value)) {
         if (std::isfinite(number)) continue;
-        Refuse(path, fmt::format("{}: {}=\"{:.80}\" is not finite", label, name, value),
-               "Correct the number");
+        throw Error(path.string(),
+                    fmt::format("{}: {}=\"{:.80}\" is not finite", label, name, value),
+                    "Correct the number");
       }
     }
   }
@@ -288,8 +283,8 @@ class RobotFileCheck {
       cells = width * NumberOf(tag, "height", 6.0 * width);
     }
     if (std::abs(cells) > kMaxCells) {
-      Refuse(path, fmt::format("{}: {:.0f} million points", label, 1e-6 * cells),
-             "Leave it out of the hand's file, or make it smaller");
+      throw Error(path.string(), fmt::format("{}: {:.0f} million points", label, 1e-6 * cells),
+                  "Leave it out of the hand's file, or make it smaller");
     }
     if (tag.name != "size") return;
     for (const auto& [name, value] : tag.attributes) {
@@ -298,8 +293,9 @@ class RobotFileCheck {
       const double most = name.starts_with("nuser_") ? kMaxUserNumbers : kMaxSize;
       for (const double number : LeadingNumbers(value)) {
         if (number <= (scratch ? 10.0 * kMaxSize : most)) continue;
-        Refuse(path, fmt::format("<size {}=\"{:.40}\"> would take gigabytes", name, value),
-               "Remove it: a hand does not need that much memory");
+        throw Error(path.string(),
+                    fmt::format("<size {}=\"{:.40}\"> would take gigabytes", name, value),
+                    "Remove it: a hand does not need that much memory");
       }
     }
   }
@@ -318,8 +314,8 @@ class RobotFileCheck {
       if (!seen_.insert(file).second) continue;
       named_.push_back({path, file, tag.name == "include"});
       if (named_.size() <= kMaxFiles) continue;
-      Refuse(path, fmt::format("names more than {} files", kMaxFiles),
-             "Give the file of the hand alone");
+      throw Error(path.string(), fmt::format("names more than {} files", kMaxFiles),
+                  "Give the file of the hand alone");
     }
   }
 
@@ -327,8 +323,8 @@ class RobotFileCheck {
     if (std::ranges::find(folders_, folder) != folders_.end()) return;
     folders_.push_back(folder);
     if (folders_.size() <= kMaxFolders) return;
-    Refuse(path_, fmt::format("has its files in more than {} folders", kMaxFolders),
-           "Put them into one");
+    throw Error(path_.string(), fmt::format("has its files in more than {} folders", kMaxFolders),
+                "Put them into one");
   }
 
   // Resolves a name to a regular file. Throws Error if only something else is there.
@@ -402,8 +398,9 @@ bool XmlTags::Next(XmlTag& tag) {
       if (!Skip("?>")) return false;
     } else {
       ++at_;
-      tag.kind = rest.starts_with("</") ? XmlTag::Kind::kCloses : XmlTag::Kind::kOpens;
-      if (tag.kind == XmlTag::Kind::kCloses) ++at_;
+      tag.closes = rest.starts_with("</");
+      tag.empty = false;
+      if (tag.closes) ++at_;
       const std::size_t end = std::min(text_.find_first_of(" \t\r\n/><", at_), text_.size());
       tag.name = text_.substr(at_, end - at_);
       tag.attributes.clear();
@@ -422,7 +419,7 @@ bool XmlTags::ReadAttributes(XmlTag& tag) {
       return true;
     }
     if (c == '/' && at_ + 1 < text_.size() && text_[at_ + 1] == '>') {
-      if (tag.kind == XmlTag::Kind::kOpens) tag.kind = XmlTag::Kind::kEmpty;
+      tag.empty = !tag.closes;
       tag.end = at_ += 2;
       return true;
     }

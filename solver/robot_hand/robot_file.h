@@ -11,8 +11,7 @@ namespace holdfast {
 
 /// An XML tag. No tree is built, so nesting depth is unlimited.
 struct XmlTag {
-  enum class Kind { kOpens, kCloses, kEmpty };  ///< `<a>`, `</a>`, `<a/>`
-  Kind kind = Kind::kOpens;
+  bool closes = false, empty = false;  ///< `</a>`, `<a/>`
   std::string name;
   std::vector<std::pair<std::string, std::string>> attributes;  ///< references resolved
   std::size_t begin = 0, end = 0;                               ///< range of the tag in the text
@@ -41,7 +40,6 @@ class XmlTags {
 /// Contents of a robot file that are checked before a library reads it.
 struct RobotFile {
   std::string text;  ///< contents of the file
-  std::string root;  ///< name of the root element: "robot", "mujoco"
   /// Referenced files: the name as written, and the resolved path. The path is empty if the file is
   /// missing or the name starts with package://.
   std::vector<std::pair<std::string, std::filesystem::path>> files;

@@ -23,16 +23,14 @@ namespace {
 constexpr double kMinRange = 1e-4;  // radians or meters; a smaller range counts as none
 constexpr double kTurn_rad = 2.0 * std::numbers::pi, kSlide_m = 1.0;  // no joint needs more
 
-struct Followed {
-  std::string leader;
-  double factor = 1.0, offset = 0.0;
-};
-
-// Resolves chains of followers to the leading joint.
-Followed Resolve(const std::map<std::string, const RobotJointSource*>& by_name,
-                 const std::string& source, const RobotJointSource& joint) {
-  Followed followed{joint.name, 1.0, 0.0};
+// Resolves chains of followers to the leading joint, of which this one is `factor` times the value
+// plus `offset`.
+const RobotJointSource& Leader(const std::map<std::string, const RobotJointSource*>& by_name,
+                               const std::string& source, const RobotJointSource& joint,
+                               double& factor, double& offset) {
   const RobotJointSource* at = &joint;
+  factor = 1.0;
+  offset = 0.0;
   for (std::size_t steps = 0; !at->follows.empty(); ++steps) {
     const auto next = by_name.find(at->follows);
     if (next == by_name.end()) {
@@ -45,12 +43,11 @@ Followed Resolve(const std::map<std::string, const RobotJointSource*>& by_name,
       throw Error(source, fmt::format("joint '{}' follows itself", joint.name),
                   "Correct its mimic");
     }
-    followed.offset += followed.factor * at->offset;
-    followed.factor *= at->factor;
+    offset += factor * at->offset;
+    factor *= at->factor;
     at = next->second;
-    followed.leader = at->name;
   }
-  return followed;
+  return *at;
 }
 
 void RequireSense(const std::string& source, const RobotJointSource& joint) {
@@ -102,30 +99,24 @@ void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand) {
     }
   }
   std::map<std::string, int> dof_of;
-  const auto dof_named = [&](const std::string& leader) {
-    const auto [found, added] = dof_of.emplace(leader, hand.NumDofs());
-    const RobotJointSource& joint = *by_name.at(leader);
-    if (added) hand.dofs.push_back({leader, joint.low, joint.high});
-    return found->second;
-  };
   for (RobotLink& link : hand.links) {
     const auto found = by_name.find(link.joint);
     if (link.kind == RobotJointKind::kFixed || found == by_name.end()) continue;
     const RobotJointSource& joint = *found->second;
-    const Followed followed = Resolve(by_name, hand.source, joint);
-    const RobotJointSource& leader = *by_name.at(followed.leader);
-    if (followed.factor == 0.0 || leader.high - leader.low < kMinRange) {
-      link.offset =
-          std::clamp(followed.factor * leader.low + followed.offset, joint.low, joint.high);
+    double factor = 1.0, offset = 0.0;
+    const RobotJointSource& leader = Leader(by_name, hand.source, joint, factor, offset);
+    if (factor == 0.0 || leader.high - leader.low < kMinRange) {
+      link.offset = std::clamp(factor * leader.low + offset, joint.low, joint.high);
       hand.notes.push_back(fmt::format("joint '{}' has no range: treated as fixed", joint.name));
       continue;
     }
-    link.dof = dof_named(followed.leader);
-    link.factor = followed.factor;
-    link.offset = followed.offset;
-    RobotDof& dof = hand.dofs[static_cast<std::size_t>(link.dof)];
-    const double one = (joint.low - followed.offset) / followed.factor;
-    const double other = (joint.high - followed.offset) / followed.factor;
+    const auto [dof_found, added] = dof_of.emplace(leader.name, hand.NumDofs());
+    if (added) hand.dofs.push_back({leader.name, leader.low, leader.high});
+    link.dof = dof_found->second;
+    link.factor = factor;
+    link.offset = offset;
+    RobotDof& dof = hand.dofs[link.dof];
+    const double one = (joint.low - offset) / factor, other = (joint.high - offset) / factor;
     const double low = std::min(one, other), high = std::max(one, other);
     // A follower's rounded limits may leave slightly less than its leader's: not an error.
     if (low < dof.high && high > dof.low) {
@@ -151,10 +142,8 @@ Eigen::VectorXd RobotHand::Clamped(const Eigen::VectorXd& q) const {
 }
 
 int RobotHand::FindLink(const std::string& link) const {
-  for (int k = 0; k < NumLinks(); ++k) {
-    if (links[k].name == link) return k;
-  }
-  return -1;
+  const auto found = std::ranges::find(links, link, &RobotLink::name);
+  return found == links.end() ? -1 : static_cast<int>(found - links.begin());
 }
 
 namespace {

@@ -21,7 +21,7 @@ RobotState::RobotState(const RobotHand& hand)
   for (std::size_t k = 0; k < hand.links.size(); ++k) {
     const RobotLink& link = hand.links[k];
     assert(link.parent < static_cast<int>(k));
-    if (link.parent >= 0) chains_[k] = chains_[static_cast<std::size_t>(link.parent)];
+    if (link.parent >= 0) chains_[k] = chains_[link.parent];
     columns_[k].dof = link.dof;
     if (link.dof >= 0) chains_[k].push_back(static_cast<int>(k));
   }
@@ -32,9 +32,8 @@ void RobotState::Evaluate(const Eigen::Ref<const Eigen::VectorXd>& q) {
   for (std::size_t k = 0; k < hand_->links.size(); ++k) {
     const RobotLink& link = hand_->links[k];
     Eigen::Isometry3d& pose = root_from_link_[k];
-    pose = link.parent < 0
-               ? link.parent_from_joint
-               : root_from_link_[static_cast<std::size_t>(link.parent)] * link.parent_from_joint;
+    pose = link.parent < 0 ? link.parent_from_joint
+                           : root_from_link_[link.parent] * link.parent_from_joint;
     const double value = link.offset + (link.dof < 0 ? 0.0 : link.factor * q(link.dof));
     const Eigen::Vector3d axis = pose.linear() * link.axis;
     if (link.dof >= 0) {

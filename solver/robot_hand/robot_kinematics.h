@@ -23,9 +23,7 @@ class RobotState {
   void Evaluate(const Eigen::Ref<const Eigen::VectorXd>& q);
 
   const RobotHand& Hand() const { return *hand_; }
-  const Eigen::Isometry3d& RootFromLink(int link) const {
-    return root_from_link_[static_cast<std::size_t>(link)];
-  }
+  const Eigen::Isometry3d& RootFromLink(int link) const { return root_from_link_[link]; }
 
   /// A joint that moves a link: its degree of freedom, and the twist of all attached links per unit
   /// of it, in the root's frame (angular velocity, then the linear velocity at the origin).
@@ -34,9 +32,9 @@ class RobotState {
     Eigen::Matrix<double, 6, 1> twist;
   };
   /// Moving joints from the root out to `link`; a degree of freedom may occur more than once.
-  const std::vector<int>& Chain(int link) const { return chains_[static_cast<std::size_t>(link)]; }
+  const std::vector<int>& Chain(int link) const { return chains_[link]; }
   /// The column of the joint that moves `link` (an entry of Chain).
-  const Column& ColumnOf(int link) const { return columns_[static_cast<std::size_t>(link)]; }
+  const Column& ColumnOf(int link) const { return columns_[link]; }
 
   /// Jacobian d point / d q (3 x dofs) of the `point` fixed to `link`, in the root's frame.
   Eigen::Matrix3Xd PointJacobian(int link, const Eigen::Vector3d& point) const;

@@ -68,12 +68,12 @@ std::string WithCapsulesAsMeshes(const std::string& text) {
     if (tag.name != "capsule" && tag.name != "drake:capsule") continue;
     out += text.substr(done, tag.begin - done);
     done = tag.end;
-    if (tag.kind == XmlTag::Kind::kCloses) {
+    if (tag.closes) {
       out += "</mesh>";
       continue;
     }
     out += fmt::format("<mesh filename=\"{}{},{}\"{}>", kCapsule, tag.Attribute("radius"),
-                       tag.Attribute("length"), tag.kind == XmlTag::Kind::kEmpty ? "/" : "");
+                       tag.Attribute("length"), tag.empty ? "/" : "");
   }
   return out + text.substr(done);
 }

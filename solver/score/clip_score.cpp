@@ -15,10 +15,6 @@
 namespace holdfast {
 namespace {
 
-std::string Percent(Eigen::Index part, Eigen::Index whole) {
-  return fmt::format("{} of {} frames", part, whole);
-}
-
 // Notes in how many frames the volume is not exact, and why.
 void NoteVolumes(const HandObjectScore& hand, const ScoreOptions& options,
                  std::vector<std::string>& notes) {
@@ -29,8 +25,8 @@ void NoteVolumes(const HandObjectScore& hand, const ScoreOptions& options,
         [&](const HandObjectFrame& frame) { return frame.exact_volume.status == status; });
     if (count == 0) continue;
     notes.push_back(fmt::format(
-        "{} hand: the exact intersection volume is undefined in {} ({}); {}", SideName(hand.side),
-        Percent(count, static_cast<Eigen::Index>(hand.frames.size())), Describe(status),
+        "{} hand: the exact intersection volume is undefined in {} of {} frames ({}); {}",
+        SideName(hand.side), count, hand.frames.size(), Describe(status),
         options.exact == ExactMode::kOn || !options.hand_object.measure_voxels
             ? "these frames are left out"
             : fmt::format("these frames use voxels of {:g} mm",

@@ -2,6 +2,7 @@
 #include "solver/score/metric_values.h"
 
 #include <algorithm>
+#include <functional>
 #include <utility>
 
 #include <fmt/format.h>
@@ -112,35 +113,29 @@ void AddBodyDepth(const BodyDepth& depth, const std::string& name, const ScoreOp
 }
 
 void AddReference(const ReferenceScore& reference, MetricValues& values) {
-  Spread global, root, right, left;
-  for (const JointError& error : reference.joints) {
-    global.Add(error.global);
-    root.Add(error.root_aligned);
-    right.Add(error.right_hand);
-    left.Add(error.left_hand);
-  }
-  values["mpjpe_mm"] = global.Mean();
-  values["mpjpe_root_aligned_mm"] = root.Mean();
-  values["mpjpe_right_hand_mm"] = right.Mean();
-  values["mpjpe_left_hand_mm"] = left.Mean();
-  Spread translation, rotation, modulo, add, add_s, add_within, add_s_within;
-  const double within = 0.1 * reference.diameter_mm;
-  for (const ObjectPoseError& error : reference.object) {
-    translation.Add(error.translation_mm);
-    rotation.Add(error.rotation_deg);
-    modulo.Add(error.rotation_modulo_deg);
-    add.Add(error.add_mm);
-    add_s.Add(error.add_s_mm);
-    add_within.Add(error.add_mm < within ? 1.0 : 0.0);
-    add_s_within.Add(error.add_s_mm < within ? 1.0 : 0.0);
-  }
-  values["object_translation_error_mm"] = translation.Mean();
-  values["object_rotation_error_deg"] = rotation.Mean();
-  values["object_rotation_error_modulo_symmetry_deg"] = modulo.Mean();
-  values["object_add_mm"] = add.Mean();
-  values["object_add_s_mm"] = add_s.Mean();
-  values["object_add_within_ratio"] = add_within.Mean();
-  values["object_add_s_within_ratio"] = add_s_within.Mean();
+  const auto mean = [](const auto& frames, const auto& value) {
+    Spread spread;
+    for (const auto& frame : frames) spread.Add(std::invoke(value, frame));
+    return spread.Mean();
+  };
+  values["mpjpe_mm"] = mean(reference.joints, &JointError::global);
+  values["mpjpe_root_aligned_mm"] = mean(reference.joints, &JointError::root_aligned);
+  values["mpjpe_right_hand_mm"] = mean(reference.joints, &JointError::right_hand);
+  values["mpjpe_left_hand_mm"] = mean(reference.joints, &JointError::left_hand);
+  using O = ObjectPoseError;
+  const auto within = [&](double O::*distance) {
+    return [&, distance](const O& error) {
+      return error.*distance < 0.1 * reference.diameter_mm ? 1.0 : 0.0;
+    };
+  };
+  values["object_translation_error_mm"] = mean(reference.object, &O::translation_mm);
+  values["object_rotation_error_deg"] = mean(reference.object, &O::rotation_deg);
+  values["object_rotation_error_modulo_symmetry_deg"] =
+      mean(reference.object, &O::rotation_modulo_deg);
+  values["object_add_mm"] = mean(reference.object, &O::add_mm);
+  values["object_add_s_mm"] = mean(reference.object, &O::add_s_mm);
+  values["object_add_within_ratio"] = mean(reference.object, within(&O::add_mm));
+  values["object_add_s_within_ratio"] = mean(reference.object, within(&O::add_s_mm));
 }
 
 }  // namespace

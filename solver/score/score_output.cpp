@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 
 #include <fmt/format.h>
 
@@ -22,7 +23,7 @@ Json Values(const MetricValues& values) {
 template <typename Items, typename Get>
 Json Series(const Items& items, const Get& get) {
   Json series = Json::array();
-  for (const auto& item : items) series.push_back(get(item));
+  for (const auto& item : items) series.push_back(std::invoke(get, item));
   return series;
 }
 
@@ -33,19 +34,16 @@ Json PerFrame(const HandObjectScore& hand, const ScoreOptions& options) {
       {"hand_in_object_mm", Series(frames, [](const F& f) { return f.hand.max_penetration_mm; })},
       {"hand_in_object_mean_mm",
        Series(frames, [](const F& f) { return f.hand.mean_penetration_mm; })},
-      {"object_in_hand_mm", Series(frames, [](const F& f) { return f.object_max_penetration_mm; })},
-      {"object_in_hand_mean_mm",
-       Series(frames, [](const F& f) { return f.object_mean_penetration_mm; })},
-      {"object_vertices_in_hand",
-       Series(frames, [](const F& f) { return f.object_vertices_inside; })},
+      {"object_in_hand_mm", Series(frames, &F::object_max_penetration_mm)},
+      {"object_in_hand_mean_mm", Series(frames, &F::object_mean_penetration_mm)},
+      {"object_vertices_in_hand", Series(frames, &F::object_vertices_inside)},
       {"contact_ratio", Series(frames, [](const F& f) { return f.hand.contact_ratio; })},
       {"in_contact", Series(frames, [](const F& f) { return f.hand.in_contact; })},
       {"min_distance_mm", Series(frames, [](const F& f) { return f.hand.min_distance_mm; })},
       {"contact_iou", Series(hand.track.steps, [](const ContactStep& s) { return Value(s.iou); })},
       {"contact_slip_mm",
        Series(hand.track.steps, [](const ContactStep& s) { return Value(s.slip_mm); })},
-      {"contact_drift_mm",
-       Series(hand.track.drift_mm, [](const std::optional<double>& d) { return Value(d); })}};
+      {"contact_drift_mm", Series(hand.track.drift_mm, Value)}};
   if (options.hand_object.measure_exact) {
     json["intersection_volume_exact_cm3"] = Series(frames, [](const F& f) {
       return f.exact_volume.Known() ? Json(1e6 * f.exact_volume.volume_m3) : Json(nullptr);
@@ -63,21 +61,17 @@ Json PerFrame(const HandObjectScore& hand, const ScoreOptions& options) {
 Json PerFrame(const ReferenceScore& reference) {
   using J = JointError;
   using O = ObjectPoseError;
-  Json json = {
-      {"mpjpe_mm", Series(reference.joints, [](const J& j) { return j.global; })},
-      {"mpjpe_root_aligned_mm",
-       Series(reference.joints, [](const J& j) { return j.root_aligned; })},
-      {"mpjpe_right_hand_mm", Series(reference.joints, [](const J& j) { return j.right_hand; })},
-      {"mpjpe_left_hand_mm", Series(reference.joints, [](const J& j) { return j.left_hand; })}};
+  Json json = {{"mpjpe_mm", Series(reference.joints, &J::global)},
+               {"mpjpe_root_aligned_mm", Series(reference.joints, &J::root_aligned)},
+               {"mpjpe_right_hand_mm", Series(reference.joints, &J::right_hand)},
+               {"mpjpe_left_hand_mm", Series(reference.joints, &J::left_hand)}};
   if (reference.object.empty()) return json;
-  json["object_translation_error_mm"] =
-      Series(reference.object, [](const O& o) { return o.translation_mm; });
-  json["object_rotation_error_deg"] =
-      Series(reference.object, [](const O& o) { return o.rotation_deg; });
+  json["object_translation_error_mm"] = Series(reference.object, &O::translation_mm);
+  json["object_rotation_error_deg"] = Series(reference.object, &O::rotation_deg);
   json["object_rotation_error_modulo_symmetry_deg"] =
-      Series(reference.object, [](const O& o) { return o.rotation_modulo_deg; });
-  json["object_add_mm"] = Series(reference.object, [](const O& o) { return o.add_mm; });
-  json["object_add_s_mm"] = Series(reference.object, [](const O& o) { return o.add_s_mm; });
+      Series(reference.object, &O::rotation_modulo_deg);
+  json["object_add_mm"] = Series(reference.object, &O::add_mm);
+  json["object_add_s_mm"] = Series(reference.object, &O::add_s_mm);
   return json;
 }
 

@@ -46,35 +46,6 @@ wandr::BodyKinematics<double> KinematicsOf(const imos::ActionSequence& sequence,
   return KinematicsOf(sequence, pose);
 }
 
-// Object of one case over its key frames, canonical frame.
-class ObjectOnItsWay {
- public:
-  ObjectOnItsWay(const imos::ActionSequence& sequence, ObjectMode mode)
-      : sequence_(sequence), mode_(mode) {
-    constexpr int kLast = imos::kHistory - 1;
-    object_ = True(kLast);
-    body_ = KinematicsOf(sequence, sequence.BodyPose(kLast));
-  }
-
-  imos::ObjectPose Next(int frame, const wandr::Pose<double>& pose) {
-    if (mode_ == ObjectMode::kGiven) return object_ = True(frame);
-    const wandr::BodyKinematics<double> body = KinematicsOf(sequence_, pose);
-    object_ = imos::Carried(object_, sequence_.carriers[frame], body_, body);
-    body_ = body;
-    return object_;
-  }
-
- private:
-  imos::ObjectPose True(int frame) const {
-    return {sequence_.ObjectRotation(frame), sequence_.object_transl.col(frame)};
-  }
-
-  const imos::ActionSequence& sequence_;
-  ObjectMode mode_;
-  imos::ObjectPose object_;
-  wandr::BodyKinematics<double> body_;
-};
-
 // Key frames in the world: fingers, jaw and eyes copied from the last given one, as published.
 Clip KeysOf(const ActionCase& one, const imos::SynthesisTrack& track,
             const std::vector<imos::ObjectPose>& objects) {
@@ -104,7 +75,13 @@ MadeCase Follow(const CaseNetwork& network, const ActionCase& one, const CaseOpt
   const std::vector<imos::SynthesisStart> starts = {
       imos::StartOf(one.sequence, rotation, network.loaded.action_table)};
   const std::vector<Eigen::Matrix3Xd> roots = {one.sequence.transl};
-  ObjectOnItsWay object(one.sequence, options.mode);
+  // The object over the key frames, canonical frame.
+  const auto true_object = [&](int frame) -> imos::ObjectPose {
+    return {one.sequence.ObjectRotation(frame), one.sequence.object_transl.col(frame)};
+  };
+  constexpr int kLast = imos::kHistory - 1;
+  imos::ObjectPose object = true_object(kLast);
+  wandr::BodyKinematics<double> body = KinematicsOf(one.sequence, one.sequence.BodyPose(kLast));
   std::vector<imos::ObjectPose> found;
   imos::SynthesisRequest request;
   request.starts = starts;
@@ -118,9 +95,15 @@ MadeCase Follow(const CaseNetwork& network, const ActionCase& one, const CaseOpt
   const std::vector<imos::SynthesisTrack> tracks = imos::RunSynthesis(
       network.network, request,
       [&](int, int frame, const wandr::Pose<double>& pose) {
-        const imos::ObjectPose now = object.Next(frame, pose);
-        found.push_back(now);
-        return imos::ObjectColumn(now.R, now.T, rotation);
+        if (options.mode == ObjectMode::kGiven) {
+          object = true_object(frame);
+        } else {
+          const wandr::BodyKinematics<double> now = KinematicsOf(one.sequence, pose);
+          object = imos::Carried(object, one.sequence.carriers[frame], body, now);
+          body = now;
+        }
+        found.push_back(object);
+        return imos::ObjectColumn(object.R, object.T, rotation);
       },
       1);
   made.keys = KeysOf(one, tracks[0], found);
@@ -211,11 +194,6 @@ MadeCase Fit(const CaseNetwork& network, const ActionCase& one, const CaseOption
 }
 
 }  // namespace
-
-ActionCase ActionCaseOf(imos::ActionSequence sequence, ClipScene scene, imos::KeyFrameRule rule) {
-  Clip keys = imos::KeyFramesOf(scene.clip, rule);
-  return {std::move(sequence), std::move(scene), std::move(keys)};
-}
 
 MadeCase MakeCase(const CaseNetwork& network, const ActionCase& one, const CaseOptions& options,
                   FitLibrary& library) {

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 #include <optional>
-#include <utility>
+#include <string>
 
 #include "generator/imos/action_sequence.h"
 #include "generator/imos/network.h"
@@ -23,17 +23,14 @@ enum class ObjectMode {
 /// A captured action that networks continue from its first key frames.
 struct ActionCase {
   imos::ActionSequence sequence;
-  ClipScene scene;  ///< the sequence's clip
-  Clip keys;        ///< key frames of the clip, in its world
+  ClipScene scene;  ///< the sequence's clip; `object_source` is loaded by LoadObject
+  Clip keys;        ///< imos::KeyFramesOf the clip, by the rule of the sequence
 };
-
-/// Builds a case. `sequence` must belong to the clip of `scene` (whose `object_source` is loaded by
-/// LoadObject) and be created with `rule`.
-ActionCase ActionCaseOf(imos::ActionSequence sequence, ClipScene scene, imos::KeyFrameRule rule);
 
 /// A network, ready for inference.
 struct CaseNetwork {
-  explicit CaseNetwork(SynthesisNetwork from) : loaded(std::move(from)), network(loaded.weights) {}
+  explicit CaseNetwork(const std::string& file)
+      : loaded(LoadSynthesisNetwork(file)), network(loaded.weights) {}
 
   SynthesisNetwork loaded;
   imos::Network<float> network;

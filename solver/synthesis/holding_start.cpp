@@ -89,17 +89,18 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   start.prop = PropOf(object, options.left, options.threads);
   const ActionProp& prop = *start.prop;
   const HandModel &right = start.actor->Hand(Side::kRight), &left = start.actor->Hand(Side::kLeft);
-  const ActionObject shape{prop.mesh, prop.surface, *prop.fit.distance};
   std::vector<Grasp> grasps =
-      FindActionGrasps(right, shape, options.seed, kGraspChoice, &hold.grasp, options.threads);
-  if (grasps.empty()) return hold;
+      FindActionGrasps(right, prop, options.seed, kGraspChoice, &hold.grasp, options.threads);
+  hold.graspable = !grasps.empty();
+  hold.fault = "no grasp";
+  if (!hold.graspable) return hold;
   AddTurnedOver(prop.marks, grasps);
   if (action == "eat" && prop.marks.size.x() > 2.0 * prop.marks.size.y()) {
     LeaveFreeWhatIsBitten(prop.marks, grasps);
   }
-  std::vector<GraspPair> pairs;
+  std::vector<std::pair<Grasp, Grasp>> pairs;
   if (action == "offhand") {
-    pairs = FindGraspPairs(right, left, shape, grasps, options.seed, kPairTries);
+    pairs = FindGraspPairs(right, left, prop, grasps, options.seed, kPairTries);
   }
   const auto begin = [&](const ActionGrasps& choices, std::optional<bool> in_hand) {
     ActionClip made;
@@ -115,14 +116,13 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   made.fault = "no grasp";
   // Striking requires the handle in the palm, which is not how it is taken from a table.
   if (action == "use" && options.in_hand.value_or(true)) {
-    std::vector<Grasp> grips = FindToolGrips(right, shape, options.seed, kGrips, options.threads);
+    std::vector<Grasp> grips = FindToolGrips(right, prop, options.seed, kGrips, options.threads);
     AddTurnedOver(prop.marks, grips);
-    if (!grips.empty()) made = begin(ActionGrasps(*start.actor, std::move(grips), {}), true);
+    if (!grips.empty()) made = begin(ActionGrasps(*start.actor, grips, {}), true);
   }
   if (!made.fault.empty()) {
-    made = begin(ActionGrasps(*start.actor, std::move(grasps), std::move(pairs)), options.in_hand);
+    made = begin(ActionGrasps(*start.actor, grasps, pairs), options.in_hand);
   }
-  hold.status = made.fault.empty() ? StandingHoldStatus::kMade : StandingHoldStatus::kNobodyCan;
   hold.fault = made.fault;
   hold.detail = made.detail;
   start.clip = std::move(made.clip);
@@ -142,12 +142,13 @@ constexpr double kKnot_s = 1.0 / 6.0;
 constexpr int kPasses = 3, kIterations = 12;
 
 // Offset of the object from its place at the face in every frame, in the head's frame.
-struct FaceCourse {
-  std::vector<Vector3d> lack;
-  int nearest = 0;
+using FaceCourse = std::vector<Vector3d>;
 
-  double Distance(std::size_t t) const { return lack[t].norm(); }
-};
+FaceDistance NearestOf(const FaceCourse& course) {
+  const auto nearest =
+      std::ranges::min_element(course, {}, [](const Vector3d& lack) { return lack.norm(); });
+  return {static_cast<int>(nearest - course.begin()), nearest->norm()};
+}
 
 class FaceRefit {
  public:
@@ -177,20 +178,17 @@ class FaceRefit {
                                           wrist_from_object_[t];
       const auto wanted = FacePlaceOf(action_, marks_, face_, head_from_object);
       if (!wanted) return std::nullopt;
-      course.lack.push_back(wanted->place - head_from_object * wanted->mark);
-      if (course.Distance(t) < course.Distance(static_cast<std::size_t>(course.nearest))) {
-        course.nearest = static_cast<int>(t);
-      }
+      course.push_back(wanted->place - head_from_object * wanted->mark);
     }
     return course;
   }
 
   // Weight of the correction per frame: full near the face, zero on the way there.
   std::vector<double> Shares(const FaceCourse& course) const {
-    const double least = course.Distance(static_cast<std::size_t>(course.nearest));
+    const double least = NearestOf(course).distance_m;
     std::vector<double> raw(frames_.size());
     for (std::size_t t = 0; t < raw.size(); ++t) {
-      const double away = (course.Distance(t) - least - kThere_m) / (kAway_m - kThere_m);
+      const double away = (course[t].norm() - least - kThere_m) / (kAway_m - kThere_m);
       const double x = std::clamp(1.0 - away, 0.0, 1.0);
       raw[t] = x * x * (3.0 - 2.0 * x);
     }
@@ -203,7 +201,7 @@ class FaceRefit {
     ceres::Problem problem;
     change.AddTo(problem);
     for (std::size_t t = 0; t < frames_.size(); ++t) {
-      const ActionFrameTerms terms = TermsOf(t, course.lack[t], shares[t]);
+      const ActionFrameTerms terms = TermsOf(t, course[t], shares[t]);
       change.AddFrame(problem, static_cast<int>(t), [&](const Eigen::Vector4d& basis) {
         return new ActionFrameBlock(chain_, frames_[t], terms, basis);
       });
@@ -263,8 +261,8 @@ class FaceRefit {
 };
 
 std::optional<FaceDistance> DistanceOf(const std::optional<FaceCourse>& course) {
-  if (!course || course->lack.empty()) return std::nullopt;
-  return FaceDistance{course->nearest, course->Distance(static_cast<std::size_t>(course->nearest))};
+  if (!course || course->empty()) return std::nullopt;
+  return NearestOf(*course);
 }
 
 }  // namespace

@@ -40,17 +40,11 @@ struct StandingHoldOptions {
   int threads = 1;
 };
 
-enum class StandingHoldStatus {
-  kMade,
-  kNoGrasp,   ///< see `grasp`
-  kNobodyCan  ///< the action is infeasible: see `fault`, `detail`
-};
-
 struct StandingHold {
-  StandingHoldStatus status = StandingHoldStatus::kNoGrasp;
   HoldingStart start;
-  GraspStatus grasp{};
-  std::string fault, detail;
+  GraspStatus grasp{};        ///< of the search
+  bool graspable = false;     ///< whether there is a grasp of the object
+  std::string fault, detail;  ///< why there is no start, or none of the action; empty if made
 };
 
 /// Creates a standing person of this body with the object in the hand, on a table or in front of

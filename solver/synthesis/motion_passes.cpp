@@ -31,15 +31,8 @@ constexpr double kOffSide_rad = 20.0 * kDegree;  // deviation of a brush from it
 
 // 0 at the hand's first position, 1 where it is farthest from it, in the chest's frame.
 std::vector<double> SharesOfWay(const std::vector<BodyPlacement>& placed) {
-  std::vector<double> shares;
-  double farthest = 0.05;  // meters
-  const Isometry3d chest = placed.front().WorldFromJoint(kSpine3).inverse();
-  const Vector3d first = chest * placed.front().joints.col(kRightWrist);
-  for (const BodyPlacement& frame : placed) {
-    const Vector3d hand = frame.WorldFromJoint(kSpine3).inverse() * frame.joints.col(kRightWrist);
-    shares.push_back((hand - first).norm());
-    farthest = std::max(farthest, shares.back());
-  }
+  std::vector<double> shares = HandDistances(placed);
+  const double farthest = std::max(0.05, std::ranges::max(shares));  // meters
   for (double& share : shares) share = MinimumJerk(std::min(1.0, 1.15 * share / farthest));
   return shares;
 }
@@ -65,7 +58,7 @@ void EaseArm(const ActionActor& actor, const ActionProp& prop, std::string_view 
   const std::vector<Isometry3d> hands = HoldingHands(rest_joints, frames, clip);
   const std::vector<BodyPlacement> placed = Place(rest_joints, frames);
   const std::vector<double> shares = SharesOfWay(placed);
-  const ArmIk& arm = actor.Person().right;
+  const ArmIk& arm = actor.Arm(Side::kRight);
   const Limb& limb = arm.Bones();
   std::vector<ArmTarget> targets;
   for (std::size_t t = 0; t < frames.size(); ++t) {
@@ -83,9 +76,9 @@ void EaseArm(const ActionActor& actor, const ActionProp& prop, std::string_view 
   const std::vector<double> swivels = arm.Track(targets, clip.frame_rate);
   for (std::size_t t = 0; t < frames.size(); ++t) {
     const ArmChoice chosen = arm.At(targets[t], swivels[t] + elbow_rad);
-    const Matrix3d& collar = placed[t].rotation[static_cast<std::size_t>(kRightCollar)];
+    const Matrix3d& collar = placed[t].rotation[kRightCollar];
     const auto turn = [&](int joint, const Quaterniond& to) {
-      Quaterniond& local = frames[t].local[static_cast<std::size_t>(joint)];
+      Quaterniond& local = frames[t].local[joint];
       local = local.slerp(shares[t], to);
     };
     turn(limb.root, Between(collar, chosen.limb.upper));
@@ -104,25 +97,16 @@ constexpr double kComesToRest_s = 0.6;  // maximum time after arrival
 constexpr double kAsItWas = 0.3;
 constexpr double kEarly = 0.7;  // minimum jerk at time^kEarly peaks at 0.37 of the time
 
-// Frames between two rests of the hand.
-struct Stretch {
-  Eigen::Index begin = 0, end = 0;
-};
-
-Stretch StretchOf(const HandWay& way, const Eigen::VectorXd& steps, double rate) {
+// The frames between two rests of the hand: first and last.
+std::pair<Eigen::Index, Eigen::Index> StretchOf(const HandWay& way, const Eigen::VectorXd& steps,
+                                                double rate) {
   const double at_rest = kAtRest * way.peak_m_s / rate;
-  Stretch stretch{way.begin, way.arrival};
-  while (stretch.begin > 0 && steps[stretch.begin - 1] > at_rest &&
-         steps[stretch.begin - 1] <= steps[stretch.begin]) {
-    --stretch.begin;
-  }
+  Eigen::Index begin = way.begin, end = way.arrival;
+  while (begin > 0 && steps[begin - 1] > at_rest && steps[begin - 1] <= steps[begin]) --begin;
   const auto last =
       std::min<Eigen::Index>(steps.size() - 1, way.arrival + std::lround(kComesToRest_s * rate));
-  while (stretch.end < last && steps[stretch.end] > at_rest &&
-         steps[stretch.end] <= steps[stretch.end - 1]) {
-    ++stretch.end;
-  }
-  return stretch;
+  while (end < last && steps[end] > at_rest && steps[end] <= steps[end - 1]) ++end;
+  return {begin, end};
 }
 
 }  // namespace
@@ -149,8 +133,7 @@ void RetimeHand(const Eigen::Matrix3Xd& rest_joints, Clip& clip) {
     const double wanted = (1.0 - kAsItWas) * MinimumJerk(std::pow(time, kEarly)) + kAsItWas * time;
     const auto step = [&] { return (1.0 - kAsItWas) * steps[k] / length + kAsItWas / count; };
     while (k + 1 < end && made + step() < wanted) made += step(), ++k;
-    at[static_cast<std::size_t>(t)] =
-        static_cast<double>(k) + std::clamp((wanted - made) / step(), 0.0, 1.0);
+    at[t] = static_cast<double>(k) + std::clamp((wanted - made) / step(), 0.0, 1.0);
   }
   clip = ResampleAt(clip, at);
 }
@@ -163,7 +146,7 @@ constexpr double kStill_m = 0.02, kStill_rad = 8.0 * kDegree, kStays_s = 0.3;
 int LastStill(const Eigen::Matrix3Xd& rest_joints, const Clip& clip) {
   const auto wrist = [&](int t) {
     BodyState state;
-    ForwardJoints(rest_joints, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
+    ForwardJoints(rest_joints, clip.pose[t], clip.trans.col(t), state);
     return state.WorldFromJoint(kRightWrist);
   };
   const Eigen::Isometry3d first = wrist(0);
@@ -263,23 +246,17 @@ SampleStyle DrawSampleStyle(std::uint64_t seed, int sample, double amount) {
 void ApplySampleStyle(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joints, Clip& keys) {
   keys.frame_rate /= style.pace;
   std::vector<BodyFrame> frames = BodyFrames(keys, rest_joints);
-  // Distance of the hand from its first position, in the trunk's frame.
-  std::vector<Vector3d> hands;
-  std::vector<Eigen::Isometry3d> wrists;
-  for (const BodyFrame& frame : frames) {
-    const BodyPlacement placed = Place(rest_joints, frame);
-    wrists.push_back(placed.WorldFromJoint(kRightWrist));
-    hands.push_back(placed.WorldFromJoint(kSpine3).inverse() * placed.joints.col(kRightWrist));
-  }
-  double farthest = 0.05;  // meters
-  for (const Vector3d& hand : hands) farthest = std::max(farthest, (hand - hands.front()).norm());
+  const std::vector<BodyPlacement> placed = Place(rest_joints, frames);
+  const std::vector<double> distances = HandDistances(placed);
+  const double farthest = std::max(0.05, std::ranges::max(distances));  // meters
   for (std::size_t t = 0; t < frames.size(); ++t) {
-    const double share = MinimumJerk((hands[t] - hands.front()).norm() / farthest);
+    const double share = MinimumJerk(distances[t] / farthest);
     Stylise(style, rest_joints, share, frames[t]);
     if (!keys.object) continue;
     const auto frame = static_cast<Eigen::Index>(t);
     const Eigen::Isometry3d now = Place(rest_joints, frames[t]).WorldFromJoint(kRightWrist);
-    keys.object->SetPose(frame, now * wrists[t].inverse() * keys.object->Pose(frame));
+    keys.object->SetPose(
+        frame, now * placed[t].WorldFromJoint(kRightWrist).inverse() * keys.object->Pose(frame));
   }
   SetBodyFrames(frames, rest_joints, keys);
 }

@@ -133,40 +133,13 @@ Part PartOf(std::string_view action) {
 }
 
 // Time in seconds at which the right hand has covered most of its path, in the chest's frame.
-double Arrives(const Eigen::Matrix3Xd& rest_joints, const std::vector<BodyFrame>& frames,
-               double rate) {
-  std::vector<Vector3d> hands;
-  for (const BodyFrame& frame : frames) {
-    const BodyPlacement placed = Place(rest_joints, frame);
-    hands.push_back(placed.WorldFromJoint(kSpine3).inverse() * placed.joints.col(kRightWrist));
-  }
-  double farthest = 0.0;
-  for (const Vector3d& hand : hands) farthest = std::max(farthest, (hand - hands[0]).norm());
+double Arrives(const std::vector<BodyPlacement>& placed, double rate) {
+  const std::vector<double> distances = HandDistances(placed);
+  const double farthest = std::ranges::max(distances);
   std::size_t t = 0;
-  while (t + 1 < hands.size() && (hands[t] - hands[0]).norm() < 0.85 * farthest) ++t;
+  while (t + 1 < distances.size() && distances[t] < 0.85 * farthest) ++t;
   return static_cast<double>(t) / rate;
 }
-
-// Random rotations over time.
-struct TakingPart {
-  TakingPart(std::string_view action, double arrives_s, double end_s, RandomDraws& draws)
-      : head(arrives_s, end_s, 1.1, PartOf(action).head, draws),
-        trunk(arrives_s, end_s, 1.4, PartOf(action).trunk, draws),
-        // Leftwards, raising that hip; and the other arm's swing with it.
-        weight(0.4 * arrives_s, end_s, 1.6, {0, 0.006, 0}, draws),
-        arm(0.6 * arrives_s, end_s, 1.5, {5, 2, 2}, draws) {
-    if (action != "call") return;
-    for (double at = arrives_s + draws.Uniform(0.5, 0.9); at + 0.7 < end_s;
-         at += draws.Uniform(1.1, 1.8)) {  // nods twice
-      const Vector3d up = head.Last(), down = up + Vector3d(draws.Uniform(4.0, 7.0), 0, 0);
-      head.Add(at, 0.2, down);
-      head.Add(at + 0.18, 0.2, up);
-      head.Add(at + 0.36, 0.2, up + 0.5 * (down - up));
-      head.Add(at + 0.54, 0.22, up);
-    }
-  }
-  Turns head, trunk, weight, arm;
-};
 
 Quaterniond TurnOf(const Vector3d& degrees) { return Quaterniond(ExpSO3(kDegree * degrees)); }
 
@@ -192,7 +165,7 @@ void AddSway(double frame_rate, std::uint64_t seed, std::vector<BodyFrame>& fram
       const double time = static_cast<double>(t) / frame_rate;
       const Vector3d turn(idle.degrees[0] * waves[0](time), idle.degrees[1] * waves[1](time),
                           idle.degrees[2] * waves[2](time));
-      Quaterniond& local = frames[t].local[static_cast<std::size_t>(idle.joint)];
+      Quaterniond& local = frames[t].local[idle.joint];
       local = local * TurnOf(turn);
     }
   }
@@ -203,21 +176,38 @@ void AddSecondaryMotion(const Eigen::Matrix3Xd& rest_joints, std::string_view ac
   std::vector<BodyFrame> frames = BodyFrames(clip, rest_joints);
   const double rate = clip.frame_rate, end = static_cast<double>(frames.size()) / rate;
   RandomDraws draws(seed);
-  const TakingPart part(action, Arrives(rest_joints, frames, rate), end, draws);
-  const std::vector<FeetTarget> feet = FeetOf(Place(rest_joints, frames));
+  const std::vector<BodyPlacement> placed = Place(rest_joints, frames);
+  const double arrives = Arrives(placed, rate);
+  const Part part = PartOf(action);
+  Turns head(arrives, end, 1.1, part.head, draws);
+  const Turns trunk(arrives, end, 1.4, part.trunk, draws);
+  // Leftwards, raising that hip; and the other arm's swing with it.
+  const Turns weight(0.4 * arrives, end, 1.6, {0, 0.006, 0}, draws);
+  const Turns swing(0.6 * arrives, end, 1.5, {5, 2, 2}, draws);
+  if (action == "call") {
+    for (double at = arrives + draws.Uniform(0.5, 0.9); at + 0.7 < end;
+         at += draws.Uniform(1.1, 1.8)) {  // nods twice
+      const Vector3d up = head.Last(), down = up + Vector3d(draws.Uniform(4.0, 7.0), 0, 0);
+      head.Add(at, 0.2, down);
+      head.Add(at + 0.18, 0.2, up);
+      head.Add(at + 0.36, 0.2, up + 0.5 * (down - up));
+      head.Add(at + 0.54, 0.22, up);
+    }
+  }
+  const std::vector<FeetTarget> feet = FeetOf(placed);
   const std::vector<Isometry3d> hands = HoldingHands(rest_joints, frames, clip);
   for (std::size_t t = 0; t < frames.size(); ++t) {
     const double time = static_cast<double>(t) / rate;
     BodyFrame& frame = frames[t];
-    ShiftWeight({part.weight.At(time).y(), 0.0}, 1.0, frame);
+    ShiftWeight({weight.At(time).y(), 0.0}, 1.0, frame);
     for (const int joint : {kSpine1, kSpine2, kSpine3}) {
-      frame.local[joint] = TurnOf(part.trunk.At(time) / 3.0) * frame.local[joint];
+      frame.local[joint] = TurnOf(trunk.At(time) / 3.0) * frame.local[joint];
     }
     for (const int joint : {kNeck, kHead}) {
-      frame.local[joint] = TurnOf(0.5 * part.head.At(time)) * frame.local[joint];
+      frame.local[joint] = TurnOf(0.5 * head.At(time)) * frame.local[joint];
     }
     if (action == "offhand") continue;
-    const Vector3d arm = part.arm.At(time);
+    const Vector3d arm = swing.At(time);
     frame.local[kLeftShoulder] = TurnOf(arm) * frame.local[kLeftShoulder];
     frame.local[kLeftElbow] = TurnOf({0.0, -std::abs(arm.x()), 0.0}) * frame.local[kLeftElbow];
   }

@@ -249,6 +249,17 @@ void SetBodyFrames(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd&
   }
 }
 
+std::vector<double> HandDistances(const std::vector<BodyPlacement>& placed) {
+  const auto hand = [](const BodyPlacement& frame) -> Vector3d {
+    return frame.WorldFromJoint(kSpine3).inverse() * frame.joints.col(kRightWrist);
+  };
+  std::vector<double> distances;
+  for (const BodyPlacement& frame : placed) {
+    distances.push_back((hand(frame) - hand(placed.front())).norm());
+  }
+  return distances;
+}
+
 std::vector<Eigen::Isometry3d> HoldingHands(const Eigen::Matrix3Xd& rest_joints,
                                             const std::vector<BodyFrame>& frames,
                                             const Clip& clip) {

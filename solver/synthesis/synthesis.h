@@ -78,6 +78,10 @@ Clip MotionOfKeyFrames(const Clip& keys, const BodyMeasures& measures, double fr
 void SetBodyFrames(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd& rest_joints,
                    Clip& clip);
 
+/// Returns the distance of the right hand from its first position in each frame, in the chest's
+/// frame, meters.
+std::vector<double> HandDistances(const std::vector<BodyPlacement>& placed);
+
 /// Returns the pose of the wrist that holds the object in each frame: the right one if it holds.
 std::vector<Eigen::Isometry3d> HoldingHands(const Eigen::Matrix3Xd& rest_joints,
                                             const std::vector<BodyFrame>& frames, const Clip& clip);

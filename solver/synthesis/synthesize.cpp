@@ -234,11 +234,11 @@ std::optional<std::string> NoteOnIntent(const SynthesisNetwork& network,
 HoldingStart MakeStart(const ClipBody& body, const LoadedObject& object, const std::string& name,
                        std::string_view action, const StandingHoldOptions& options) {
   StandingHold hold = MakeStandingHold(body, object, action, options);
-  if (hold.status == StandingHoldStatus::kNoGrasp) {
+  if (!hold.graspable) {
     throw FitFailure(
         fmt::format("{}: {}. Try another size (--object-scale)", name, Describe(hold.grasp)));
   }
-  if (hold.status == StandingHoldStatus::kNobodyCan) {
+  if (!hold.fault.empty()) {
     throw FitFailure(
         fmt::format("{}: it cannot be held for the action '{}': {} ({}). Try another --seed, "
                     "--betas or --object-scale",

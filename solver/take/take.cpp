@@ -182,11 +182,9 @@ class TakePipeline {
     const TakeTimes& times = report_.motion.times;
     std::vector<std::uint8_t> holding(static_cast<std::size_t>(clip.NumFrames()), 0);
     std::fill(holding.begin() + times.take, holding.end(), HoldingBit(request_.side));
-    ContactProtocol protocol;
-    protocol.threads = request_.threads;
     const std::array<const HandModel*, 1> hands{&hand_};
     report_.contact = ScoreContact(
-        MeasureHands(clip, hands, holding, prepared_.solid, protocol,
+        MeasureHands(clip, hands, holding, prepared_.solid, {.threads = request_.threads},
                      [&](int done, int total) { return GoesOn("metrics", done, total); }));
     if (stopped_) return;
     report_.measured = MeasureTake(clip, body_, request_.side, object_, report_.table, times.take,
@@ -320,9 +318,6 @@ TakeMeasures MeasureTake(const Clip& clip, const BodySurface& surface, Side side
   return measures;
 }
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-
 Clip FitTaken(const TakeMotion& motion, const HandModel& hand, const FitObject& object,
               const FitOptions& options, std::vector<FrameReport>* frames,
               const std::function<bool(int, int)>& progress) {
@@ -336,7 +331,7 @@ Clip FitTaken(const TakeMotion& motion, const HandModel& hand, const FitObject& 
   Clip clip = motion.clip;
   // Where the wrist's limits kept the hand off the grasp, the fit may place the object slightly
   // differently: it settles there from its standing pose.
-  const Matrix3d stands = ExpSO3(held.object->orient.col(0));
+  const Eigen::Matrix3d stands = ExpSO3(held.object->orient.col(0));
   const Vector3d settle = held.object->trans.col(0) - fitted.clip.object->trans.col(0);
   const Vector3d turn = LogSO3(stands * ExpSO3(fitted.clip.object->orient.col(0)).transpose());
   for (int t = 0; t < fitted.clip.NumFrames(); ++t) {

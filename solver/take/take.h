@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+/// A person walks up to an object on a table, grasps it and carries it: from the object, its target
+/// positions, a start and a generator of body motion to a clip with solved arm, fingers and object,
+/// and its measures.
+
 #include <functional>
 #include <memory>
 #include <string>
@@ -55,14 +59,6 @@ TakeMeasures MeasureTake(const Clip& clip, const BodySurface& surface, Side side
 Clip FitTaken(const TakeMotion& motion, const HandModel& hand, const FitObject& object,
               const FitOptions& options, std::vector<FrameReport>* frames = nullptr,
               const std::function<bool(int, int)>& progress = {});
-
-}  // namespace holdfast
-
-/// A person walks up to an object on a table, grasps it and carries it: from the object, its target
-/// positions, a start and a generator of body motion to a clip with solved arm, fingers and object,
-/// and its measures.
-
-namespace holdfast {
 
 /// The person who takes the object, and the start.
 struct TakeStart {

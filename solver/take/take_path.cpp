@@ -194,8 +194,8 @@ UprightPose ComfortableCarry(const ArmIk& arm, const TakeCandidate& take, const 
               4.0 * std::pow(ahead - 0.3, 2) +
               std::pow(std::remainder(yaw - taken, 2.0 * std::numbers::pi) / (75.0 * kDegree), 2);
           for (const int t : frames) {
-            const ArmTarget target{body[t].joints.col(arm.Bones().root), body[t].rotation[kSpine3],
-                                   take.WristFor(carry_frames[t] * pose.Transform())};
+            const ArmTarget target =
+                arm.TargetFor(body[t], take.WristFor(carry_frames[t] * pose.Transform()));
             // A few typical swivels suffice for comparison.
             double comfort = std::numeric_limits<double>::infinity();
             for (const double swivel : {-10.0, 10.0, 30.0}) {
@@ -220,7 +220,7 @@ UprightPose ComfortableCarry(const ArmIk& arm, const TakeCandidate& take, const 
 std::vector<Isometry3d> ObjectWay(const TakeTimes& times, const UprightPose& standing,
                                   const UprightPose& carry, std::span<const UprightPose> at_goals,
                                   std::span<const Isometry3d> carry_frames, double frame_rate,
-                                  const CarryPace& pace) {
+                                  double leave_s, double follow_s, double bring_s) {
   const int count = static_cast<int>(carry_frames.size());
   const auto share = [&](int t, int from, double seconds) {
     return MinimumJerk((t - from) / (seconds * frame_rate));
@@ -237,17 +237,17 @@ std::vector<Isometry3d> ObjectWay(const TakeTimes& times, const UprightPose& sta
     UprightPose lifted = standing;
     lifted.position.z() += kLift_m * share(t, take, kLift_s);
     const UprightPose carried{carry_frames[t] * carry.position, turn[t]};
-    const int leave = take + Frames(pace.leave_s, frame_rate);
-    UprightPose pose = Between(lifted, carried, share(t, leave, pace.follow_s));
+    const int leave = take + Frames(leave_s, frame_rate);
+    UprightPose pose = Between(lifted, carried, share(t, leave, follow_s));
     StayAbove(lifted, pose);
     for (std::size_t g = 0; g < at_goals.size(); ++g) {
       const int at = times.goals[g], stayed = std::min(count - 1, at + Frames(kStay_s, frame_rate));
-      const int from = std::max(leave, at - Frames(pace.bring_s, frame_rate));
+      const int from = std::max(leave, at - Frames(bring_s, frame_rate));
       double there = share(t, from, (at - from) / frame_rate);
       UprightPose goal = at_goals[g];
       goal.yaw_rad = Nearest(goal.yaw_rad, turn[std::min(at, count - 1)]);
       if (g + 1 < at_goals.size()) {
-        there *= 1.0 - share(t, stayed, pace.follow_s);
+        there *= 1.0 - share(t, stayed, follow_s);
       } else if (t > stayed) {
         const UprightPose with_body{
             carry_frames[t] * (carry_frames[stayed].inverse() * goal.position),

@@ -55,22 +55,18 @@ UprightPose ComfortableCarry(const ArmIk& arm, const TakeCandidate& take, const 
                              std::span<const Eigen::Isometry3d> carry_frames, int take_frame,
                              std::span<const int> frames);
 
-/// Timing of the transition from the standing object to the carrying body.
-struct CarryPace {
-  double leave_s = 0.25;  ///< from the take to the start of following
-  double follow_s = 0.9;  ///< to leave its place, also at later places
-  double bring_s = 0.9;   ///< from carrying to a place
-};
-
 /// Returns the object's target path from the take on, upright throughout, one pose per frame
 /// (standing before the take): lifted by 6 cm while it begins to follow the body, kept at that
 /// height until 12 cm from its place and unconstrained from 50 cm on, carried at `carry`, moved to
 /// `at_goals[k]` by TakeTimes::goals[k], where it stays for 0.4 s. At the last one it then moves
-/// with the body, a third of the way back to `carry`. All transitions are minimum-jerk.
+/// with the body, a third of the way back to `carry`. All transitions are minimum-jerk. Timing:
+/// from the take to the start of following, to leave its place (also at later places), and from
+/// carrying to a place.
 std::vector<Eigen::Isometry3d> ObjectWay(const TakeTimes& times, const UprightPose& standing,
                                          const UprightPose& carry,
                                          std::span<const UprightPose> at_goals,
                                          std::span<const Eigen::Isometry3d> carry_frames,
-                                         double frame_rate, const CarryPace& pace = {});
+                                         double frame_rate, double leave_s = 0.25,
+                                         double follow_s = 0.9, double bring_s = 0.9);
 
 }  // namespace holdfast

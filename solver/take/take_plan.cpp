@@ -25,7 +25,7 @@ constexpr double kTooDeep_mm = 6.0;
 Matrix3d TurnZ(double angle) { return Eigen::AngleAxisd(angle, Vector3d::UnitZ()).matrix(); }
 
 // World rotation of an upright trunk facing `yaw`: at rest y is up and it faces +z.
-Matrix3d Facing(double yaw) {
+Matrix3d TrunkFacing(double yaw) {
   const Matrix3d world_from_rest = (Matrix3d() << 1, 0, 0, 0, 0, -1, 0, 1, 0).finished();
   return TurnZ(yaw + 0.5 * std::numbers::pi) * world_from_rest;
 }
@@ -99,50 +99,21 @@ std::vector<TakeCandidate> GraspsToScore(const GraspReport& report) {
   return grasps;
 }
 
-// Scores grasps for the body expected in front of the object's first place.
-class ExpectedTake {
- public:
-  // All arguments must outlive this.
-  ExpectedTake(const TakeRequest& request, const HandModel& hand, const TakeObject& object,
-               double approach_yaw)
-      : request_(request),
-        object_(object),
-        arm_(hand.Surface().RestJoints(), request.side),
-        chest_(Facing(approach_yaw)),
-        shoulder_(ExpectedShoulder(arm_, request.places.front(), approach_yaw)) {}
-
-  // Scores each grasp at its best yaw and sorts them, best first.
-  void ScoreAll(std::vector<TakeCandidate>& grasps) const {
-    ParallelFor(static_cast<int>(grasps.size()), request_.threads,
-                [&](int i) { grasps[i] = AtBestYaw(grasps[i]); });
-    std::ranges::stable_sort(grasps, [](const TakeCandidate& a, const TakeCandidate& b) {
-      if (a.fault.empty() != b.fault.empty()) return a.fault.empty();
-      return a.score > b.score;
-    });
+// The candidate at its best yaw at the first place, for this shoulder and chest.
+TakeCandidate AtBestYaw(const TakeRequest& request, const TakeObject& object, const ArmIk& arm,
+                        const Vector3d& shoulder, const Matrix3d& chest,
+                        const TakeCandidate& take) {
+  const Vector3d& place = request.places.front();
+  TakeCandidate best;
+  const int yaws = request.object_yaw_rad ? 1 : kYaws;
+  for (int k = 0; k < yaws; ++k) {
+    TakeCandidate tried = take;
+    tried.yaw_rad = request.object_yaw_rad.value_or(2.0 * std::numbers::pi * k / kYaws);
+    ScoreTake(arm, shoulder, chest, object.Upright(place, tried.yaw_rad), place.z(), tried);
+    if (k == 0 || tried.Beats(best)) best = tried;
   }
-
- private:
-  TakeCandidate AtBestYaw(const TakeCandidate& take) const {
-    const Vector3d& place = request_.places.front();
-    TakeCandidate best;
-    const int yaws = request_.object_yaw_rad ? 1 : kYaws;
-    for (int k = 0; k < yaws; ++k) {
-      TakeCandidate tried = take;
-      tried.yaw_rad = request_.object_yaw_rad.value_or(2.0 * std::numbers::pi * k / kYaws);
-      ScoreTake(arm_, shoulder_, chest_, object_.Upright(place, tried.yaw_rad), place.z(), tried);
-      const bool sounder = tried.fault.empty() && !best.fault.empty();
-      const bool worse = !tried.fault.empty() && best.fault.empty();
-      if (k == 0 || sounder || (!worse && tried.score > best.score)) best = tried;
-    }
-    return best;
-  }
-
-  const TakeRequest& request_;
-  const TakeObject& object_;
-  ArmIk arm_;
-  Matrix3d chest_;
-  Vector3d shoulder_;
-};
+  return best;
+}
 
 // Wrist targets of the plan's take at each of its places.
 std::vector<TakeGoal> GoalsOf(const TakePlan& plan, const TakeObject& object) {
@@ -237,14 +208,23 @@ TakePlan PlanTake(const TakeRequest& request, const HandModel& hand, const TakeO
   if (report.candidates.empty() || report.status == GraspStatus::kStopped) return plan;
 
   std::vector<TakeCandidate> grasps = GraspsToScore(report);
-  const ExpectedTake expected(request, hand, object, plan.approach_yaw_rad);
-  expected.ScoreAll(grasps);
+  const ArmIk arm(hand.Surface().RestJoints(), request.side);
+  const Matrix3d chest = TrunkFacing(plan.approach_yaw_rad);
+  const Vector3d shoulder = ExpectedShoulder(arm, place, plan.approach_yaw_rad);
+  const auto score_and_sort = [&] {
+    ParallelFor(static_cast<int>(grasps.size()), request.threads, [&](int i) {
+      grasps[i] = AtBestYaw(request, object, arm, shoulder, chest, grasps[i]);
+    });
+    std::ranges::stable_sort(
+        grasps, [](const TakeCandidate& a, const TakeCandidate& b) { return a.Beats(b); });
+  };
+  score_and_sort();
   if (grasps.size() > kKept) grasps.resize(kKept);
   const double bottom = object.BottomMiddle().z();
   ParallelFor(static_cast<int>(grasps.size()), request.threads, [&](int i) {
     grasps[i].approach = FindApproach(anatomy, grasps[i].grasp, object.distance, bottom);
   });
-  expected.ScoreAll(grasps);
+  score_and_sort();
   plan.candidates = std::move(grasps);
   plan.take = plan.candidates.front();
 

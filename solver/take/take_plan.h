@@ -53,6 +53,10 @@ struct TakeCandidate {
   double score = 0.0;    ///< larger is better: ScoreTake
   std::string fault;     ///< reason for rejection; empty if suitable
 
+  /// Whether this is the better candidate: the suitable one, else that with the higher score.
+  bool Beats(const TakeCandidate& other) const {
+    return fault.empty() != other.fault.empty() ? fault.empty() : score > other.score;
+  }
   /// Wrist pose for the object at `world_from_object`.
   Eigen::Isometry3d WristFor(const Eigen::Isometry3d& world_from_object) const {
     return world_from_object * grasp.wrist_from_object.inverse();

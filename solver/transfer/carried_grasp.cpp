@@ -28,15 +28,9 @@ using Eigen::Isometry3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-constexpr double kFar_m = 0.025;  // skin farther away has no target
-
-GraspOptions SearchOptions(const CarryGraspOptions& options) {
-  GraspOptions search;
-  search.seed = options.seed;
-  search.threads = options.threads;
-  search.table_weight = 0.0;
-  return search;
-}
+constexpr double kFar_m = 0.025;        // skin farther away has no target
+constexpr double kFade_m = 0.008;       // weight of farther skin: exp(-(d / fade)^2)
+constexpr double kMaxDepth_m = 0.0018;  // of hand and object in each other
 
 // Returns the rigid motion that best aligns weighted points with their goals (Kabsch).
 Isometry3d NearestMotion(const Matrix3Xd& points, const Matrix3Xd& goals,
@@ -49,8 +43,10 @@ Isometry3d NearestMotion(const Matrix3Xd& points, const Matrix3Xd& goals,
   return RigidTransform(turn, b - turn * a);
 }
 
+}  // namespace
+
 // Targets of a hand's skin on the second object.
-struct HandGoals {
+struct GraspCarrier::Goals {
   Matrix3Xd at;             // 3 x N, second object's frame
   Eigen::VectorXd weights;  // N
   std::vector<int> touching;
@@ -58,63 +54,23 @@ struct HandGoals {
   Vector3d middle = Vector3d::Zero();       // of the mapped contacts
 };
 
-}  // namespace
-
-struct GraspCarrier::Scene {
-  Scene(const CarryingHand& hand, const PreparedObject& from_object,
-        const PreparedObject& to_object, const SurfaceMap& surface_map,
-        const CarryGraspOptions& carry_options)
-      : from(hand.from),
-        to(hand.to),
-        first(from_object),
-        second(to_object),
-        map(surface_map),
-        options(carry_options),
-        anatomy(hand.anatomy),
-        axes_from(hand.axes_from),
-        hands(hand.closed) {
-    std::vector<int> all(static_cast<std::size_t>(second.fit.surface.cols()));
-    std::iota(all.begin(), all.end(), 0);
-    patches = PointPatches(second.fit.surface, all);
-  }
-
-  HandGoals GoalsOf(const HandOnObject& held) const;
-  void Settle(const HandGoals& goals, const HandOnObject& start, HandOnObject& hold) const;
-  void Minimize(const HandGoals& goals, double goal_weight, bool skin, int rounds,
-                const HandAngles& preferred, HandOnObject& hold) const;
-  void PressOn(HandOnObject& hold) const;
-  std::vector<Intrusion> Intrusions(const Matrix3Xd& vertices, const Isometry3d& pose) const;
-  double ObjectInHand(const Matrix3Xd& vertices, const Isometry3d& pose) const;
-  CarriedGrasp Measured(const HandGoals& goals, const HandOnObject& hold) const;
-  bool Search(const HandGoals& goals, const Vector3d& up_in_wrist, CarriedGrasp& carried) const;
-
-  const HandModel &from, &to;
-  const PreparedObject &first, &second;
-  const SurfaceMap& map;
-  CarryGraspOptions options;
-  const HandAnatomy& anatomy;  // of `to`
-  const HandAxes& axes_from;
-  const ClosedHands& hands;
-  PointPatches patches;  // of the second object's surface
-};
-
-HandGoals GraspCarrier::Scene::GoalsOf(const HandOnObject& held) const {
-  HandEvaluation evaluation = AtWrist(from);
+GraspCarrier::Goals GraspCarrier::GoalsOf(const HandOnObject& held) const {
+  HandEvaluation evaluation = AtWrist(hand_.from);
   const Matrix3Xd vertices =
       held.wrist_from_object.inverse() * evaluation.At(held.fingers.data(), false).Vertices();
-  HandGoals goals{vertices, Eigen::VectorXd::Zero(vertices.cols()), {}, {}, Vector3d::Zero()};
+  Goals goals{vertices, Eigen::VectorXd::Zero(vertices.cols()), {}, {}, Vector3d::Zero()};
   for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
-    if (first.fit.distance->Linear(vertices.col(i)) > kFar_m) continue;
-    const SignedDistance::Result near = first.solid.distance.Query(vertices.col(i));
+    if (first_.fit.distance->Linear(vertices.col(i)) > kFar_m) continue;
+    const SignedDistance::Result near = first_.solid.distance.Query(vertices.col(i));
     if (near.distance > kFar_m) continue;
-    const SurfaceMap::Image image = map.At(near.closest, near.gradient);
+    const SurfaceMap::Image image = map_.At(near.closest, near.gradient);
     goals.at.col(i) = image.point + near.distance * image.normal;
-    const double share = std::max(0.0, near.distance) / options.fade_m;
+    const double share = std::max(0.0, near.distance) / kFade_m;
     goals.weights(i) = std::exp(-share * share);
-    if (near.distance >= options.touch_m) continue;
+    if (near.distance >= kCarriedTouch_m) continue;
     goals.touching.push_back(static_cast<int>(i));
     goals.middle += image.point;
-    const int part = anatomy.landmarks.PartOf(static_cast<int>(i));
+    const int part = hand_.anatomy.landmarks.PartOf(static_cast<int>(i));
     if (part != kPalmPart && near.distance < 0.003) goals.fingers[part / 3] = true;
   }
   if (goals.touching.empty()) {
@@ -126,11 +82,11 @@ HandGoals GraspCarrier::Scene::GoalsOf(const HandOnObject& held) const {
 }
 
 // Solves object pose and fingers for the goals, within joint limits; `skin` adds penetration terms.
-void GraspCarrier::Scene::Minimize(const HandGoals& goals, double goal_weight, bool skin,
-                                   int rounds, const HandAngles& preferred,
-                                   HandOnObject& hold) const {
-  HandState state(to);
-  state.SetBody(JointPose::Zero(), -to.Surface().RestJoints().col(WristJoint(to.HandSide())));
+void GraspCarrier::Minimize(const Goals& goals, double goal_weight, bool skin, int rounds,
+                            const HandAngles& preferred, HandOnObject& hold) const {
+  HandState state(hand_.to);
+  state.SetBody(JointPose::Zero(),
+                -hand_.to.Surface().RestJoints().col(WristJoint(hand_.to.HandSide())));
   const VertexGoals term(goals.at, goals.weights, goal_weight);
   HandObjectBlock block(&state);
   block.AddTerm(EnergyTerm::kContact, &term);
@@ -138,7 +94,7 @@ void GraspCarrier::Scene::Minimize(const HandGoals& goals, double goal_weight, b
   if (skin) {
     FitOptions weights;
     weights.soft_tissue_m = 0.0003;
-    skin_terms = MakeSkinTerms(anatomy, second.fit, weights);
+    skin_terms = MakeSkinTerms(hand_.anatomy, second_.fit, weights);
     for (const auto& [kind, skin_term] : skin_terms) block.AddTerm(kind, skin_term.get());
   }
   HandPriorWeights prior_weights;
@@ -146,7 +102,7 @@ void GraspCarrier::Scene::Minimize(const HandGoals& goals, double goal_weight, b
   prior_weights.coupling = prior_weights.neighbors = 0.02;
   prior_weights.stay = 0.02;
   prior_weights.spread = 0.05;
-  const HandPriorTerm prior(anatomy.axes, preferred, prior_weights);
+  const HandPriorTerm prior(hand_.anatomy.axes, preferred, prior_weights);
   FingerPose fingers = hold.fingers;
   ObjectPose object(hold.wrist_from_object);
   double* const q = object.orientation.coeffs().data();
@@ -167,56 +123,49 @@ void GraspCarrier::Scene::Minimize(const HandGoals& goals, double goal_weight, b
   hold.wrist_from_object = object.Transform();
 }
 
-std::vector<Intrusion> GraspCarrier::Scene::Intrusions(const Matrix3Xd& vertices,
-                                                       const Isometry3d& pose) const {
+std::vector<Intrusion> GraspCarrier::Intrusions(const Matrix3Xd& vertices,
+                                                const Isometry3d& pose) const {
   std::vector<Intrusion> found;
   const Isometry3d object_from_wrist = pose.inverse();
-  for (ClosedHands::Inside& in : hands.FindInside(vertices, pose * second.fit.surface, patches)) {
-    if (in.depth <= 0.0 || std::ranges::max(in.over.corners) >= to.NumVertices()) continue;
+  for (ClosedHands::Inside& in :
+       hand_.closed.FindInside(vertices, pose * second_.fit.surface, patches_)) {
+    if (in.depth <= 0.0 || std::ranges::max(in.over.corners) >= hand_.to.NumVertices()) continue;
     in.over.point = object_from_wrist * in.over.point;
     found.push_back(in.over);
   }
   return found;
 }
 
-void GraspCarrier::Scene::PressOn(HandOnObject& hold) const {
-  HandEvaluation evaluation = AtWrist(to);
-  HandAngles angles = anatomy.axes.AnglesOf(hold.fingers);
+void GraspCarrier::PressOn(HandOnObject& hold) const {
+  HandEvaluation evaluation = AtWrist(hand_.to);
+  HandAngles angles = hand_.anatomy.axes.AnglesOf(hold.fingers);
   RefinementOptions refinement;
   refinement.contact_reach_m = 0.006;
-  RefineGrasp(anatomy, evaluation, *second.fit.distance, refinement, angles, hold.wrist_from_object,
-              [&](const Matrix3Xd& vertices, const Isometry3d& pose) {
+  RefineGrasp(hand_.anatomy, evaluation, *second_.fit.distance, refinement, angles,
+              hold.wrist_from_object, [&](const Matrix3Xd& vertices, const Isometry3d& pose) {
                 return Intrusions(vertices, pose);
               });
-  hold.fingers = anatomy.axes.PoseOf(angles);
+  hold.fingers = hand_.anatomy.axes.PoseOf(angles);
 }
 
-void GraspCarrier::Scene::Settle(const HandGoals& goals, const HandOnObject& start,
-                                 HandOnObject& hold) const {
-  const HandAngles preferred = anatomy.axes.Clamp(anatomy.axes.AnglesOf(start.fingers));
-  Minimize(goals, 300.0, false, 1, preferred, hold);
-  Minimize(goals, 30.0, true, 4, preferred, hold);
-  PressOn(hold);
-}
-
-double GraspCarrier::Scene::ObjectInHand(const Matrix3Xd& vertices, const Isometry3d& pose) const {
+double GraspCarrier::ObjectInHand(const Matrix3Xd& vertices, const Isometry3d& pose) const {
   double deepest = 0.0;
-  for (const auto& in : hands.FindInside(vertices, pose * second.fit.surface, patches)) {
+  for (const auto& in : hand_.closed.FindInside(vertices, pose * second_.fit.surface, patches_)) {
     deepest = std::max(deepest, in.depth);
   }
   return deepest;
 }
 
-CarriedGrasp GraspCarrier::Scene::Measured(const HandGoals& goals, const HandOnObject& hold) const {
+CarriedGrasp GraspCarrier::Measured(const Goals& goals, const HandOnObject& hold) const {
   CarriedGrasp carried;
   carried.hold = hold;
-  HandEvaluation evaluation = AtWrist(to);
+  HandEvaluation evaluation = AtWrist(hand_.to);
   const Matrix3Xd vertices = evaluation.At(hold.fingers.data(), false).Vertices();
   const Matrix3Xd in_object = hold.wrist_from_object.inverse() * vertices;
   Matrix3Xd skin;
-  SkinPositions(anatomy.landmarks, in_object, skin);
-  const Eigen::VectorXd distance = SkinDistances(anatomy.landmarks, *second.fit.distance,
-                                                 Isometry3d::Identity(), skin, options.touch_m);
+  SkinPositions(hand_.anatomy.landmarks, in_object, skin);
+  const Eigen::VectorXd distance = SkinDistances(hand_.anatomy.landmarks, *second_.fit.distance,
+                                                 Isometry3d::Identity(), skin, kCarriedTouch_m);
   carried.hand_in_object_mm = 1e3 * std::max(0.0, -distance.minCoeff());
   carried.object_in_hand_mm = 1e3 * ObjectInHand(vertices, hold.wrist_from_object);
   carried.contacts = static_cast<int>(goals.touching.size());
@@ -226,15 +175,15 @@ CarriedGrasp GraspCarrier::Scene::Measured(const HandGoals& goals, const HandOnO
   carried.contact_off_mm /= carried.contacts;
   std::array<bool, kNumFingers> touching{};
   for (Eigen::Index s = 0; s < skin.cols(); ++s) {
-    const int part = anatomy.landmarks.Skin()[static_cast<std::size_t>(s)].part;
+    const int part = hand_.anatomy.landmarks.Skin()[s].part;
     if (part != kPalmPart && distance(s) < 0.0025) touching[part / 3] = true;
   }
   carried.fingers_touching = static_cast<int>(std::ranges::count(touching, true));
   carried.fingers_touched = static_cast<int>(std::ranges::count(goals.fingers, true));
   const double deepest = std::max(carried.hand_in_object_mm, carried.object_in_hand_mm);
-  const double overlap = 1e3 * SelfPenetration(anatomy.landmarks, vertices);
+  const double overlap = 1e3 * SelfPenetration(hand_.anatomy.landmarks, vertices);
   const int wanted = std::max(1, carried.fingers_touched - 1);
-  if (deepest > 1e3 * options.max_depth_m) {
+  if (deepest > 1e3 * kMaxDepth_m) {
     carried.refused = fmt::format("hand and object penetrate each other by {:.1f} mm", deepest);
   } else if (overlap > 4.0) {
     carried.refused = fmt::format("fingers penetrate each other by {:.1f} mm", overlap);
@@ -249,13 +198,16 @@ CarriedGrasp GraspCarrier::Scene::Measured(const HandGoals& goals, const HandOnO
 }
 
 // Selects the grasp with the best score minus the cost of its distance from the transferred one.
-bool GraspCarrier::Scene::Search(const HandGoals& goals, const Vector3d& up_in_wrist,
-                                 CarriedGrasp& carried) const {
+void GraspCarrier::Search(const Goals& goals, const Vector3d& up_in_wrist,
+                          CarriedGrasp& carried) const {
   constexpr double kScoreOfMeter = 8.0, kLever_m = 0.10;
-  GraspOptions search = SearchOptions(options);
+  GraspOptions search;
+  search.seed = seed_;
+  search.threads = threads_;
+  search.table_weight = 0.0;
   search.up_in_wrist = {up_in_wrist};
   const bool near_surface =
-      second.solid.distance.Query(goals.middle).distance > -GraspPlace::kFarthestOff_m;
+      second_.solid.distance.Query(goals.middle).distance > -GraspPlace::kFarthestOff_m;
   const Isometry3d wanted = carried.hold.wrist_from_object.inverse();
   for (const bool at_place : {true, false}) {
     if (at_place && !near_surface) continue;
@@ -263,13 +215,14 @@ bool GraspCarrier::Scene::Search(const HandGoals& goals, const Vector3d& up_in_w
     if (at_place) {
       GraspPlace::Wanted place;
       place.at = goals.middle;
-      if (std::abs(second.solid.distance.Distance(goals.middle)) > GraspPlace::kFarthestOff_m) {
-        place.at = second.solid.distance.Query(goals.middle).closest;
+      if (std::abs(second_.solid.distance.Distance(goals.middle)) > GraspPlace::kFarthestOff_m) {
+        place.at = second_.solid.distance.Query(goals.middle).closest;
       }
-      search.place = std::make_shared<const GraspPlace>(second.object.mesh, place);
+      search.place = std::make_shared<const GraspPlace>(second_.object.mesh, place);
     }
     GraspReport report;
-    CloseHand(to, second.object.mesh, second.solid.distance, *second.fit.distance, search, &report);
+    CloseHand(hand_.to, second_.object.mesh, second_.solid.distance, *second_.fit.distance, search,
+              &report);
     double most = -std::numeric_limits<double>::infinity();
     CarriedGrasp best;
     for (const GraspReport::Candidate& candidate : report.candidates) {
@@ -281,7 +234,7 @@ bool GraspCarrier::Scene::Search(const HandGoals& goals, const Vector3d& up_in_w
       const double worth = grasp.score - kScoreOfMeter * way;
       if (worth <= most) continue;
       CarriedGrasp found = Measured(goals, {grasp.fingers, grasp.wrist_from_object});
-      if (std::max(found.hand_in_object_mm, found.object_in_hand_mm) > 1e3 * options.max_depth_m) {
+      if (std::max(found.hand_in_object_mm, found.object_in_hand_mm) > 1e3 * kMaxDepth_m) {
         continue;
       }
       most = worth;
@@ -291,9 +244,8 @@ bool GraspCarrier::Scene::Search(const HandGoals& goals, const Vector3d& up_in_w
     best.clean = best.searched = true;
     best.refused = carried.refused;
     carried = std::move(best);
-    return true;
+    return;
   }
-  return false;
 }
 
 CarryingHand::CarryingHand(const HandModel& from_hand, const HandModel& to_hand)
@@ -305,33 +257,37 @@ CarryingHand::CarryingHand(const HandModel& from_hand, const HandModel& to_hand)
 }
 
 GraspCarrier::GraspCarrier(const CarryingHand& hand, const PreparedObject& from_object,
-                           const PreparedObject& to_object, const SurfaceMap& map,
-                           const CarryGraspOptions& options)
-    : scene_(std::make_unique<const Scene>(hand, from_object, to_object, map, options)) {}
-
-GraspCarrier::~GraspCarrier() = default;
-
-double GraspCarrier::ObjectInHand(const Matrix3Xd& vertices,
-                                  const Isometry3d& frame_from_object) const {
-  return scene_->ObjectInHand(vertices, frame_from_object);
+                           const PreparedObject& to_object, const SurfaceMap& map, bool search,
+                           std::uint64_t seed, int threads)
+    : hand_(hand),
+      first_(from_object),
+      second_(to_object),
+      map_(map),
+      search_(search),
+      seed_(seed),
+      threads_(threads) {
+  std::vector<int> all(static_cast<std::size_t>(second_.fit.surface.cols()));
+  std::iota(all.begin(), all.end(), 0);
+  patches_ = PointPatches(second_.fit.surface, all);
 }
 
 CarriedGrasp GraspCarrier::Carry(const HandOnObject& held,
                                  const Eigen::Vector3d& up_in_wrist) const {
-  const Scene& scene = *scene_;
-  const HandGoals goals = scene.GoalsOf(held);
+  const Goals goals = GoalsOf(held);
+  const HandAxes& axes = hand_.anatomy.axes;
   // Start: the unchanged hand, rigidly aligned with its goals.
-  HandOnObject start = held;
-  start.fingers =
-      scene.anatomy.axes.PoseOf(scene.anatomy.axes.Clamp(scene.axes_from.AnglesOf(held.fingers)));
-  HandEvaluation evaluation = AtWrist(scene.to);
-  start.wrist_from_object =
-      NearestMotion(goals.at, evaluation.At(start.fingers.data(), false).Vertices(), goals.weights);
-  HandOnObject hold = start;
-  scene.Settle(goals, start, hold);
-  CarriedGrasp carried = scene.Measured(goals, hold);
-  if (!carried.clean && scene.options.search) scene.Search(goals, up_in_wrist, carried);
-  const Isometry3d in_place = held.wrist_from_object * scene.map.InPlace().inverse();
+  HandOnObject hold = held;
+  hold.fingers = axes.PoseOf(axes.Clamp(hand_.axes_from.AnglesOf(held.fingers)));
+  HandEvaluation evaluation = AtWrist(hand_.to);
+  hold.wrist_from_object =
+      NearestMotion(goals.at, evaluation.At(hold.fingers.data(), false).Vertices(), goals.weights);
+  const HandAngles preferred = axes.Clamp(axes.AnglesOf(hold.fingers));
+  Minimize(goals, 300.0, false, 1, preferred, hold);
+  Minimize(goals, 30.0, true, 4, preferred, hold);
+  PressOn(hold);
+  CarriedGrasp carried = Measured(goals, hold);
+  if (!carried.clean && search_) Search(goals, up_in_wrist, carried);
+  const Isometry3d in_place = held.wrist_from_object * map_.InPlace().inverse();
   const Isometry3d moved = carried.hold.wrist_from_object * in_place.inverse();
   carried.wrist_shift_m =
       (carried.hold.wrist_from_object.inverse().translation() - in_place.inverse().translation())

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,6 +11,9 @@
 #include "geometry/body/hand_model.h"
 #include "solver/fit/prepared_object.h"
 #include "solver/grasp/grasp_assessment.h"
+#include "solver/hand/hand_axes.h"
+#include "solver/hand/hand_evaluation.h"
+#include "solver/terms/hand/penetration.h"
 #include "solver/transfer/surface_map.h"
 
 namespace holdfast {
@@ -25,7 +27,7 @@ struct HandOnObject {
 /// A grasp transferred from one object to another, or from one hand to another.
 struct CarriedGrasp {
   HandOnObject hold;
-  bool clean = false;           ///< within the limits of CarryGraspOptions
+  bool clean = false;           ///< nowhere deeper than 1.8 mm, fingers touch as before
   bool searched = false;        ///< the transferred grasp was not clean; found by a search near it
   std::string refused;          ///< fault of the transferred grasp; empty if it was clean
   int contacts = 0;             ///< hand vertices in contact with the first object
@@ -36,14 +38,8 @@ struct CarriedGrasp {
   double wrist_shift_m = 0.0, wrist_turn_rad = 0.0;
 };
 
-struct CarryGraspOptions {
-  double touch_m = 0.005;       ///< skin closer than this is in contact: S
-  double fade_m = 0.008;        ///< weight of farther skin: exp(-(d / fade)^2)
-  double max_depth_m = 0.0018;  ///< of hand and object in each other
-  bool search = true;           ///< search a new grasp nearby if the transferred one is not clean
-  std::uint64_t seed = 1;
-  int threads = 1;  ///< of a search; does not affect the result
-};
+/// Skin closer than this is in contact.
+inline constexpr double kCarriedTouch_m = 0.005;
 
 /// A hand of the clip's person and the same hand of the target person, with derived data; const,
 /// shared by objects and threads. The arguments must outlive it.
@@ -62,11 +58,12 @@ class CarryingHand {
 /// of grasp and time; const and thread-safe. The arguments must outlive it.
 class GraspCarrier {
  public:
-  /// The first hand held `from_object`; the second one is to hold `to_object`.
+  /// The first hand held `from_object`; the second one is to hold `to_object`. `search`: whether a
+  /// new grasp is searched nearby if the transferred one is not clean; `seed` and `threads` of the
+  /// search.
   GraspCarrier(const CarryingHand& hand, const PreparedObject& from_object,
-               const PreparedObject& to_object, const SurfaceMap& map,
-               const CarryGraspOptions& options = {});
-  ~GraspCarrier();
+               const PreparedObject& to_object, const SurfaceMap& map, bool search,
+               std::uint64_t seed, int threads);
 
   /// Transfers a grasp such that skin near the object keeps its distance: a vertex with nearest
   /// point c, normal n and distance d has the target c' + d n', with (c', n') = SurfaceMap::At(c,
@@ -84,8 +81,23 @@ class GraspCarrier {
                       const Eigen::Isometry3d& frame_from_object) const;
 
  private:
-  struct Scene;
-  std::unique_ptr<const Scene> scene_;
+  struct Goals;
+  Goals GoalsOf(const HandOnObject& held) const;
+  void Minimize(const Goals& goals, double goal_weight, bool skin, int rounds,
+                const HandAngles& preferred, HandOnObject& hold) const;
+  void PressOn(HandOnObject& hold) const;
+  std::vector<Intrusion> Intrusions(const Eigen::Matrix3Xd& vertices,
+                                    const Eigen::Isometry3d& pose) const;
+  CarriedGrasp Measured(const Goals& goals, const HandOnObject& hold) const;
+  void Search(const Goals& goals, const Eigen::Vector3d& up_in_wrist, CarriedGrasp& carried) const;
+
+  const CarryingHand& hand_;
+  const PreparedObject &first_, &second_;
+  const SurfaceMap& map_;
+  bool search_;
+  std::uint64_t seed_;
+  int threads_;
+  PointPatches patches_;  // of the second object's surface
 };
 
 }  // namespace holdfast

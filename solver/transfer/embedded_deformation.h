@@ -55,45 +55,33 @@ inline NodeWeights WeightsAt(const std::vector<DeformationNode>& nodes,
 /// Residual between a deformed point and its goal: along the surface normal at the goal, and weakly
 /// in all directions.
 struct GoalOfPoint {
-  GoalOfPoint(const Eigen::Vector3d& point, std::array<Eigen::Vector3d, kNodesOfPoint> nodes,
-              const std::array<double, kNodesOfPoint>& weights, const Eigen::Vector3d& goal,
-              const Eigen::Vector3d& normal, double along, double across)
-      : point_(point),
-        nodes_(std::move(nodes)),
-        weights_(weights),
-        goal_(goal),
-        normal_(normal),
-        along_(along),
-        across_(across) {}
+  Eigen::Vector3d point;
+  std::array<Eigen::Vector3d, kNodesOfPoint> nodes;
+  std::array<double, kNodesOfPoint> weights;
+  Eigen::Vector3d goal, normal;
+  double along, across;
 
   template <typename T>
   bool operator()(const T* a, const T* b, const T* c, const T* d, T* residuals) const {
     const T* const unknowns[kNodesOfPoint] = {a, b, c, d};
     T bent[3] = {T(0), T(0), T(0)};
     for (int k = 0; k < kNodesOfPoint; ++k) {
-      const T offset[3] = {T(point_.x() - nodes_[k].x()), T(point_.y() - nodes_[k].y()),
-                           T(point_.z() - nodes_[k].z())};
+      const T offset[3] = {T(point.x() - nodes[k].x()), T(point.y() - nodes[k].y()),
+                           T(point.z() - nodes[k].z())};
       T turned[3];
       ceres::AngleAxisRotatePoint(unknowns[k], offset, turned);
       for (int i = 0; i < 3; ++i) {
-        bent[i] += weights_[k] * (turned[i] + nodes_[k](i) + unknowns[k][3 + i]);
+        bent[i] += weights[k] * (turned[i] + nodes[k](i) + unknowns[k][3 + i]);
       }
     }
     residuals[3] = T(0);
     for (int i = 0; i < 3; ++i) {
-      const T off = bent[i] - goal_(i);
-      residuals[i] = across_ * off;
-      residuals[3] += along_ * normal_(i) * off;
+      const T off = bent[i] - goal(i);
+      residuals[i] = across * off;
+      residuals[3] += along * normal(i) * off;
     }
     return true;
   }
-
- private:
-  Eigen::Vector3d point_;
-  std::array<Eigen::Vector3d, kNodesOfPoint> nodes_;
-  std::array<double, kNodesOfPoint> weights_;
-  Eigen::Vector3d goal_, normal_;
-  double along_, across_;
 };
 
 /// Rigidity residual: a node moves its neighbor as the neighbor moves itself.

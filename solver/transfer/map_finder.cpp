@@ -26,6 +26,9 @@ using Eigen::Vector3d;
 
 namespace {
 
+constexpr int kMatched = 1500;  // points on each surface
+constexpr int kNodes = 70;      // of the deformation graph
+
 // Start rotations: about z, and between axes of inertia.
 std::vector<Matrix3d> StartRotations(const Matrix3Xd& from, const Matrix3Xd& to) {
   std::vector<Matrix3d> starts;
@@ -56,18 +59,16 @@ std::vector<Matrix3d> StartRotations(const Matrix3Xd& from, const Matrix3Xd& to)
 
 }  // namespace
 
-MapFinder::MapFinder(const TriangleMesh& from, const TriangleMesh& to,
-                     const SurfaceMapOptions& options)
-    : options_(options), from_surface_(from) {
+MapFinder::MapFinder(const TriangleMesh& from, const TriangleMesh& to) : from_surface_(from) {
   map_.to_ = std::make_shared<const SignedDistance>(to);
-  from_ = SampleOriented(from, from_surface_, options.samples);
-  to_ = SampleOriented(to, *map_.to_, options.samples);
+  from_ = SampleOriented(from, from_surface_, kMatched);
+  to_ = SampleOriented(to, *map_.to_, kMatched);
   size_ = BoxOf(to.vertices).diagonal().norm();
   to_tree_.emplace(Lifted(to_));
 }
 
 SurfaceMap MapFinder::ByShape() {
-  map_.report_.method = MapMethod::kRegistered;
+  map_.report_.method = "registered";
   Align();
   MakeNodes();
   for (const double stiffness : {3.0, 1.0, 0.5, 0.25, 0.25}) BendToShape(stiffness);
@@ -75,7 +76,7 @@ SurfaceMap MapFinder::ByShape() {
 }
 
 SurfaceMap MapFinder::ByPairs(const Matrix3Xd& on_from, const Matrix3Xd& on_to) {
-  map_.report_.method = MapMethod::kGiven;
+  map_.report_.method = "given";
   PlaceByPairs(on_from, on_to);
   MakeNodes();
   std::vector<Match> matches;
@@ -110,8 +111,7 @@ OrientedPoints MapFinder::Moved(const SurfaceMap& map) const {
 double MapFinder::Mismatch(const SurfaceMap& map, int stride) const {
   const Matrix3Xd moved = Lifted(Moved(map));
   const Matrix3Xd other = Lifted(to_);
-  Matrix3Xd some(3, (moved.cols() + stride - 1) / stride);
-  for (Eigen::Index i = 0; i < some.cols(); ++i) some.col(i) = moved.col(i * stride);
+  const Matrix3Xd some = moved(Eigen::all, Eigen::seq(0, Eigen::last, stride));
   const NearestPoints tree(some);
   const double most = 0.15 * size_;
   double sum = 0.0;
@@ -186,7 +186,7 @@ void MapFinder::MakeNodes() {
   Eigen::VectorXd distance =
       Eigen::VectorXd::Constant(placed.cols(), std::numeric_limits<double>::infinity());
   Eigen::Index next = 0;
-  const int count = std::min<int>(options_.nodes, static_cast<int>(placed.cols()));
+  const int count = std::min<int>(kNodes, static_cast<int>(placed.cols()));
   for (int k = 0; k < count; ++k) {
     DeformationNode node;
     node.at = placed.col(next);
@@ -246,8 +246,13 @@ void MapFinder::Bend(const std::vector<Match>& matches, double stiffness) {
     std::array<Vector3d, kNodesOfPoint> nodes;
     for (int k = 0; k < kNodesOfPoint; ++k) nodes[k] = map_.nodes_[near.node[k]].at;
     const bool plane = !match.normal.isZero(0.0);
-    auto* goal = new GoalOfPoint(match.placed, nodes, near.weight, match.goal, match.normal,
-                                 plane ? share : 0.0, plane ? 0.3 * share : share);
+    auto* goal = new GoalOfPoint{match.placed,
+                                 nodes,
+                                 near.weight,
+                                 match.goal,
+                                 match.normal,
+                                 plane ? share : 0.0,
+                                 plane ? 0.3 * share : share};
     auto* cost = new ceres::AutoDiffCostFunction<GoalOfPoint, 4, 6, 6, 6, 6>(goal);
     problem.AddResidualBlock(cost, nullptr, unknowns[near.node[0]].data(),
                              unknowns[near.node[1]].data(), unknowns[near.node[2]].data(),

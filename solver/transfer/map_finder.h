@@ -17,7 +17,7 @@ namespace holdfast {
 /// Computes a map in steps: rotation and scale, then deformation. Call one method, once.
 class MapFinder {
  public:
-  MapFinder(const TriangleMesh& from, const TriangleMesh& to, const SurfaceMapOptions& options);
+  MapFinder(const TriangleMesh& from, const TriangleMesh& to);
   SurfaceMap ByShape();
   SurfaceMap ByPairs(const Eigen::Matrix3Xd& on_from, const Eigen::Matrix3Xd& on_to);
 
@@ -48,7 +48,6 @@ class MapFinder {
   void BendToShape(double stiffness);
   void Bend(const std::vector<Match>& matches, double stiffness);
 
-  SurfaceMapOptions options_;
   SignedDistance from_surface_;
   OrientedPoints from_, to_;
   double size_ = 0.0;  // diagonal of the second object

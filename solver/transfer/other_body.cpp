@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "generator/body/limb_ik.h"
 #include "generator/body/pose_builder.h"
 #include "generator/matching/body_frame.h"
 #include "generator/matching/foot_lock.h"
+#include "generator/scripted/minimum_jerk.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/unknowns/wrist_offset.h"
@@ -39,15 +41,10 @@ struct Stature {
   double sole = 0.0;
 };
 
-double SmootherStep(double s) {
-  s = std::clamp(s, 0.0, 1.0);
-  return s * s * s * (10.0 + s * (6.0 * s - 15.0));
-}
-
 // World pose of a joint in a frame.
 Isometry3d WorldOf(const Matrix3Xd& rest, const Clip& clip, int t, int joint) {
   BodyState state;
-  ForwardJoints(rest, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
+  ForwardJoints(rest, clip.pose[t], clip.trans.col(t), state);
   return state.WorldFromJoint(joint);
 }
 
@@ -57,28 +54,23 @@ Eigen::Vector2d StepTowards(const Matrix3Xd& rest, const std::vector<WristPath>&
                             const Clip& clip) {
   constexpr double kMost_m = 0.4, kNearlyStraight = 0.985;
   constexpr int kRounds = 60;
-  struct Reach {
-    Vector3d shoulder, wrist;
-    double length;
-  };
-  std::vector<Reach> reaches;
+  std::vector<std::pair<Vector3d, double>> reaches;  // from shoulder to wrist; length of the arm
   for (const WristPath& path : paths) {
     const int shoulder = path.side == Side::kRight ? kRightShoulder : kLeftShoulder;
     const double length = kNearlyStraight * MaxReach(rest, Arm(path.side));
     for (int t = path.begin; t < path.end; ++t) {
-      reaches.push_back({WorldOf(rest, clip, t, shoulder).translation(),
-                         path.wrist[static_cast<std::size_t>(t - path.begin)].translation(),
-                         length});
+      reaches.emplace_back(
+          path.wrist[t - path.begin].translation() - WorldOf(rest, clip, t, shoulder).translation(),
+          length);
     }
   }
   Eigen::Vector2d step = Eigen::Vector2d::Zero();
   for (int round = 0; round < kRounds; ++round) {
     double worst = 0.0;
     Eigen::Vector2d towards = Eigen::Vector2d::Zero();
-    for (const Reach& reach : reaches) {
-      Vector3d way = reach.wrist - reach.shoulder;
+    for (auto [way, length] : reaches) {
       way.head<2>() -= step;
-      const double lacks = way.norm() - reach.length;
+      const double lacks = way.norm() - length;
       if (lacks <= worst) continue;
       worst = lacks;
       const Eigen::Vector2d flat = way.head<2>();
@@ -93,18 +85,16 @@ Eigen::Vector2d StepTowards(const Matrix3Xd& rest, const std::vector<WristPath>&
 
 }  // namespace
 
-Clip OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to,
-                   OtherBodyReport* report) {
+OntoBody OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to) {
   if (from.model->LoneHand() != to.model->LoneHand()) {
     throw Error("body", "differs from the clip's body: one is a hand, the other a whole body",
                 "Convert the clip to it first ('holdfast convert')");
   }
   const Stature before(from), after(to);
-  OtherBodyReport unused;
-  OtherBodyReport& out = report != nullptr ? *report : unused;
-  out = {};
+  OntoBody onto{clip, {}};
+  OtherBodyReport& out = onto.report;
   out.fingers_ratio = after.Hand() / before.Hand();
-  Clip moved = clip;
+  Clip& moved = onto.clip;
   moved.betas = to.betas;
   moved.body_model = to.model->Name();
   moved.v_template.resize(3, 0);
@@ -112,7 +102,7 @@ Clip OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to,
   if (to.model->LoneHand()) {
     const int wrist = WristJoint(*to.model->LoneHand());
     moved.trans.colwise() += before.joints.col(wrist) - after.joints.col(wrist);
-    return moved;
+    return onto;
   }
   out.leg_ratio = after.Leg() / before.Leg();
   std::vector<BodyFrame> frames = BodyFrames(clip, before.joints);
@@ -131,17 +121,16 @@ Clip OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to,
     frames[t].pelvis.z() -= sink[t];
     out.sink_m = std::max(out.sink_m, sink[t]);
     out.ankle_missed_m = std::max(out.ankle_missed_m, PlaceLegs(after.joints, feet[t], frames[t]));
-    moved.trans.col(static_cast<Eigen::Index>(t)) = frames[t].pelvis - after.joints.col(kPelvis);
+    moved.trans.col(t) = frames[t].pelvis - after.joints.col(kPelvis);
     for (const Side side : kSides) {
       const Limb leg = Leg(side);
       for (const int joint : {leg.root, leg.middle, leg.end}) {
-        const Vector3d turn =
-            LogSO3(frames[t].local[static_cast<std::size_t>(joint)].toRotationMatrix());
+        const Vector3d turn = LogSO3(frames[t].local[joint].toRotationMatrix());
         moved.pose[t].col(joint) = UnwrapAxisAngle(turn, clip.pose[t].col(joint));
       }
     }
   }
-  return moved;
+  return onto;
 }
 
 ArmReport BringWrists(const ClipBody& body, const std::vector<WristPath>& paths, double blend_s,
@@ -161,31 +150,30 @@ ArmReport BringWrists(const ClipBody& body, const std::vector<WristPath>& paths,
     const auto count = static_cast<std::size_t>(clip.NumFrames());
     std::vector<std::pair<double, Isometry3d>> wanted(count, {0.0, Isometry3d::Identity()});
     const auto offset_at = [&](const WristPath& path, int t) {
-      return WorldOf(rest, clip, t, WristJoint(side)).inverse() *
-             path.wrist[static_cast<std::size_t>(t - path.begin)];
+      return WorldOf(rest, clip, t, WristJoint(side)).inverse() * path.wrist[t - path.begin];
     };
     for (const WristPath& path : paths) {
       if (path.side != side || path.end <= path.begin) continue;
       for (int t = path.begin; t < path.end; ++t) {
-        wanted[static_cast<std::size_t>(t)] = {1.0, offset_at(path, t)};
+        wanted[t] = {1.0, offset_at(path, t)};
       }
       const Isometry3d first = offset_at(path, path.begin), last = offset_at(path, path.end - 1);
       for (int k = 1; k < blend; ++k) {
-        const double share = SmootherStep(1.0 - static_cast<double>(k) / blend);
+        const double share = MinimumJerk(1.0 - static_cast<double>(k) / blend);
         for (const auto& [t, offset] :
              {std::pair(path.begin - k, first), std::pair(path.end - 1 + k, last)}) {
           if (t < 0 || t >= clip.NumFrames()) continue;
-          auto& held = wanted[static_cast<std::size_t>(t)];
+          auto& held = wanted[t];
           if (held.first < share) held = {share, offset};
         }
       }
     }
     for (int t = 0; t < clip.NumFrames(); ++t) {
-      const auto& [share, offset] = wanted[static_cast<std::size_t>(t)];
+      const auto& [share, offset] = wanted[t];
       if (share == 0.0) continue;
       const Vector3d turn = share * LogSO3(offset.linear());
       const Vector3d way = share * offset.translation();
-      JointPose& pose = clip.pose[static_cast<std::size_t>(t)];
+      JointPose& pose = clip.pose[t];
       const Isometry3d wrist = WorldOf(rest, clip, t, WristJoint(side));
       const Eigen::Matrix3d rotation = wrist.linear() * ExpSO3(turn);
       const Vector3d position = wrist * way;

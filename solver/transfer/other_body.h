@@ -19,19 +19,18 @@ struct OtherBodyReport {
   double fingers_ratio = 1.0;   ///< ratio of hand lengths
 };
 
-/// Retargets a motion to another body: feet keep their positions (the soles at their heights), the
-/// pelvis stays above the same point with its height scaled by the leg length, legs are solved by
-/// inverse kinematics; trunk, arms and fingers keep their rotations. The object track is unchanged.
-/// A single hand keeps its wrist position. Models may differ: joint rotations are compatible.
-/// Throws Error for a hand alone with a whole body.
-Clip OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to,
-                   OtherBodyReport* report = nullptr);
-
 /// A retargeted clip and its report.
 struct OntoBody {
   Clip clip;
   OtherBodyReport report;
 };
+
+/// Retargets a motion to another body: feet keep their positions (the soles at their heights), the
+/// pelvis stays above the same point with its height scaled by the leg length, legs are solved by
+/// inverse kinematics; trunk, arms and fingers keep their rotations. The object track is unchanged.
+/// A single hand keeps its wrist position. Models may differ: joint rotations are compatible.
+/// Throws Error for a hand alone with a whole body.
+OntoBody OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& to);
 
 /// Target wrist poses (world) in frames [begin, end).
 struct WristPath {

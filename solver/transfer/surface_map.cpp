@@ -23,18 +23,6 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-std::string_view MethodName(MapMethod method) {
-  switch (method) {
-    case MapMethod::kScaled:
-      return "scaled";
-    case MapMethod::kRegistered:
-      return "registered";
-    case MapMethod::kGiven:
-      return "given";
-  }
-  return "";
-}
-
 Vector3d SurfaceMap::Warp(const Vector3d& point) const {
   const Vector3d placed = Placed(point);
   if (nodes_.empty()) return placed;
@@ -80,14 +68,8 @@ void SurfaceMap::Measure(const TriangleMesh& from, const TriangleMesh& to) {
     squares += std::pow(to_->Query(carried.col(i)).distance, 2);
   }
   report_.residual_mm = 1e3 * std::sqrt(squares / static_cast<double>(points.Count()));
-  const TriangleMesh warped{[&] {
-                              Matrix3Xd vertices(3, from.NumVertices());
-                              for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
-                                vertices.col(i) = Warp(from.vertices.col(i));
-                              }
-                              return vertices;
-                            }(),
-                            from.faces};
+  TriangleMesh warped = from;
+  for (auto vertex : warped.vertices.colwise()) vertex = Warp(vertex);
   const TriangleTree tree(warped);
   const Matrix3Xd others = SampleSurface(to, kPoints);
   std::vector<double> missed;
@@ -156,16 +138,14 @@ SurfaceMap SurfaceMap::Scaled(const TriangleMesh& from, const Vector3d& factors)
   return map;
 }
 
-SurfaceMap SurfaceMap::Registered(const TriangleMesh& from, const TriangleMesh& to,
-                                  const SurfaceMapOptions& options) {
-  SurfaceMap map = MapFinder(from, to, options).ByShape();
+SurfaceMap SurfaceMap::Registered(const TriangleMesh& from, const TriangleMesh& to) {
+  SurfaceMap map = MapFinder(from, to).ByShape();
   map.Measure(from, to);
   return map;
 }
 
 SurfaceMap SurfaceMap::Given(const TriangleMesh& from, const TriangleMesh& to,
-                             const Matrix3Xd& on_from, const Matrix3Xd& on_to,
-                             const SurfaceMapOptions& options) {
+                             const Matrix3Xd& on_from, const Matrix3Xd& on_to) {
   if (on_from.cols() != on_to.cols() || on_from.cols() < 4) {
     throw Error("map",
                 fmt::format("has {} points on the first object and {} on the second",
@@ -188,16 +168,16 @@ SurfaceMap SurfaceMap::Given(const TriangleMesh& from, const TriangleMesh& to,
                   "Give points on the surfaces in meters, in the objects' own frames");
     }
   }
-  SurfaceMap map = MapFinder(from, to, options).ByPairs(on_from, on_to);
+  SurfaceMap map = MapFinder(from, to).ByPairs(on_from, on_to);
   map.Measure(from, to);
   return map;
 }
 
-using Eigen::Matrix3Xd;
-
 SurfaceMap SurfaceMap::FromFile(const TriangleMesh& from, const TriangleMesh& to,
-                                const std::filesystem::path& path,
-                                const SurfaceMapOptions& options) {
+                                const std::filesystem::path& path) {
+  constexpr const char* kWrite =
+      "Write six numbers per row (x y z on the first object, x y z on the second), or one (a "
+      "vertex of the second)";
   std::ifstream file(path);
   if (!file || std::filesystem::is_directory(path)) {
     throw Error(path.string(), "cannot be read", "Give a text file of pairs of points");
@@ -215,17 +195,14 @@ SurfaceMap SurfaceMap::FromFile(const TriangleMesh& from, const TriangleMesh& to
       const double value = std::strtod(word.c_str(), &end);
       if (end == word.c_str() || *end != '\0' || !std::isfinite(value)) {
         throw Error(path.string(), fmt::format("line {}: '{}' is not a number", number, word),
-                    "Write six numbers per row (x y z on the first object, x y z on the second), "
-                    "or one (a vertex of the second)");
+                    kWrite);
       }
       row.push_back(value);
     }
     if (row.empty()) continue;
     if ((row.size() != 6 && row.size() != 1) ||
         row.size() != (rows.empty() ? row : rows[0]).size()) {
-      throw Error(path.string(), fmt::format("line {} has {} numbers", number, row.size()),
-                  "Write six numbers per row (x y z on the first object, x y z on the second), or "
-                  "one (a vertex of the second)");
+      throw Error(path.string(), fmt::format("line {} has {} numbers", number, row.size()), kWrite);
     }
     rows.push_back(std::move(row));
   }
@@ -239,7 +216,7 @@ SurfaceMap SurfaceMap::FromFile(const TriangleMesh& from, const TriangleMesh& to
   }
   Matrix3Xd on_from(3, count), on_to(3, count);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const std::vector<double>& row = rows[static_cast<std::size_t>(i)];
+    const std::vector<double>& row = rows[i];
     if (!by_vertex) {
       on_from.col(i) << row[0], row[1], row[2];
       on_to.col(i) << row[3], row[4], row[5];
@@ -255,8 +232,7 @@ SurfaceMap SurfaceMap::FromFile(const TriangleMesh& from, const TriangleMesh& to
     on_from.col(i) = from.vertices.col(i);
     on_to.col(i) = to.vertices.col(static_cast<Eigen::Index>(row[0]));
   }
-  return NamingSource("map", path.string(),
-                      [&] { return Given(from, to, on_from, on_to, options); });
+  return NamingSource("map", path.string(), [&] { return Given(from, to, on_from, on_to); });
 }
 
 }  // namespace holdfast

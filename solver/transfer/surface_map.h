@@ -16,17 +16,11 @@
 
 namespace holdfast {
 
-/// Origin of a map.
-enum class MapMethod {
-  kScaled,      ///< the second object is a scaled copy of the first
-  kRegistered,  ///< registered by shape
-  kGiven,       ///< from point pairs
-};
-std::string_view MethodName(MapMethod method);
-
 /// Quality of a map from the first surface to the second.
 struct SurfaceMapReport {
-  MapMethod method = MapMethod::kScaled;
+  /// "scaled": the second object is a scaled copy of the first; "registered" by shape; "given":
+  /// from point pairs.
+  std::string_view method = "scaled";
   double turned_deg = 0.0;  ///< rotation of the first object to align with the second
   Eigen::Vector3d scale =
       Eigen::Vector3d::Ones();  ///< along the first object's axes, before deformation
@@ -36,11 +30,6 @@ struct SurfaceMapReport {
   /// Whether the objects are similar: residual below 4 %, missed below 8 % of the second's
   /// diagonal, and stretch (relative to the uniform scale) below 2.5.
   bool alike = true;
-};
-
-struct SurfaceMapOptions {
-  int samples = 1500;  ///< matched points on each surface
-  int nodes = 70;      ///< of the deformation graph
 };
 
 /// A dense map from one object's surface to another's, and of the surrounding space: it transfers
@@ -56,19 +45,16 @@ class SurfaceMap {
   static SurfaceMap Scaled(const TriangleMesh& from, const Eigen::Vector3d& factors);
   /// Registers by shape: many starts (rotations about z, axes of inertia) are ranked by points and
   /// normals, refined (ICP), and the best is deformed. Symmetric objects are not rotated.
-  static SurfaceMap Registered(const TriangleMesh& from, const TriangleMesh& to,
-                               const SurfaceMapOptions& options = {});
+  static SurfaceMap Registered(const TriangleMesh& from, const TriangleMesh& to);
   /// Fits the map to pairs of points (3 x n, meters, n >= 4), column k of the first surface to k of
   /// the second. Throws Error for other sizes and points over 2 cm from their surfaces.
   static SurfaceMap Given(const TriangleMesh& from, const TriangleMesh& to,
-                          const Eigen::Matrix3Xd& on_from, const Eigen::Matrix3Xd& on_to,
-                          const SurfaceMapOptions& options = {});
+                          const Eigen::Matrix3Xd& on_from, const Eigen::Matrix3Xd& on_to);
   /// Reads pairs from a text file: a row of six numbers per pair (x y z on the first, x y z on the
   /// second, meters), or one number per vertex of the first, a vertex index of the second, from 0;
   /// separated by blanks or commas, '#' begins a comment. Throws Error for anything else.
   static SurfaceMap FromFile(const TriangleMesh& from, const TriangleMesh& to,
-                             const std::filesystem::path& path,
-                             const SurfaceMapOptions& options = {});
+                             const std::filesystem::path& path);
 
   /// Maps a point on or near the first surface.
   Eigen::Vector3d Warp(const Eigen::Vector3d& point) const;

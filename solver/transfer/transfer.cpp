@@ -24,13 +24,13 @@ namespace {
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
+constexpr double kBlend_s = 0.5;  // before and after the new wrist paths
+
 std::vector<TransferredHold> HoldsIn(const std::vector<std::uint8_t>& holding) {
   std::vector<TransferredHold> holds;
   const auto frames = static_cast<int>(holding.size());
   for (const Side side : {Side::kRight, Side::kLeft}) {
-    const auto holds_in = [&](int t) {
-      return (holding[static_cast<std::size_t>(t)] & HoldingBit(side)) != 0;
-    };
+    const auto holds_in = [&](int t) { return (holding[t] & HoldingBit(side)) != 0; };
     for (int t = 0; t < frames; ++t) {
       if (!holds_in(t)) continue;
       TransferredHold hold{side, t, t, t, {}};
@@ -58,10 +58,7 @@ class Transferer {
         hands_(hands),
         options_(options),
         report_(report),
-        carriers_(2) {
-    options_.grasp.seed = options.carry.seed;
-    options_.grasp.threads = options.carry.threads;
-  }
+        carriers_(2) {}
 
   std::vector<std::unique_ptr<const GraspCarrier>> TakeCarriers() { return std::move(carriers_); }
 
@@ -71,15 +68,21 @@ class Transferer {
     for (TransferredHold& hold : report_.holds) CarryHold(hold);
     const bool same_body = from_.model == to_.model && from_.betas.size() == to_.betas.size() &&
                            from_.betas == to_.betas;
-    Clip moved = onto != nullptr ? *onto
-                 : same_body     ? clip_
-                                 : OntoOtherBody(clip_, from_, to_, &report_.body);
+    Clip moved = onto != nullptr ? *onto : clip_;
+    if (onto == nullptr && !same_body) {
+      OntoBody other = OntoOtherBody(clip_, from_, to_);
+      moved = std::move(other.clip);
+      report_.body = other.report;
+    }
     moved.holding_hand = holding;
     const TransferredHold& first = report_.holds.front();
     const bool alone =
         report_.holds.size() == 1 && first.begin == 0 && first.end == clip_.NumFrames();
     report_.kept_wrists = options_.keeps == TransferKeeps::kWrists ||
                           (options_.keeps == TransferKeeps::kAuto && alone && same_body);
+    for (int t = 0; t < moved.NumFrames(); ++t) {
+      moved.object->SetPose(t, clip_.object->Pose(t) * map_.InPlace().inverse());
+    }
     if (report_.kept_wrists) {
       FollowWrists(moved);
     } else {
@@ -87,7 +90,7 @@ class Transferer {
     }
     for (const TransferredHold& hold : report_.holds) {
       for (int t = hold.begin; t < hold.end; ++t) {
-        SetFingers(moved.pose[static_cast<std::size_t>(t)], hold.side, hold.grasp.hold.fingers);
+        SetFingers(moved.pose[t], hold.side, hold.grasp.hold.fingers);
       }
     }
     moved.object->name = to_object_.object.name;
@@ -102,10 +105,8 @@ class Transferer {
   std::vector<std::uint8_t> WhoHolds() const {
     std::vector<std::uint8_t> holding = clip_.holding_hand;
     if (holding.empty()) {
-      HoldOptions search;
-      search.threads = options_.carry.threads;
       holding = FindHolds(clip_, hands_.from_hands[0], hands_.from_hands[1],
-                          *from_object_.fit.distance, search)
+                          *from_object_.fit.distance, options_.carry.threads)
                     .hands;
     }
     if (std::ranges::all_of(holding, [](std::uint8_t bits) { return bits == 0; })) {
@@ -118,11 +119,6 @@ class Transferer {
     return holding;
   }
 
-  Isometry3d WristFromObject(HandState& state, int t) const {
-    state.SetBody(clip_.pose[static_cast<std::size_t>(t)], clip_.trans.col(t));
-    return state.WorldFromWrist().inverse() * clip_.object->Pose(t);
-  }
-
   // Transfers the grasp of the frame with most contacts, among a few.
   void CarryHold(TransferredHold& hold) {
     constexpr int kLooks = 9;
@@ -133,38 +129,35 @@ class Transferer {
     Vector3d up = Vector3d::UnitZ();
     for (int k = 0; k < kLooks; ++k) {
       const int t = hold.begin + (hold.end - 1 - hold.begin) * k / (kLooks - 1);
-      const Isometry3d wrist_from_object = WristFromObject(state, t);
-      const FingerPose fingers = FingersOf(clip_.pose[static_cast<std::size_t>(t)], hold.side);
+      state.SetBody(clip_.pose[t], clip_.trans.col(t));
+      const FingerPose fingers = FingersOf(clip_.pose[t], hold.side);
       state.Evaluate(fingers, false);
       const Eigen::Matrix3Xd in_object = clip_.object->Pose(t).inverse() * state.Vertices();
       int contacts = 0;
       for (Eigen::Index i = 0; i < in_object.cols(); ++i) {
-        contacts += from_object_.fit.distance->Linear(in_object.col(i)) < options_.grasp.touch_m;
+        contacts += from_object_.fit.distance->Linear(in_object.col(i)) < kCarriedTouch_m;
       }
       if (contacts <= most) continue;
       most = contacts;
       hold.frame = t;
-      held = {fingers, wrist_from_object};
+      held = {fingers, state.WorldFromWrist().inverse() * clip_.object->Pose(t)};
       up = state.WristRotation().transpose() * Vector3d::UnitZ();
     }
     std::unique_ptr<const GraspCarrier>& carrier = carriers_[IndexOf(hold.side)];
     if (!carrier) {
       carrier = std::make_unique<const GraspCarrier>(
-          *hands_.carrying[IndexOf(hold.side)], from_object_, to_object_, map_, options_.grasp);
+          *hands_.carrying[IndexOf(hold.side)], from_object_, to_object_, map_, options_.search,
+          options_.carry.seed, options_.carry.threads);
     }
     hold.grasp = carrier->Carry(held, up);
   }
 
-  // During a hold the object moves with its wrist; otherwise it keeps its trajectory, relative to
-  // the previous hold.
+  // During a hold the object moves with its wrist; otherwise it keeps its trajectory.
   void FollowWrists(Clip& moved) const {
-    for (int t = 0; t < moved.NumFrames(); ++t) {
-      moved.object->SetPose(t, clip_.object->Pose(t) * map_.InPlace().inverse());
-    }
     for (const TransferredHold& hold : report_.holds) {
       HandState state(hands_.to_hands[IndexOf(hold.side)]);
       for (int t = hold.begin; t < hold.end; ++t) {
-        state.SetBody(moved.pose[static_cast<std::size_t>(t)], moved.trans.col(t));
+        state.SetBody(moved.pose[t], moved.trans.col(t));
         moved.object->SetPose(t, state.WorldFromWrist() * hold.grasp.hold.wrist_from_object);
       }
     }
@@ -173,9 +166,6 @@ class Transferer {
   // The second object keeps the first one's trajectory, and wrists move to it.
   void FollowObject(Clip& moved) {
     std::vector<WristPath> paths;
-    for (int t = 0; t < moved.NumFrames(); ++t) {
-      moved.object->SetPose(t, clip_.object->Pose(t) * map_.InPlace().inverse());
-    }
     for (const TransferredHold& hold : report_.holds) {
       WristPath path{hold.side, hold.begin, hold.end, {}};
       for (int t = hold.begin; t < hold.end; ++t) {
@@ -183,7 +173,7 @@ class Transferer {
       }
       paths.push_back(std::move(path));
     }
-    report_.arms = BringWrists(to_, paths, options_.blend_s, moved);
+    report_.arms = BringWrists(to_, paths, kBlend_s, moved);
   }
 
   void Tell(bool alone, bool same_body) {
@@ -222,7 +212,7 @@ class Transferer {
   const PreparedObject &from_object_, &to_object_;
   const SurfaceMap& map_;
   const TransferHands& hands_;
-  TransferOptions options_;
+  const TransferOptions& options_;
   TransferReport& report_;
   std::vector<std::unique_ptr<const GraspCarrier>> carriers_;  // right, left
 };
@@ -289,7 +279,7 @@ TransferReport TransferClip(const Clip& clip, const ClipBody& from,
   if (progress && !progress("carry", 1, 1)) return report;
   CarryOptions carry = options.carry;
   carry.grasp = GraspSource::kClips;
-  carry.hands = CarryHands::kAuto;
+  carry.hands = GraspHands::kAuto;
   report.carried = CarryObject(prepared, to, to_object, carry, progress);
   const bool comes_or_goes = std::ranges::any_of(report.holds, [&](const TransferredHold& hold) {
     return hold.begin > 0 || hold.end < prepared.NumFrames();
@@ -309,7 +299,7 @@ OptionTable OptionsOf(TransferOptions& options) {
                 {"object", TransferKeeps::kObject}},
                "Trajectory to keep: wrists (the object follows), object (the arms follow), or "
                "auto: wrists if the same hand of the same body holds throughout, else object");
-  table.Flag("search", options.grasp.search,
+  table.Flag("search", options.search,
              "Search for a new grasp near the contacts if the hand can't keep them");
   table.Flag("keep_motion", options.carry.keep_motion,
              "Do not adjust the arms; only report collisions with the body");
@@ -319,7 +309,7 @@ OptionTable OptionsOf(TransferOptions& options) {
 }
 
 nlohmann::json MapJson(const SurfaceMapReport& map) {
-  return {{"method", std::string(MethodName(map.method))},
+  return {{"method", std::string(map.method)},
           {"turned_deg", map.turned_deg},
           {"scale", {map.scale.x(), map.scale.y(), map.scale.z()}},
           {"residual_mm", map.residual_mm},

@@ -32,9 +32,8 @@ enum class TransferKeeps {
 
 struct TransferOptions {
   TransferKeeps keeps = TransferKeeps::kAuto;
-  CarryGraspOptions grasp;    ///< seed and threads are overridden by those of `carry`
+  bool search = true;         ///< search a new grasp nearby if the transferred one is not clean
   CarryOptions carry;         ///< of the fit; grasp source and hands are overridden
-  double blend_s = 0.5;       ///< blend time before and after the new wrist paths
   int object_vertices = 300;  ///< for preparing objects
 };
 

@@ -31,19 +31,33 @@
 #include "solver/transfer/transfer.h"
 
 namespace holdfast {
+namespace {
 
 namespace fs = std::filesystem;
+using Eigen::Isometry3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
 using nlohmann::json;
 
-VariantManifest ReadManifest(const fs::path& path, const json& asked) {
+constexpr const char* kManifest = "manifest.jsonl";
+constexpr int kBlock = 64;           // maximum tries between manifest updates
+constexpr int kFewestTries = 256;    // eight object shapes
+constexpr int kMostTriesEach = 8;    // limit of tries per variant
+constexpr int kPerShape = 32;        // tries per object shape, whose preparation is most expensive
+constexpr double kMaxBody_mm = 5.0;  // of the object in the person, in any of ten frames
+
+// Reads the complete lines of the manifest of a folder of variants, of which the first is the
+// request, and counts its tries. Empty if there is none yet. Throws Error for a folder that holds
+// something else, or variants of another `asked`.
+std::string ReadManifest(const fs::path& path, const json& asked, VariantReport& report) {
   const fs::path folder = path.parent_path();
-  VariantManifest before;
+  std::string lines;
   if (!fs::exists(path)) {
     if (fs::exists(folder) && !fs::is_empty(folder)) {
       throw Error(folder.string(), "is not a folder of variants: nothing is written there",
                   "Choose another name");
     }
-    return before;
+    return lines;
   }
   std::istringstream text(ReadFile(path));
   bool first = true;
@@ -55,20 +69,26 @@ VariantManifest ReadManifest(const fs::path& path, const json& asked) {
                   "Choose another folder");
     }
     if (!first) {
-      if (entry.value("variant", -1) != before.tried) break;
-      ++before.tried;
-      before.kept += entry.value("kept", false);
-      if (!entry.value("kept", false)) ++before.refused[entry.value("why", "")];
+      if (entry.value("variant", -1) != report.tried) break;
+      ++report.tried;
+      report.kept += entry.value("kept", false);
+      if (!entry.value("kept", false)) ++report.refused[entry.value("why", "")];
     }
     first = false;
-    before.text += line + "\n";
+    lines += line + "\n";
   }
-  return before;
+  report.had = report.tried;
+  return lines;
 }
 
-using Eigen::Isometry3d;
-using Eigen::Matrix3Xd;
+// Depth in both directions and contact of a hold over its frames. If skin near the object has moved
+// little since a measured frame, depth and distance are bounded by that motion.
+struct HoldMeasure {
+  double deepest_mm = 0.0;
+  int frames = 0, touching = 0;
+};
 
+// Measures the frames of `hold`; skin closer than `touch_m` is in contact.
 HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspCarrier& carrier,
                         const PreparedObject& object, const TransferredHold& hold, double touch_m) {
   constexpr double kNear_m = 0.03, kLittle_m = 0.0004;
@@ -106,6 +126,7 @@ HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspC
   return measure;
 }
 
+// Depth of the object in the person's body, meters: maximum over ten frames in which it is held.
 double ObjectDepthInBody(const Clip& clip, const BodySurface& skin, const OwnBody& obstacle,
                          const PreparedObject& object) {
   constexpr int kFrames = 10;
@@ -113,8 +134,8 @@ double ObjectDepthInBody(const Clip& clip, const BodySurface& skin, const OwnBod
   BodyState state;
   for (int k = 0; k < std::min(kFrames, clip.NumFrames()); ++k) {
     const int t = static_cast<int>((clip.NumFrames() - 1.0) * k / (kFrames - 1));
-    if (clip.holding_hand[static_cast<std::size_t>(t)] == 0) continue;
-    Forward(skin, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
+    if (clip.holding_hand[t] == 0) continue;
+    Forward(skin, clip.pose[t], clip.trans.col(t), state);
     const Matrix3Xd points = clip.object->Pose(t) * object.fit.vertices;
     const OwnBody::Posed posed(obstacle, state.vertices, points.rowwise().minCoeff(),
                                points.rowwise().maxCoeff(), 0.03);
@@ -124,18 +145,6 @@ double ObjectDepthInBody(const Clip& clip, const BodySurface& skin, const OwnBod
   }
   return deepest;
 }
-
-namespace {
-
-namespace fs = std::filesystem;
-using Eigen::Isometry3d;
-using Eigen::Matrix3Xd;
-using Eigen::Vector3d;
-using nlohmann::json;
-
-constexpr const char* kManifest = "manifest.jsonl";
-constexpr int kBlock = 64;         // maximum tries between manifest updates
-constexpr int kFewestTries = 256;  // eight object shapes
 
 // An object shape, shared by several tries.
 struct Shape {
@@ -164,17 +173,18 @@ json HeadOf(const Clip& clip, const PreparedObject& object, const VariantOptions
           {"object", object.object.name},       {"scale", {options.scale_low, options.scale_high}},
           {"axis_spread", options.axis_spread}, {"betas_sigma", options.betas_sigma},
           {"yaw_rad", options.yaw_rad},         {"place_m", options.place_m},
-          {"mirrored", options.mirrored},       {"per_shape", options.per_shape},
+          {"mirrored", options.mirrored},       {"per_shape", kPerShape},
           {"bodies", options.bodies},           {"max_depth_mm", options.max_depth_mm},
-          {"max_body_mm", options.max_body_mm}, {"touch_mm", options.touch_mm}};
+          {"max_body_mm", kMaxBody_mm},         {"touch_mm", options.touch_mm}};
 }
 
 void Check(const VariantOptions& options) {
   const auto fault = [](const char* what, const char* remedy) {
     throw Error("variants", what, remedy);
   };
-  if (options.count < 1 || options.count > 1'000'000)
+  if (options.count < 1 || options.count > 1'000'000) {
     fault("count is out of range", "Ask for 1 to 1000000");
+  }
   if (!(options.scale_low > 0.05) || !(options.scale_high < 20.0) ||
       !(options.scale_low <= options.scale_high)) {
     fault("the range of scales is invalid", "Give a lower and an upper scale between 0.05 and 20");
@@ -199,22 +209,22 @@ class VariantMaker {
 
   // Prepares the shapes of tries [begin, end) in parallel.
   void Prepare(int begin, int end) {
-    const int first = begin / options_.per_shape, last = (end - 1) / options_.per_shape;
+    const int first = begin / kPerShape, last = (end - 1) / kPerShape;
     if (static_cast<int>(shapes_.size()) <= last)
       shapes_.resize(static_cast<std::size_t>(last) + 1);
     ParallelFor(last - first + 1, options_.threads, [&](int k) {
-      Shape& shape = shapes_[static_cast<std::size_t>(first + k)];
+      Shape& shape = shapes_[first + k];
       if (!shape.object) shape = MakeShape(first + k);
     });
   }
   // Releases what only tries before `begin` used.
   void Forget(int begin) {
-    for (int k = 0; k < begin / options_.per_shape; ++k) shapes_[static_cast<std::size_t>(k)] = {};
+    for (int k = 0; k < begin / kPerShape; ++k) shapes_[k] = {};
   }
 
   Attempt Try(int index) const;
 
-  const Shape& ShapeOf(int shape) const { return shapes_[static_cast<std::size_t>(shape)]; }
+  const Shape& ShapeOf(int shape) const { return shapes_[shape]; }
 
  private:
   struct Person {
@@ -228,7 +238,7 @@ class VariantMaker {
   void PrepareBodies() {
     people_.resize(static_cast<std::size_t>(options_.bodies));
     ParallelFor(options_.bodies, options_.threads, [&](int k) {
-      Person& person = people_[static_cast<std::size_t>(k)];
+      Person& person = people_[k];
       person.body = body_;
       if (k > 0 && !body_.model->IsSubject() && body_.model->NumShape() > 0) {
         RandomDraws draws(Seed(options_, 1, k));
@@ -241,7 +251,7 @@ class VariantMaker {
         person.body.betas = betas;
       }
       person.hands = std::make_unique<const TransferHands>(body_, person.body);
-      person.onto = k == 0 ? clip_ : OntoOtherBody(clip_, body_, person.body);
+      person.onto = k == 0 ? clip_ : OntoOtherBody(clip_, body_, person.body).clip;
       std::uint8_t held_by = 0;
       for (const std::uint8_t bits : clip_.holding_hand) held_by |= bits;
       person.skin = std::make_unique<const BodySurface>(person.body.model, person.body.betas);
@@ -290,7 +300,7 @@ void MoveScene(double yaw_rad, const Eigen::Vector2d& shift, const Vector3d& roo
   const Eigen::Matrix3d turn = ExpSO3(Vector3d(0.0, 0.0, yaw_rad));
   const Vector3d way(shift.x(), shift.y(), 0.0);
   for (int t = 0; t < clip.NumFrames(); ++t) {
-    JointPose& pose = clip.pose[static_cast<std::size_t>(t)];
+    JointPose& pose = clip.pose[t];
     const Vector3d before = t == 0 ? Vector3d::Zero().eval()
                                    : Vector3d(clip.pose[static_cast<std::size_t>(t) - 1].col(0));
     pose.col(0) = UnwrapAxisAngle(LogSO3(turn * ExpSO3(Vector3d(pose.col(0)))), before);
@@ -304,7 +314,7 @@ void MoveScene(double yaw_rad, const Eigen::Vector2d& shift, const Vector3d& roo
 Attempt VariantMaker::Try(int index) const {
   RandomDraws draws(Seed(options_, 3, index));
   Attempt attempt;
-  attempt.shape = index / options_.per_shape;
+  attempt.shape = index / kPerShape;
   const Shape& shape = ShapeOf(attempt.shape);
   const auto who = static_cast<std::size_t>(draws.Index(options_.bodies));
   const Person& person = people_[who];
@@ -313,7 +323,7 @@ Attempt VariantMaker::Try(int index) const {
   const Eigen::Vector2d shift(draws.Uniform(-options_.place_m, options_.place_m),
                               draws.Uniform(-options_.place_m, options_.place_m));
   TransferOptions transfer;
-  transfer.grasp.search = false;
+  transfer.search = false;
   transfer.carry.seed = options_.seed;
   // With one hand holding throughout, the object has no world trajectory to keep.
   const std::uint8_t first = clip_.holding_hand.front();
@@ -345,7 +355,7 @@ Attempt VariantMaker::Try(int index) const {
     if (why.empty() && worst.touching < worst.frames) why = "contact";
     if (why.empty() && person.obstacle &&
         1e3 * ObjectDepthInBody(attempt.clip, *person.skin, *person.obstacle, *shape.object) >
-            options_.max_body_mm) {
+            kMaxBody_mm) {
       why = "body";
     }
   }
@@ -395,26 +405,22 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
   }
   const auto begin = std::chrono::steady_clock::now();
   const json head = HeadOf(clip, object, options);
-  VariantManifest before = ReadManifest(folder / kManifest, head);
-  if (before.text.empty()) before.text = JsonText(head) + "\n";
   VariantReport report;
-  report.tried = report.had = before.tried;
-  report.kept = before.kept;
-  std::map<std::string, int> refused = std::move(before.refused);
+  std::string before = ReadManifest(folder / kManifest, head, report);
+  if (before.empty()) before = JsonText(head) + "\n";
   fs::create_directories(folder);
-  WriteAtomically(folder / kManifest, before.text);
+  WriteAtomically(folder / kManifest, before);
   std::ofstream manifest(folder / kManifest, std::ios::app);
 
   Clip labeled = clip;
   if (labeled.holding_hand.empty()) {  // found once for all
     const HandModel right(body.model, body.betas, Side::kRight),
         left(body.model, body.betas, Side::kLeft);
-    HoldOptions search;
-    search.threads = options.threads;
-    labeled.holding_hand = FindHolds(clip, right, left, *object.fit.distance, search).hands;
+    labeled.holding_hand =
+        FindHolds(clip, right, left, *object.fit.distance, options.threads).hands;
   }
   VariantMaker maker(labeled, body, object, options);
-  const int most = std::max(kFewestTries, options.most_tries_each * options.count);
+  const int most = std::max(kFewestTries, kMostTriesEach * options.count);
   bool stopped = false;
   while (report.kept < options.count && report.tried < most && !stopped) {
     const int first = report.tried, missing = options.count - report.kept;
@@ -426,7 +432,7 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
     std::atomic<bool> stop = false;
     ParallelFor(last - first, options.threads, [&](int k) {
       if (stop) return;
-      Attempt& attempt = attempts[static_cast<std::size_t>(k)];
+      Attempt& attempt = attempts[k];
       attempt = maker.Try(first + k);
       if (attempt.kept) {
         const TriangleMesh& surface = maker.ShapeOf(attempt.shape).object->object.mesh;
@@ -454,7 +460,7 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
         const TriangleMesh& surface = maker.ShapeOf(attempt.shape).object->object.mesh;
         if (!fs::exists(mesh)) WriteMesh(attempt.mirrored ? MirrorMesh(surface) : surface, mesh);
       } else {
-        ++refused[attempt.line["why"].get<std::string>()];
+        ++report.refused[attempt.line["why"].get<std::string>()];
       }
       manifest << JsonText(attempt.line) << '\n';
     }
@@ -462,7 +468,6 @@ VariantReport MakeVariants(const Clip& clip, const ClipBody& body, const Prepare
     maker.Forget(report.tried);
   }
   report.complete = !stopped;
-  report.refused = refused;
   report.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   return report;
 }

@@ -6,49 +6,16 @@
 #include <map>
 #include <string>
 
-#include <nlohmann/json.hpp>
-
-#include "geometry/body/body_model.h"
-#include "geometry/body/own_body.h"
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
 #include "geometry/parallel.h"
 #include "solver/fit/prepared_object.h"
-#include "solver/transfer/carried_grasp.h"
-#include "solver/transfer/transfer.h"
 
 namespace holdfast {
-
-/// Number of tries in a manifest, and its complete lines.
-struct VariantManifest {
-  int tried = 0, kept = 0;
-  std::string text;
-  std::map<std::string, int> refused;
-};
-
-/// Reads the manifest of a folder of variants, whose first line is the request. Empty if there is
-/// none yet. Throws Error for a folder that holds something else, or variants of another `asked`.
-VariantManifest ReadManifest(const std::filesystem::path& path, const nlohmann::json& asked);
-
-/// Depth in both directions and contact of a hold over its frames. If skin near the object has
-/// moved little since a measured frame, depth and distance are bounded by that motion.
-struct HoldMeasure {
-  double deepest_mm = 0.0;
-  int frames = 0, touching = 0;
-};
-
-/// Measures the frames of `hold`; skin closer than `touch_m` is in contact.
-HoldMeasure MeasureHold(const Clip& clip, const CarryingHand& hand, const GraspCarrier& carrier,
-                        const PreparedObject& object, const TransferredHold& hold, double touch_m);
-
-/// Depth of the object in the person's body, meters: maximum over ten frames in which it is held.
-double ObjectDepthInBody(const Clip& clip, const BodySurface& skin, const OwnBody& obstacle,
-                         const PreparedObject& object);
 
 /// Variation of a demonstration. All random values depend on seed and variant number.
 struct VariantOptions {
   int count = 100;          ///< number of valid variants
-  int most_tries_each = 8;  ///< limit of tries, times `count`, or 256
   double scale_low = 0.85;  ///< of the object, log-uniform
   double scale_high = 1.2;
   double axis_spread = 0.06;  ///< additional random scale per axis, fraction
@@ -56,10 +23,8 @@ struct VariantOptions {
   double yaw_rad = 3.14159;   ///< maximum rotation of the scene about the vertical
   double place_m = 0.5;       ///< maximum displacement of the scene along x and y
   double mirrored = 0.5;      ///< fraction of mirrored variants
-  int per_shape = 32;         ///< tries per object shape, whose preparation is most expensive
   int bodies = 16;            ///< number of different persons
   double max_depth_mm = 2.0;  ///< in both directions, in any frame of a hold
-  double max_body_mm = 5.0;   ///< of the object in the person, in any of ten frames
   double touch_mm = 5.0;      ///< skin closer than this is in contact
   std::uint64_t seed = 1;
   int threads = 1;  ///< does not affect the files
@@ -68,9 +33,9 @@ struct VariantOptions {
 struct VariantReport {
   bool complete = false;  ///< false: stopped by `progress`
   int tried = 0, kept = 0;
-  int had = 0;             ///< tried by an earlier run
-  nlohmann::json refused;  ///< counts by reason
-  double seconds = 0.0;    ///< of this run
+  int had = 0;                         ///< tried by an earlier run
+  std::map<std::string, int> refused;  ///< counts by reason
+  double seconds = 0.0;                ///< of this run
 };
 
 /// Generates variants of a clip in which hands hold an object, in `folder`: v00000.npz ..., the

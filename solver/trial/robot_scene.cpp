@@ -68,6 +68,34 @@ struct Attitude {
   }
 };
 
+// Squeeze of a robot hand on the object: contacts where its links are closer than
+// `protocol.touch_m` (nearest point of each), with forces from BalancePresses. `link` is the
+// robot's link index; points and forces are in its root's frame.
+std::vector<GripContact> GripOfRobot(const RobotTransferSetup& setup, const RobotPose& pose,
+                                     const TrialSolid& solid, const TrialProtocol& protocol) {
+  PosedRobot posed(setup.robot);
+  posed.Set(pose);
+  std::vector<GripContact> contacts = TouchesOfRobot(setup, posed, protocol.touch_m);
+  BalancePresses(pose.ObjectFromRoot().inverse() * solid.mass.center, solid.radius_m,
+                 protocol.scene.friction,
+                 std::max(protocol.least_grip_N,
+                          protocol.grip_weights * solid.mass.mass_kg * protocol.gravity_m_s2),
+                 contacts);
+  return contacts;
+}
+
+// Joint torques for these presses, one per degree of freedom: N m, or N for sliding joints.
+Eigen::VectorXd GripTorques(const RobotHand& robot, const Eigen::VectorXd& q,
+                            const std::vector<GripContact>& contacts) {
+  RobotState state(robot);
+  state.Evaluate(q);
+  Eigen::VectorXd presses(3 * std::ssize(contacts));
+  for (Eigen::Index c = 0; c < std::ssize(contacts); ++c) {
+    presses.segment<3>(3 * c) = contacts[static_cast<std::size_t>(c)].press;
+  }
+  return ContactSlopes(state, contacts).transpose() * presses;
+}
+
 // Builds the scene's text and writes its meshes to a folder.
 class SceneWriter {
  public:
@@ -270,41 +298,17 @@ void WriteRobotScene(const RobotTransferSetup& setup, const std::vector<RobotPos
   WriteAtomically(path, SceneWriter(setup, poses, path, threads).Text());
 }
 
-std::vector<GripContact> GripOfRobot(const RobotTransferSetup& setup, const RobotPose& pose,
-                                     const TrialSolid& solid, const TrialProtocol& protocol) {
-  PosedRobot posed(setup.robot);
-  posed.Set(pose);
-  std::vector<GripContact> contacts = TouchesOfRobot(setup, posed, protocol.touch_m);
-  BalancePresses(pose.ObjectFromRoot().inverse() * solid.mass.center, solid.radius_m,
-                 protocol.scene.friction,
-                 std::max(protocol.least_grip_N,
-                          protocol.grip_weights * solid.mass.mass_kg * protocol.gravity_m_s2),
-                 contacts);
-  return contacts;
-}
-
-Eigen::VectorXd GripTorques(const RobotHand& robot, const Eigen::VectorXd& q,
-                            const std::vector<GripContact>& contacts) {
-  RobotState state(robot);
-  state.Evaluate(q);
-  Eigen::VectorXd presses(3 * std::ssize(contacts));
-  for (Eigen::Index c = 0; c < std::ssize(contacts); ++c) {
-    presses.segment<3>(3 * c) = contacts[static_cast<std::size_t>(c)].press;
-  }
-  return ContactSlopes(state, contacts).transpose() * presses;
-}
-
 namespace {
 
 constexpr double kHingeSide_Nm = 50.0;  // per radian, keeps a ball joint on its hinge axis
 
 // Robot links as trial links: rigid links are merged into the moving link they are attached to.
-std::vector<TrialLink> TrialLinks(const RobotTransferSetup& setup, const RobotPose& pose,
-                                  const FingerStrength& strength, std::vector<int>& body_of) {
+std::vector<MjcfLink> TrialLinks(const RobotTransferSetup& setup, const RobotPose& pose,
+                                 const FingerStrength& strength, std::vector<int>& body_of) {
   const RobotHand& robot = setup.robot;
   RobotState state(robot);
   state.Evaluate(pose.q);
-  std::vector<TrialLink> links(1);
+  std::vector<MjcfLink> links(1);
   std::vector<int> frame_of{0};  // the robot link whose frame a trial link has
   body_of.assign(robot.links.size(), 0);
   for (int k = 0; k < robot.NumLinks(); ++k) {
@@ -317,14 +321,13 @@ std::vector<TrialLink> TrialLinks(const RobotTransferSetup& setup, const RobotPo
           (parent == 0 ? Eigen::Isometry3d::Identity()
                        : state.RootFromLink(frame_of[parent]).inverse()) *
           state.RootFromLink(k);
-      TrialLink body;
+      MjcfLink body;
       body.parent = parent;
       body.joint = parent_from_link.translation();
-      body.fitted = Eigen::Quaterniond(parent_from_link.linear());
-      body.flexion = link.axis;
-      body.stiffness_Nm = strength.stiffness_Nm(0);
-      body.torque_limit_Nm = strength.torque_limit_Nm(0);
-      body.side_stiffness_Nm = kHingeSide_Nm;
+      body.rest = Eigen::Quaterniond(parent_from_link.linear());
+      body.axes = SpringAxes(link.axis);
+      body.stiffness_Nm << strength.stiffness_Nm(0), kHingeSide_Nm, kHingeSide_Nm;
+      body.limit_Nm << strength.torque_limit_Nm(0), 0.0, 0.0;
       links.push_back(body);
       frame_of.push_back(k);
     }
@@ -358,7 +361,7 @@ std::optional<HoldTrial> TryRobotHold(const RobotTransferSetup& setup, const Rob
   });
   if (slides) return std::nullopt;
   std::vector<int> body_of;
-  const std::vector<TrialLink> links = TrialLinks(setup, pose, protocol.fingers, body_of);
+  const std::vector<MjcfLink> links = TrialLinks(setup, pose, protocol.fingers, body_of);
   std::vector<GripContact> contacts = GripOfRobot(setup, pose, solid, protocol);
   for (GripContact& contact : contacts) contact.link = body_of[contact.link];
   return TryHold(links, contacts, solid, pose.ObjectFromRoot().inverse(), protocol);

@@ -19,20 +19,10 @@ namespace holdfast {
 /// - joints have limits, couplings and position actuators; arm joints are rigid;
 /// - the object is free, with the mass and convex pieces of a trial (TrialProtocol);
 /// - one key frame per frame: poses, position of `wrist_target`, and actuator targets. In frames of
-///   the hold these exceed the pose by what the squeeze of a trial (GripOfRobot) requires.
+///   the hold these exceed the pose by what the squeeze of a trial (BalancePresses) requires.
 /// The files do not depend on `threads`. Throws Error for an object without volume.
 void WriteRobotScene(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                      const std::filesystem::path& path, int threads = 1);
-
-/// Squeeze of a robot hand on the object: contacts where its links are closer than
-/// `protocol.touch_m` (nearest point of each), with forces from `BalancePresses`. `link` is the
-/// robot's link index; points and forces are in its root's frame.
-std::vector<GripContact> GripOfRobot(const RobotTransferSetup& setup, const RobotPose& pose,
-                                     const TrialSolid& solid, const TrialProtocol& protocol);
-
-/// Joint torques for these presses, one per degree of freedom: N m, or N for sliding joints.
-Eigen::VectorXd GripTorques(const RobotHand& robot, const Eigen::VectorXd& q,
-                            const std::vector<GripContact>& contacts);
 
 /// The first frame in which most parts of the human hand are in contact.
 int FullestFrame(const HumanDemonstration& demonstration);

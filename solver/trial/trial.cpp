@@ -15,15 +15,6 @@ namespace {
 constexpr std::array<std::string_view, kTrialDirections> kDirectionNames = {"+x", "-x", "+y",
                                                                             "-y", "+z", "-z"};
 
-struct Moved {
-  double mm, deg;
-};
-
-Moved Between(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
-              const Eigen::Vector3d& center) {
-  return {1e3 * (a * center - b * center).norm(), AngleBetween(a.linear(), b.linear()) / kDegree};
-}
-
 FingerPose FingersOf(const std::vector<Eigen::Quaterniond>& joints) {
   FingerPose fingers = FingerPose::Zero();
   for (std::size_t j = 0; j < joints.size() && j < kJointsPerHand; ++j) {
@@ -48,11 +39,12 @@ TrialCourse Follow(TrialRun& run, int frames, const Eigen::Vector3d& center,
   const auto record = [&] {
     course.hand_from_object.push_back(run.HandFromObject());
     course.fingers.push_back(FingersOf(run.Joints()));
-    const Moved moved = Between(course.hand_from_object.back(), course.hand_from_object[0], center);
-    course.slip_mm = moved.mm;
-    course.slip_deg = moved.deg;
-    course.most_slip_mm = std::max(course.most_slip_mm, moved.mm);
-    course.most_slip_deg = std::max(course.most_slip_deg, moved.deg);
+    const Eigen::Isometry3d &now = course.hand_from_object.back(),
+                            &first = course.hand_from_object.front();
+    course.slip_mm = 1e3 * (now * center - first * center).norm();
+    course.slip_deg = AngleBetween(now.linear(), first.linear()) / kDegree;
+    course.most_slip_mm = std::max(course.most_slip_mm, course.slip_mm);
+    course.most_slip_deg = std::max(course.most_slip_deg, course.slip_deg);
   };
   record();
   for (int k = 0; k < frames && !run.Unstable(); ++k) {
@@ -126,10 +118,51 @@ TrialCourse FollowClip(TrialRun run, const HandMotion& hand, const Eigen::Vector
   });
 }
 
-HoldTrial TryLinks(const std::vector<TrialLink>& links, const std::vector<GripContact>& contacts,
-                   const TrialSolid& solid, const Eigen::Isometry3d& hand_from_object,
-                   const TrialProtocol& protocol, const HandMotion* motion) {
-  const TrialScene scene(links, contacts, {solid.pieces, solid.mass, hand_from_object},
+}  // namespace
+
+std::string_view TrialDirectionName(int direction) {
+  return kDirectionNames[static_cast<std::size_t>(direction)];
+}
+
+Eigen::Vector3d TrialDirection(int direction) {
+  return (direction % 2 == 0 ? 1.0 : -1.0) * Eigen::Vector3d::Unit(direction / 2);
+}
+
+TrialSolid MakeTrialSolid(const TriangleMesh& mesh, const SignedDistance& distance,
+                          const TrialProtocol& protocol) {
+  ConvexPieceOptions piece_options = protocol.pieces;
+  piece_options.threads = protocol.threads;
+  ConvexPieces split = SplitIntoConvexPieces(mesh, piece_options);
+  TrialSolid solid;
+  solid.pieces = std::move(split.pieces);
+  solid.excess_mm = 1e3 * split.excess_m;
+  solid.mass_of_pieces = !distance.IsWatertight() || SignedVolume(mesh) <= 0.0;
+  solid.mass =
+      MassOfSolids(solid.mass_of_pieces ? solid.pieces : std::vector{mesh}, protocol.density_kg_m3);
+  const double wanted =
+      std::clamp(solid.mass.mass_kg, protocol.least_mass_kg, protocol.most_mass_kg);
+  solid.mass.inertia *= wanted / solid.mass.mass_kg;
+  solid.mass.mass_kg = wanted;
+  solid.radius_m = (mesh.vertices.colwise() - solid.mass.center).colwise().norm().maxCoeff();
+  return solid;
+}
+
+int HoldTrial::Held() const {
+  return static_cast<int>(std::ranges::count(directions, true, &TrialCourse::holds));
+}
+
+double HoldTrial::WorstSlip_mm() const {
+  return std::ranges::max(directions, {}, &TrialCourse::slip_mm).slip_mm;
+}
+
+double HoldTrial::WorstSlip_deg() const {
+  return std::ranges::max(directions, {}, &TrialCourse::slip_deg).slip_deg;
+}
+
+HoldTrial TryHold(const std::vector<MjcfLink>& links, const std::vector<GripContact>& contacts,
+                  const TrialSolid& solid, const Eigen::Isometry3d& hand_from_object,
+                  const TrialProtocol& protocol, const HandMotion* motion) {
+  const TrialScene scene(links, contacts, solid.pieces, solid.mass, hand_from_object,
                          protocol.scene);
   HoldTrial trial;
   trial.mass_kg = solid.mass.mass_kg;
@@ -138,7 +171,6 @@ HoldTrial TryLinks(const std::vector<TrialLink>& links, const std::vector<GripCo
     if (push <= 0.0) continue;
     trial.grip_N += push;
     ++trial.pressing;
-    if (links[static_cast<std::size_t>(contact.link)].parent >= 0) ++trial.fingers_pressing;
   }
   TrialRun settled(scene);
   const Eigen::Vector3d& center = solid.mass.center;
@@ -162,54 +194,6 @@ HoldTrial TryLinks(const std::vector<TrialLink>& links, const std::vector<GripCo
   return trial;
 }
 
-}  // namespace
-
-std::string_view TrialDirectionName(int direction) {
-  return kDirectionNames[static_cast<std::size_t>(direction)];
-}
-
-Eigen::Vector3d TrialDirection(int direction) {
-  return (direction % 2 == 0 ? 1.0 : -1.0) * Eigen::Vector3d::Unit(direction / 2);
-}
-
-TrialSolid MakeTrialSolid(const TriangleMesh& mesh, const SignedDistance& distance,
-                          const TrialProtocol& protocol) {
-  ConvexPieceOptions piece_options = protocol.pieces;
-  piece_options.threads = protocol.threads;
-  ConvexPieces split = SplitIntoConvexPieces(mesh, piece_options);
-  TrialSolid solid;
-  solid.pieces = std::move(split.pieces);
-  solid.excess_mm = 1e3 * split.excess_m;
-  solid.mass_of_pieces =
-      distance.SignMethod() != SignedDistance::Sign::kPseudonormal || SignedVolume(mesh) <= 0.0;
-  solid.mass =
-      MassOfSolids(solid.mass_of_pieces ? solid.pieces : std::vector{mesh}, protocol.density_kg_m3);
-  const double wanted =
-      std::clamp(solid.mass.mass_kg, protocol.least_mass_kg, protocol.most_mass_kg);
-  solid.mass.inertia *= wanted / solid.mass.mass_kg;
-  solid.mass.mass_kg = wanted;
-  solid.radius_m = (mesh.vertices.colwise() - solid.mass.center).colwise().norm().maxCoeff();
-  return solid;
-}
-
-int HoldTrial::Held() const {
-  return static_cast<int>(std::ranges::count(directions, true, &TrialCourse::holds));
-}
-
-double HoldTrial::WorstSlip_mm() const {
-  return std::ranges::max(directions, {}, &TrialCourse::slip_mm).slip_mm;
-}
-
-double HoldTrial::WorstSlip_deg() const {
-  return std::ranges::max(directions, {}, &TrialCourse::slip_deg).slip_deg;
-}
-
-HoldTrial TryHold(const std::vector<TrialLink>& links, const std::vector<GripContact>& contacts,
-                  const TrialSolid& solid, const Eigen::Isometry3d& hand_from_object,
-                  const TrialProtocol& protocol) {
-  return TryLinks(links, contacts, solid, hand_from_object, protocol, nullptr);
-}
-
 std::vector<GripContact> PressesOfHand(const HandState& state,
                                        const Eigen::Isometry3d& world_from_object,
                                        const TrialSolid& solid, const SignedDistance& distance,
@@ -231,8 +215,8 @@ HoldTrial TryHold(const HandState& state, const Eigen::Isometry3d& world_from_ob
   const Eigen::Isometry3d wrist_from_object = state.WorldFromWrist().inverse() * world_from_object;
   const std::vector<GripContact> contacts =
       PressesOfHand(state, world_from_object, solid, distance, protocol);
-  return TryLinks(LinksOfHand(state, protocol.fingers), contacts, solid, wrist_from_object,
-                  protocol, motion);
+  return TryHold(LinksOfHand(state, protocol.fingers), contacts, solid, wrist_from_object, protocol,
+                 motion);
 }
 
 std::vector<HoldTrial> TryGrasps(const HandModel& hand, const TriangleMesh& object,
@@ -258,8 +242,7 @@ std::vector<HoldTrial> TryGrasps(const HandModel& hand, const TriangleMesh& obje
     const Grasp& grasp = grasps[static_cast<std::size_t>(i)].grasp;
     HandEvaluation evaluation = at_wrist;
     trials[static_cast<std::size_t>(i)] =
-        TryHold(evaluation.At(grasp.fingers.data(), false), grasp.wrist_from_object, solid,
-                distance, of_each);
+        TryHold(evaluation.At(grasp.fingers), grasp.wrist_from_object, solid, distance, of_each);
     const std::lock_guard lock(mutex);
     ++done;
     stopped = stopped || (progress && !progress(static_cast<double>(done) / count));

@@ -74,10 +74,9 @@ struct TrialCourse {
 
 struct HoldTrial {
   double mass_kg = 0.0;
-  double grip_N = 0.0;       ///< sum of normal forces, 0 without contact
-  int pressing = 0;          ///< contacts that press
-  int fingers_pressing = 0;  ///< of these, on fingers
-  TrialCourse settling;      ///< from the fitted pose: squeezed without gravity
+  double grip_N = 0.0;   ///< sum of normal forces, 0 without contact
+  int pressing = 0;      ///< contacts that press
+  TrialCourse settling;  ///< from the fitted pose: squeezed without gravity
   /// From the settled state. A grasp that is lost while settling holds in none.
   std::array<TrialCourse, kTrialDirections> directions;
   std::optional<TrialCourse> clip;  ///< along the clip's motion, from the settled state
@@ -87,11 +86,18 @@ struct HoldTrial {
   double WorstSlip_deg() const;
 };
 
-/// Tries a hand given by links and contacts (with forces). Throws Error without MuJoCo
-/// (RequirePhysics).
-HoldTrial TryHold(const std::vector<TrialLink>& links, const std::vector<GripContact>& contacts,
+/// A hand's motion, per frame, for the trial along the clip.
+struct HandMotion {
+  double frame_rate = 30.0;
+  std::vector<Eigen::Isometry3d> world_from_wrist;
+  std::vector<FingerPose> fingers;
+};
+
+/// Tries a hand given by links and contacts (with forces), with `motion` also along it. Throws
+/// Error without MuJoCo (RequirePhysics).
+HoldTrial TryHold(const std::vector<MjcfLink>& links, const std::vector<GripContact>& contacts,
                   const TrialSolid& solid, const Eigen::Isometry3d& hand_from_object,
-                  const TrialProtocol& protocol);
+                  const TrialProtocol& protocol, const HandMotion* motion = nullptr);
 
 /// Returns the contacts of a hand with the object, with the squeeze (BalancePresses) of the
 /// protocol; wrist's frame.
@@ -99,13 +105,6 @@ std::vector<GripContact> PressesOfHand(const HandState& state,
                                        const Eigen::Isometry3d& world_from_object,
                                        const TrialSolid& solid, const SignedDistance& distance,
                                        const TrialProtocol& protocol);
-
-/// A hand's motion, per frame, for the trial along the clip.
-struct HandMotion {
-  double frame_rate = 30.0;
-  std::vector<Eigen::Isometry3d> world_from_wrist;
-  std::vector<FingerPose> fingers;
-};
 
 /// Tries a hand that holds the object in the pose of `state` (set and evaluated). With `motion`,
 /// whose frame 0 is that pose, also along it, with gravity along the world's -z.

@@ -61,21 +61,17 @@ ClipTrial ChooseHold(const ClipScene& scene, const SignedDistance& distance) {
 
 // Whether `side` holds, per frame.
 std::vector<bool> HoldsOf(const ClipScene& scene, Side side, const ClipTrial& nearer) {
-  const auto count = static_cast<std::size_t>(scene.clip.NumFrames());
-  if (scene.clip.holding_hand.empty()) return std::vector<bool>(count, side == nearer.side);
-  std::vector<bool> holds(count);
-  const std::uint8_t bit = side == Side::kRight ? kHoldsRight : kHoldsLeft;
-  for (std::size_t t = 0; t < count; ++t) holds[t] = (scene.clip.holding_hand[t] & bit) != 0;
-  return holds;
+  const std::vector<std::uint8_t> flags = HoldFlags(scene.clip.holding_hand, side);
+  if (!flags.empty()) return {flags.begin(), flags.end()};
+  return std::vector<bool>(static_cast<std::size_t>(scene.clip.NumFrames()), side == nearer.side);
 }
 
 // Joint torques for these presses, about the axes of the springs.
-std::array<Eigen::Vector3d, kJointsPerHand> SqueezeOf(const std::vector<TrialLink>& links,
-                                                      const std::vector<MjcfLink>& simulated,
+std::array<Eigen::Vector3d, kJointsPerHand> SqueezeOf(const std::vector<MjcfLink>& links,
                                                       const std::vector<GripContact>& contacts) {
   std::vector<Eigen::Isometry3d> hand_from_link;
-  for (const TrialLink& link : links) {
-    const Eigen::Isometry3d own = RigidTransform(link.fitted.toRotationMatrix(), link.joint);
+  for (const MjcfLink& link : links) {
+    const Eigen::Isometry3d own = RigidTransform(link.rest.toRotationMatrix(), link.joint);
     hand_from_link.push_back(link.parent < 0 ? own : hand_from_link[link.parent] * own);
   }
   std::array<Eigen::Vector3d, kJointsPerHand> squeeze;
@@ -84,26 +80,10 @@ std::array<Eigen::Vector3d, kJointsPerHand> SqueezeOf(const std::vector<TrialLin
     for (int k = contact.link; links[k].parent >= 0; k = links[k].parent) {
       const Eigen::Vector3d torque =
           (contact.point - hand_from_link[k].translation()).cross(contact.press);
-      squeeze[k - 1] += (hand_from_link[k].linear() * simulated[k].axes).transpose() * torque;
+      squeeze[k - 1] += (hand_from_link[k].linear() * links[k].axes).transpose() * torque;
     }
   }
   return squeeze;
-}
-
-std::vector<MjcfLink> SimulatedLinks(const std::vector<TrialLink>& links) {
-  std::vector<MjcfLink> out;
-  for (const TrialLink& link : links) {
-    MjcfLink& simulated = out.emplace_back();
-    simulated.parent = link.parent;
-    simulated.joint = link.joint;
-    simulated.pieces = link.pieces;
-    simulated.rest = link.fitted;
-    const Eigen::Vector3d across = link.flexion.unitOrthogonal();
-    simulated.axes << link.flexion, across, link.flexion.cross(across);
-    simulated.stiffness_Nm << link.stiffness_Nm, link.side_stiffness_Nm, link.side_stiffness_Nm;
-    simulated.limit_Nm << link.torque_limit_Nm, 0.0, 0.0;
-  }
-  return out;
 }
 
 // The hand of one side; nothing if it never touches the object while holding.
@@ -130,9 +110,9 @@ std::optional<MjcfHand> SimulatedHand(const ClipScene& scene, Side side,
     const std::vector<GripContact> contacts = PressesOfHand(
         state, scene.clip.object->Pose(static_cast<int>(t)), solid, distance, protocol);
     if (contacts.empty()) continue;
-    const std::vector<TrialLink> links = LinksOfHand(state, protocol.fingers);
-    if (hand.links.empty()) hand.links = SimulatedLinks(links);
-    hand.squeeze_Nm[t] = SqueezeOf(links, hand.links, contacts);
+    const std::vector<MjcfLink> links = LinksOfHand(state, protocol.fingers);
+    if (hand.links.empty()) hand.links = links;
+    hand.squeeze_Nm[t] = SqueezeOf(links, contacts);
     pressing = true;
   }
   if (hand.links.empty()) return std::nullopt;
@@ -352,7 +332,7 @@ void WriteTrialFilm(const std::filesystem::path& path, const ClipScene& scene,
     DrawLabel(image, 12, 12, frame.text, 2);
     return image;
   };
-  WriteVideo(path, static_cast<int>(frames.size()), {kFilmRate, 2 * threads},
+  WriteVideo(path, static_cast<int>(frames.size()), kFilmRate, 2 * threads,
              [&](std::span<const int> which) {
                std::vector<Image> images(which.size());
                ParallelFor(static_cast<int>(which.size()), threads, [&](int k) {

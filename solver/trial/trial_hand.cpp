@@ -53,24 +53,31 @@ int LinkOfPiece(int piece) { return piece < kJointsPerHand ? piece + 1 : 0; }
 
 }  // namespace
 
-std::vector<TrialLink> LinksOfHand(const HandState& state, const FingerStrength& strength) {
+Eigen::Matrix3d SpringAxes(const Eigen::Vector3d& flexion) {
+  const Eigen::Vector3d across = flexion.unitOrthogonal();
+  Eigen::Matrix3d axes;
+  axes << flexion, across, flexion.cross(across);
+  return axes;
+}
+
+std::vector<MjcfLink> LinksOfHand(const HandState& state, const FingerStrength& strength) {
   const HandModel& hand = state.Hand();
   const HandAxes axes(hand);
   const int first = HandBegin(hand.HandSide()), wrist = WristJoint(hand.HandSide());
-  std::vector<TrialLink> links(1 + kJointsPerHand);
+  std::vector<MjcfLink> links(1 + kJointsPerHand);
   std::vector<Eigen::Isometry3d> link_from_world = {state.WorldFromWrist().inverse()};
   const FingerPose fingers = state.Fingers();
   for (int j = 0; j < kJointsPerHand; ++j) {
-    TrialLink& link = links[static_cast<std::size_t>(j + 1)];
+    MjcfLink& link = links[static_cast<std::size_t>(j + 1)];
     link.parent = j % 3 == 0 ? 0 : j;
     const int parent = j % 3 == 0 ? wrist : first + j - 1;
     link.joint =
         hand.Surface().RestJoints().col(first + j) - hand.Surface().RestJoints().col(parent);
-    link.fitted = ExpSO3(fingers.segment<3>(3 * j));
-    link.flexion = axes.Axes(j).col(0);
-    link.stiffness_Nm = strength.stiffness_Nm[j % 3];
-    link.torque_limit_Nm = strength.torque_limit_Nm[j % 3];
-    link.side_stiffness_Nm = strength.side_stiffness_Nm;
+    link.rest = ExpSO3(fingers.segment<3>(3 * j));
+    link.axes = SpringAxes(axes.Axes(j).col(0));
+    link.stiffness_Nm << strength.stiffness_Nm[j % 3], strength.side_stiffness_Nm,
+        strength.side_stiffness_Nm;
+    link.limit_Nm << strength.torque_limit_Nm[j % 3], 0.0, 0.0;
     link_from_world.push_back(
         RigidTransform(state.JointRotation(j), state.JointPositions().col(j)).inverse());
   }

@@ -6,24 +6,12 @@
 #include <Eigen/Geometry>
 
 #include "geometry/body/hand_model.h"
+#include "geometry/io/gltf/mjcf_writer.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
 #include "solver/grip/grip.h"
 
 namespace holdfast {
-
-/// A rigid part of a hand in a trial. Its frame is that of its joint; lengths in meters.
-struct TrialLink {
-  int parent = -1;  ///< an earlier link; -1: fixed, in the hand's frame
-  Eigen::Vector3d joint = Eigen::Vector3d::Zero();  ///< in the parent's frame
-  std::vector<TriangleMesh> pieces;                 ///< convex, in its own frame
-  /// A ball joint, unless `parent` is -1: parent_from_link as fitted.
-  Eigen::Quaterniond fitted = Eigen::Quaterniond::Identity();
-  Eigen::Vector3d flexion = Eigen::Vector3d::UnitX();  ///< unit axis, in its own frame
-  double stiffness_Nm = 0.0;                           ///< per radian about that axis
-  double torque_limit_Nm = 0.0;                        ///< of the muscles, about that axis
-  double side_stiffness_Nm = 0.0;                      ///< per radian about the other two
-};
 
 /// Stiffness (Nm/rad) and torque limits (Nm) by joint of a finger: knuckle, middle, end.
 struct FingerStrength {
@@ -32,11 +20,14 @@ struct FingerStrength {
   double side_stiffness_Nm = 5.0;
 };
 
+/// Axes of a link's springs: flexion (unit) first, which the muscles act about.
+Eigen::Matrix3d SpringAxes(const Eigen::Vector3d& flexion);
+
 /// Returns a hand as rigid links: 0 is the palm, fixed, in the wrist's frame; 1 to 15 the finger
 /// joints in file order. Pieces are convex hulls of the posed skin (one per phalanx, and five
 /// strips of the palm, one per finger); neighbors share the triangles between them. `state` must
 /// have its pose set and evaluated.
-std::vector<TrialLink> LinksOfHand(const HandState& state, const FingerStrength& strength);
+std::vector<MjcfLink> LinksOfHand(const HandState& state, const FingerStrength& strength);
 
 /// Returns the deepest point of each piece with skin closer than `touch_m` to the object, in the
 /// wrist's frame, with zero forces.

@@ -85,8 +85,8 @@ std::string Geoms(const std::vector<TriangleMesh>& pieces, const std::string& na
 }
 
 // Body of a link with its descendants.
-std::string LinkBody(const std::vector<TrialLink>& links, int index) {
-  const TrialLink& link = links[static_cast<std::size_t>(index)];
+std::string LinkBody(const std::vector<MjcfLink>& links, int index) {
+  const MjcfLink& link = links[static_cast<std::size_t>(index)];
   const std::string name = fmt::format("link{}", index);
   std::string text = fmt::format("<body name=\"{}\" pos=\"{}\">\n", name, Numbers(link.joint));
   if (link.parent >= 0) {
@@ -102,22 +102,23 @@ std::string LinkBody(const std::vector<TrialLink>& links, int index) {
   return text + "</body>\n";
 }
 
-std::string ObjectBody(const TrialObject& object) {
-  const Eigen::Matrix3d& I = object.mass.inertia;
-  const Eigen::Quaterniond q(object.hand_from_object.linear());
+std::string ObjectBody(const std::vector<TriangleMesh>& pieces, const SolidMass& mass,
+                       const Eigen::Isometry3d& hand_from_object) {
+  const Eigen::Matrix3d& I = mass.inertia;
+  const Eigen::Quaterniond q(hand_from_object.linear());
   return fmt::format(
              "<body name=\"object\" pos=\"{}\" quat=\"{:.12g} {:.12g} {:.12g} {:.12g}\">\n"
              "<freejoint name=\"object\"/>\n"
              "<inertial pos=\"{}\" mass=\"{:.9g}\" fullinertia=\"{:.9g} {:.9g} {:.9g} {:.9g} "
              "{:.9g} {:.9g}\"/>\n",
-             Numbers(object.hand_from_object.translation()), q.w(), q.x(), q.y(), q.z(),
-             Numbers(object.mass.center), object.mass.mass_kg, I(0, 0), I(1, 1), I(2, 2), I(0, 1),
-             I(0, 2), I(1, 2)) +
-         Geoms(object.pieces, "object", "object") + "</body>\n";
+             Numbers(hand_from_object.translation()), q.w(), q.x(), q.y(), q.z(),
+             Numbers(mass.center), mass.mass_kg, I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2),
+             I(1, 2)) +
+         Geoms(pieces, "object", "object") + "</body>\n";
 }
 
-std::string SceneText(const std::vector<TrialLink>& links, const TrialObject& object,
-                      const TrialSceneOptions& options) {
+std::string SceneText(const std::vector<MjcfLink>& links, const std::vector<TriangleMesh>& pieces,
+                      const std::string& object_body, const TrialSceneOptions& options) {
   std::string text = fmt::format(
       "<mujoco>\n<compiler angle=\"radian\"/>\n"
       "<option timestep=\"{:.9g}\" gravity=\"0 0 0\" cone=\"elliptic\" impratio=\"10\" "
@@ -134,7 +135,7 @@ std::string SceneText(const std::vector<TrialLink>& links, const TrialObject& ob
   for (std::size_t k = 0; k < links.size(); ++k) {
     text += MeshAssets(links[k].pieces, fmt::format("link{}", k));
   }
-  text += MeshAssets(object.pieces, "object") + "</asset>\n<worldbody>\n" + ObjectBody(object);
+  text += MeshAssets(pieces, "object") + "</asset>\n<worldbody>\n" + object_body;
   for (int k = 0; k < static_cast<int>(links.size()); ++k) {
     if (links[static_cast<std::size_t>(k)].parent < 0) text += LinkBody(links, k);
   }
@@ -174,7 +175,7 @@ struct TrialScene::Model {
     Eigen::Vector3d point, force;
   };
   mjModel* mujoco = nullptr;
-  std::vector<TrialLink> links;
+  std::vector<MjcfLink> links;
   std::vector<Press> presses;
   int object = 0;                   // body id
   int object_q = 0;                 // index in qpos
@@ -182,11 +183,13 @@ struct TrialScene::Model {
   ~Model() { mj_deleteModel(mujoco); }
 };
 
-TrialScene::TrialScene(const std::vector<TrialLink>& links,
-                       const std::vector<GripContact>& contacts, const TrialObject& object,
+TrialScene::TrialScene(const std::vector<MjcfLink>& links, const std::vector<GripContact>& contacts,
+                       const std::vector<TriangleMesh>& pieces, const SolidMass& mass,
+                       const Eigen::Isometry3d& hand_from_object,
                        const TrialSceneOptions& options) {
   auto model = std::make_unique<Model>();
-  model->mujoco = Compile(SceneText(links, object, options));
+  model->mujoco =
+      Compile(SceneText(links, pieces, ObjectBody(pieces, mass, hand_from_object), options));
   model->links = links;
   const mjModel* m = model->mujoco;
   model->object = mj_name2id(m, mjOBJ_BODY, "object");
@@ -196,8 +199,7 @@ TrialScene::TrialScene(const std::vector<TrialLink>& links,
     const int joint = mj_name2id(m, mjOBJ_JOINT, fmt::format("link{}", k).c_str());
     model->link_q.push_back(joint < 0 ? -1 : m->jnt_qposadr[joint]);
     model->link_v.push_back(joint < 0 ? -1 : m->jnt_dofadr[joint]);
-    const Eigen::Isometry3d own =
-        RigidTransform(links[k].fitted.toRotationMatrix(), links[k].joint);
+    const Eigen::Isometry3d own = RigidTransform(links[k].rest.toRotationMatrix(), links[k].joint);
     hand_from_link.push_back(links[k].parent < 0 ? own : hand_from_link[links[k].parent] * own);
   }
   for (const GripContact& contact : contacts) {
@@ -222,7 +224,7 @@ TrialRun::TrialRun(const TrialScene& scene) : scene_(&scene), data_(std::make_un
   data_->mujoco = mj_makeData(model.mujoco);
   for (std::size_t k = 0; k < model.links.size(); ++k) {
     if (model.link_q[k] < 0) continue;
-    const Eigen::Quaterniond& q = model.links[k].fitted;
+    const Eigen::Quaterniond& q = model.links[k].rest;
     const double values[] = {q.w(), q.x(), q.y(), q.z()};
     std::ranges::copy(values, data_->mujoco->qpos + model.link_q[k]);
     data_->targets.push_back(q);
@@ -261,17 +263,17 @@ void ApplyJointTorques(const Model& model, const std::vector<Eigen::Quaterniond>
   std::size_t target = 0;
   for (std::size_t k = 0; k < model.links.size(); ++k) {
     if (model.link_q[k] < 0) continue;
-    const TrialLink& link = model.links[k];
+    const MjcfLink& link = model.links[k];
     const Eigen::Quaterniond now = Quaternion(d->qpos + model.link_q[k]);
     const Eigen::Vector3d off =
         LogSO3((now.conjugate() * targets[target++]).normalized().toRotationMatrix());
     Eigen::Map<Eigen::Vector3d> torque(d->qfrc_applied + model.link_v[k]);
-    const double bend = off.dot(link.flexion);
-    const double pressed = torque.dot(link.flexion);
+    const Eigen::Vector3d flexion = link.axes.col(0);
+    const double bend = off.dot(flexion);
+    const double pressed = torque.dot(flexion);
     const double muscles =
-        std::clamp(link.stiffness_Nm * bend + pressed, -link.torque_limit_Nm, link.torque_limit_Nm);
-    torque +=
-        link.side_stiffness_Nm * (off - bend * link.flexion) + (muscles - pressed) * link.flexion;
+        std::clamp(link.stiffness_Nm(0) * bend + pressed, -link.limit_Nm(0), link.limit_Nm(0));
+    torque += link.stiffness_Nm(1) * (off - bend * flexion) + (muscles - pressed) * flexion;
   }
 }
 
@@ -335,8 +337,9 @@ bool TrialRun::Unstable() const { return data_->unstable; }
 struct TrialScene::Model {};
 struct TrialRun::Data {};
 
-TrialScene::TrialScene(const std::vector<TrialLink>&, const std::vector<GripContact>&,
-                       const TrialObject&, const TrialSceneOptions&) {
+TrialScene::TrialScene(const std::vector<MjcfLink>&, const std::vector<GripContact>&,
+                       const std::vector<TriangleMesh>&, const SolidMass&, const Eigen::Isometry3d&,
+                       const TrialSceneOptions&) {
   RequirePhysics();
 }
 TrialRun::TrialRun(const TrialScene& scene) : scene_(&scene) {}

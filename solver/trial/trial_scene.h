@@ -28,13 +28,6 @@ struct SolidMass {
 /// faces and origin.
 SolidMass MassOfSolids(const std::vector<TriangleMesh>& solids, double density_kg_m3);
 
-/// A free body of convex pieces.
-struct TrialObject {
-  std::vector<TriangleMesh> pieces;  ///< in its own frame, meters
-  SolidMass mass;
-  Eigen::Isometry3d hand_from_object = Eigen::Isometry3d::Identity();  ///< as fitted
-};
-
 struct TrialSceneOptions {
   double friction = 0.8;              ///< between hand and object, Coulomb
   double torsion_m = 0.005;           ///< torsional friction: MuJoCo's default
@@ -55,8 +48,12 @@ struct FrameMotion {
 class TrialScene {
  public:
   /// Throws Error as RequirePhysics does, and with MuJoCo's message if it rejects the scene.
-  TrialScene(const std::vector<TrialLink>& links, const std::vector<GripContact>& contacts,
-             const TrialObject& object, const TrialSceneOptions& options);
+  /// Links turn as fitted at `rest`; they have springs about their first axis, up to its limit, and
+  /// about the other two, of the second's stiffness. The object is a free body of convex `pieces`
+  /// (its own frame, meters).
+  TrialScene(const std::vector<MjcfLink>& links, const std::vector<GripContact>& contacts,
+             const std::vector<TriangleMesh>& pieces, const SolidMass& mass,
+             const Eigen::Isometry3d& hand_from_object, const TrialSceneOptions& options);
   ~TrialScene();
   TrialScene(const TrialScene&) = delete;
   TrialScene& operator=(const TrialScene&) = delete;

@@ -4,15 +4,6 @@
 #include "geometry/rotation.h"
 
 namespace holdfast {
-namespace {
-
-// Hand of a finger joint; nothing for other joints.
-std::optional<Side> HandOfFinger(int joint) {
-  if (joint < kLeftHandBegin) return std::nullopt;
-  return joint < kRightHandBegin ? Side::kLeft : Side::kRight;
-}
-
-}  // namespace
 
 FreePose::FreePose(const JointPose& rest, std::vector<int> joints, std::vector<Hand> hands)
     : rest_(rest), joints_(std::move(joints)), hands_(std::move(hands)) {
@@ -88,14 +79,13 @@ void FreePoseState::AddPoseJacobian(int joint, const Eigen::Vector3d& world,
       J.middleCols<3>(column) -= weight * Skew<double>(world - body_.joints.col(a)) * turn_[a];
       continue;
     }
-    const std::optional<Side> side = HandOfFinger(a);
-    if (!side) continue;
     for (const FreePose::Hand& hand : free_->Hands()) {
-      if (hand.side != *side) continue;
+      const int finger_joint = a - HandBegin(hand.side);
+      if (finger_joint < 0 || finger_joint >= kJointsPerHand) continue;
       const Eigen::Matrix3d J_angle =
           -weight * Skew<double>(world - body_.joints.col(a)) * turn_[a];
       J.middleCols(hand.column, hand.synergies.cols()).noalias() +=
-          J_angle * hand.synergies.middleRows<3>(3 * (a - HandBegin(*side)));
+          J_angle * hand.synergies.middleRows<3>(3 * finger_joint);
     }
   }
 }

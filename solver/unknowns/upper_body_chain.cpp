@@ -36,6 +36,14 @@ Vector3d TurnOf(const UpperBodyChain& chain, const Layout& turn, const UpperBody
              : Vector3d(change.segment<3>(turn.column));
 }
 
+// Whether `ancestor` is `joint` itself or on its path to the root.
+bool Moves(int joint, int ancestor) {
+  for (int j = joint; j >= 0; j = kJointParents[j]) {
+    if (j == ancestor) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 UpperBodyChange UpperBodySigma(const Vector3d& pelvis_move, double pelvis_turn, double head_turn) {
@@ -88,13 +96,6 @@ void UpperBodyState::Evaluate(const UpperBodyChain& chain, const BodyFrame& capt
   }
 }
 
-bool UpperBodyState::Moves(int joint, int ancestor) {
-  for (int j = joint; j >= 0; j = kJointParents[j]) {
-    if (j == ancestor) return true;
-  }
-  return false;
-}
-
 J_point_change UpperBodyState::PointJacobian(int joint) const {
   J_point_change J = J_point_change::Zero();
   J.middleCols<3>(UpperBodyDofs::kPelvisMove).setIdentity();
@@ -115,10 +116,6 @@ J_point_change UpperBodyState::DirectionJacobian(int joint, const Vector3d& worl
     J.middleCols(turn.column, turn.size) = swing * turn.J_omega_change.leftCols(turn.size);
   }
   return J;
-}
-
-J_point_change UpperBodyState::HeadDirectionJacobian(const Vector3d& world) const {
-  return DirectionJacobian(kHeadJoint, world);
 }
 
 }  // namespace holdfast

@@ -67,16 +67,12 @@ class UpperBodyState {
   J_point_change PointJacobian(int joint) const;
   /// d (direction fixed in a joint's frame, now `world`) / d change. Joints as above.
   J_point_change DirectionJacobian(int joint, const Eigen::Vector3d& world) const;
-  /// The same in the head frame.
-  J_point_change HeadDirectionJacobian(const Eigen::Vector3d& world) const;
 
  private:
   struct Turn {
     int joint, column, size;
     Eigen::Matrix3d J_omega_change;  // world rotation vector by change (one column for the elbow)
   };
-  // Whether `ancestor` is `joint` itself or on its path to the root.
-  static bool Moves(int joint, int ancestor);
 
   BodyPlacement placed_;
   std::array<Turn, 9> turns_;

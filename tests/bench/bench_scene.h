@@ -36,19 +36,25 @@ struct Scene {
     first.orientation = Eigen::Quaterniond(state.WristRotation());
     first.translation = palm + state.WristRotation() * Eigen::Vector3d(-0.01, -0.06, 0.0) -
                         state.WristRotation() * object.rowwise().mean();
+    fit_object.vertices = object;
   }
 
   static NpzReader Archive(const char* name) { return {FindEmbedded(name).bytes, name}; }
 
   std::unique_ptr<FrameFitter> Fitter(const FitOptions& options) const {
-    return std::make_unique<FrameFitter>(hand, object, clip.pose[0], clip.trans.col(0), first,
-                                         options);
+    const HandModel* const hands[] = {&hand};
+    auto fitter = std::make_unique<FrameFitter>(hands, fit_object, options.OnlyPaper(), 0.0);
+    fitter->Place(first);
+    fitter->TakeHold(Side::kRight, clip.pose[0], clip.trans.col(0),
+                     FingersOf(clip.pose[0], Side::kRight));
+    return fitter;
   }
 
   std::shared_ptr<const BodyModel> model;
   HandModel hand;
   Clip clip;
   Eigen::Matrix3Xd object;
+  FitObject fit_object;
   ObjectPose first;
 };
 

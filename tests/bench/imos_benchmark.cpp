@@ -67,27 +67,10 @@ void KeyFrames(benchmark::State& state, SceneOf scene_of, int threads) {
   state.SetItemsProcessed(state.iterations() * count);
 }
 
-// The pose of the last key frame with respect to everything, one row.
-void Gradient(benchmark::State& state, SceneOf scene_of) {
-  const Scene& scene = scene_of();
-  const Network<float> network(scene.weights, true);
-  Rollout<float> rollout(network, kSamples, kNumKeyFrames, true);
-  const testing::Given<float> given = scene.given.Cast<float>();
-  RolloutSeed<float> seed;
-  seed.poses.resize(kNumKeyFrames);
-  seed.poses.back().setOnes(kPoseSize, kSamples);
-  RolloutGradient<float> gradient;
-  for (auto _ : state) {
-    testing::Roll(rollout, given, network.Options().NoiseSize());
-    rollout.Backward(seed, 1, gradient);
-    benchmark::DoNotOptimize(gradient.noise.data());
-  }
-}
-
 // From tensors to networks ready to run.
 void Prepare(benchmark::State& state, SceneOf scene_of) {
   const Scene& scene = scene_of();
-  for (auto _ : state) benchmark::DoNotOptimize(Network<float>(scene.weights).NumProducts());
+  for (auto _ : state) benchmark::DoNotOptimize(Network<float>(scene.weights).ConditionSize());
 }
 
 void Register() {
@@ -100,7 +83,6 @@ void Register() {
     add("TwoThreads", [](benchmark::State& s, SceneOf of) { KeyFrames(s, of, 2); })
         ->Arg(64)
         ->UseRealTime();
-    add("Gradient", Gradient);
     add("Prepare", Prepare);
   }
 }

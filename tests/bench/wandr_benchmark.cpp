@@ -11,7 +11,7 @@
 
 #include <benchmark/benchmark.h>
 
-#include "generator/wandr/wandr.h"
+#include "generator/wandr/motion_states.h"
 #include "geometry/io/container/npz.h"
 #include "tests/support/wandr_scene.h"
 

@@ -19,19 +19,22 @@
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
 #include "tests/support/published_files.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using testing::DataFolder;
 using ::testing::HasSubstr;
-using testing::Listing;
 using ::testing::Not;
+using testing::ProgramFolder;
 using testing::ProgramResult;
 using testing::ReadText;
 using testing::RunHoldfast;
-using testing::TemporaryFolder;
+
+using ClipInput = testing::ProgramTest;
+using FromFileToFit = testing::ProgramTest;
+using OtherBodies = testing::ProgramTest;
+using ResultFolder = testing::ProgramTest;
 
 constexpr int kFrames = 12;
 constexpr const char* kModel = HOLDFAST_MESHES_DIR "/body/holdfast_neutral.npz";
@@ -39,140 +42,114 @@ constexpr const char* kModel = HOLDFAST_MESHES_DIR "/body/holdfast_neutral.npz";
 Clip Demo() { return Slice(ReadClip(HOLDFAST_MESHES_DIR "/clips/demo_drink.npz"), 0, kFrames); }
 
 // A mug that is held, in a folder "held" of its own.
-Clip Held(const TemporaryFolder& folder) {
-  const ProgramResult fit =
-      RunHoldfast(folder.Path(), "fit demo_drink mug -o held -q --no-report --end 12");
-  EXPECT_EQ(fit.exit_code, 0) << fit.err;
+Clip Held(const ProgramFolder& folder) {
+  folder.Run("fit demo_drink mug -o held -q --no-report --end 12");
   return ReadClip(folder / "held/clip.npz");
 }
 
-// GRAB's folders: the sequence beside the mesh that it names.
-void WriteGrabFolder(const TemporaryFolder& folder) {
-  const Clip clip = Held(folder);
-  const TriangleMesh mug = ReadMesh(folder / "held/object.ply");
+// GRAB's folders: the sequence of a result beside the mesh that it names.
+void WriteGrabOf(const ProgramFolder& folder, const std::string& result) {
+  const TriangleMesh mug = ReadMesh(folder / (result + "/object.ply"));
   std::filesystem::create_directories(folder / "grab/s1");
   std::filesystem::create_directories(folder / "tools/object_meshes");
   WriteMesh(mug, folder / "tools/object_meshes/mug.ply");
-  testing::WriteGrab(clip, "tools/object_meshes/mug.ply",
+  testing::WriteGrab(ReadClip(folder / (result + "/clip.npz")), "tools/object_meshes/mug.ply",
                      static_cast<std::size_t>(mug.NumVertices()),
                      folder / "grab/s1/mug_drink_1.npz");
 }
-
-nlohmann::json Json(const TemporaryFolder& folder, const std::string& arguments) {
-  const ProgramResult run = RunHoldfast(folder.Path(), arguments + " --json");
-  EXPECT_EQ(run.exit_code, 0) << arguments << "\n" << run.err;
-  return run.exit_code == 0 ? nlohmann::json::parse(run.out) : nlohmann::json();
+void WriteGrabFolder(const ProgramFolder& folder) {
+  Held(folder);
+  WriteGrabOf(folder, "held");
 }
 
 // One command from the file to the mug in the hand.
-void ExpectAMugHeld(const TemporaryFolder& folder, const std::string& file) {
-  const nlohmann::json fit = Json(folder, "fit " + file + " mug -o out/fitted --no-report");
-  ASSERT_TRUE(fit.contains("summary"));
+void ExpectAMugHeld(const ProgramFolder& folder, const std::string& file) {
+  const nlohmann::json fit = folder.Json("fit " + file + " mug -o out/fitted --no-report");
   EXPECT_GE(fit["summary"]["frames_in_contact_ratio"].get<double>(), 0.98);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/fitted/clip.npz"));
 }
 
-TEST(FromFileToFit, Grab) {
-  const TemporaryFolder folder;
+TEST_F(FromFileToFit, Grab) {
   WriteGrabFolder(folder);
   ExpectAMugHeld(folder, "grab/s1/mug_drink_1.npz");
 }
 
-TEST(FromFileToFit, AmassSmplx) {
-  const TemporaryFolder folder;
+TEST_F(FromFileToFit, AmassSmplx) {
   testing::WriteAmassSmplx(Demo(), folder / "walk_stageii.npz");
   ExpectAMugHeld(folder, "walk_stageii.npz");
 }
 
-TEST(FromFileToFit, AmassSmplh) {
-  const TemporaryFolder folder;
+TEST_F(FromFileToFit, AmassSmplh) {
   testing::WriteAmassSmplh(Demo(), folder / "walk_poses.npz");
   ExpectAMugHeld(folder, "walk_poses.npz");
 }
 
-TEST(FromFileToFit, Bvh) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export demo_drink -o drink.bvh --end 12").exit_code, 0);
+TEST_F(FromFileToFit, Bvh) {
+  folder.Run("export demo_drink -o drink.bvh --end 12");
   ExpectAMugHeld(folder, "drink.bvh");
 }
 
-TEST(FromFileToFit, GltfWithNamesOfMixamo) {
-  const TemporaryFolder folder;
+TEST_F(FromFileToFit, GltfWithNamesOfMixamo) {
   ExpectAMugHeld(folder, "'" HOLDFAST_SOURCE_DIR "/tests/fixtures/gltf/mixamo.glb'");
 }
 
-TEST(FromFileToFit, Amc) {
+TEST_F(FromFileToFit, Amc) {
   const std::filesystem::path motion = DataFolder() / "mocap/cmu_asfamc/01_01.amc.gz";
-  if (!std::filesystem::exists(motion)) {
-    GTEST_SKIP() << motion << " is not there: set HOLDFAST_DATA to the folder with mocap/";
-  }
-  const TemporaryFolder folder;
+  if (!std::filesystem::exists(motion))
+    GTEST_SKIP() << motion << " is not there: set HOLDFAST_DATA";
   ExpectAMugHeld(folder, std::string("'") + motion.string() + "' --end 12");
 }
 
-TEST(ClipInput, ResultFoldersAreClips) {
-  const TemporaryFolder folder;
+TEST_F(ClipInput, ResultFoldersAreClips) {
   Held(folder);
-  EXPECT_EQ(Json(folder, "fit held held/object.ply -o again --no-report")["grasp"]["made"], false);
-  Json(folder, std::string("convert held --to-body '") + kModel + "' -o converted.npz");
-  Json(folder, "reach --goal 0,-1,1 --from held:3 --samples 1 --no-report -o reached");
+  EXPECT_EQ(folder.Json("fit held held/object.ply -o again --no-report")["grasp"]["made"], false);
+  folder.Json(std::string("convert held --to-body '") + kModel + "' -o converted.npz");
+  folder.Json("reach --goal 0,-1,1 --from held:3 --samples 1 --no-report -o reached");
 }
 
-TEST(ClipInput, FilesOfOthersAreImportedOnTheWay) {
-  const TemporaryFolder folder;
+TEST_F(ClipInput, FilesOfOthersAreImportedOnTheWay) {
   WriteGrabFolder(folder);
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export demo_drink -o walk.bvh --end 12").exit_code, 0);
+  folder.Run("export demo_drink -o walk.bvh --end 12");
   const std::string grab = "grab/s1/mug_drink_1.npz";
   for (const std::string command :
        {"render walk.bvh -o walk.png --size 64x64 --frame 2", "report walk.bvh -o walk.html",
         "export walk.bvh -o walk.glb", "score walk.bvh", "fit walk.bvh sphere -o w --no-report",
         "reach --goal 0,-1,1 --from walk.bvh:3 --samples 1 --no-report -o reached"}) {
-    const ProgramResult run = RunHoldfast(folder.Path(), command);
-    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
+    const ProgramResult run = folder.Run(command);
     EXPECT_THAT(run.err, HasSubstr("walk.bvh: BVH")) << command;
     EXPECT_THAT(run.err, HasSubstr("imported automatically")) << command;
   }
   for (const std::string& command :
        {"render " + grab + " -o grab.png --size 64x64 --frame 2", "score " + grab,
         "refine " + grab + " -o refined", "report " + grab + " -o grab.html"}) {
-    const ProgramResult run = RunHoldfast(folder.Path(), command);
-    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
+    const ProgramResult run = folder.Run(command);
     EXPECT_THAT(run.err, HasSubstr("GRAB sequence, imported automatically")) << command;
     EXPECT_THAT(run.err, HasSubstr("made with SMPL-X")) << command;
     EXPECT_THAT(run.err, Not(HasSubstr("only the body is drawn"))) << command;
   }
 }
 
-TEST(ClipInput, WhatIsNoClipIsNamedWithWhatWouldDo) {
-  const TemporaryFolder folder;
+TEST_F(ClipInput, WhatIsNoClipIsNamedWithWhatWouldDo) {
   std::filesystem::create_directories(folder / "empty");
   std::ofstream(folder / "note.txt") << "no motion";
   for (const std::string clip : {"empty", "note.txt", "nowhere.npz"}) {
-    const ProgramResult run = RunHoldfast(folder.Path(), "render " + clip + " -o a.png");
-    EXPECT_EQ(run.exit_code, 1) << clip;
-    EXPECT_THAT(run.err, HasSubstr(clip));
+    folder.Fails("render " + clip + " -o a.png", 1, clip);
   }
-  EXPECT_THAT(RunHoldfast(folder.Path(), "fit nowhere.npz mug -o a").err, HasSubstr("demo_drink"));
+  folder.Fails("fit nowhere.npz mug -o a", 1, "demo_drink");
 }
 
 TEST(Outputs, FoldersAboveAreMadeAndWhatExistsIsRefusedBeforeTheWork) {
-  const TemporaryFolder folder;
+  const ProgramFolder folder;
   Held(folder);
   const std::string mug = "'" HOLDFAST_MESHES_DIR "/objects/mug.ply'";
   int k = 0;
   const auto test = [&](const std::string& command, const std::string& extension) {
     const std::string output = std::string("new/") + std::to_string(++k) + "/deep/file" + extension;
-    const ProgramResult run = RunHoldfast(folder.Path(), command + " -o " + output);
-    EXPECT_EQ(run.exit_code, 0) << command << "\n" << run.err;
+    folder.Run(command + " -o " + output);
     EXPECT_TRUE(std::filesystem::exists(folder / output)) << command;
-    const ProgramResult again = RunHoldfast(folder.Path(), command + " -o " + output);
-    EXPECT_EQ(again.exit_code, 1) << command;
-    EXPECT_THAT(again.err, HasSubstr("exists already")) << command;
+    folder.Fails(command + " -o " + output, 1, "exists already");
     // Where nothing can be made: refused as well, and nothing left.
-    const ProgramResult blocked =
-        RunHoldfast(folder.Path(), command + " -o held/clip.npz/file" + extension);
-    EXPECT_EQ(blocked.exit_code, 1) << command;
-    EXPECT_THAT(blocked.err, HasSubstr("held/clip.npz")) << command;
+    folder.Fails(command + " -o held/clip.npz/file" + extension, 1, "held/clip.npz");
   };
   test("render held --frame 1 --size 64x64", ".png");
   test("report held", ".html");
@@ -215,29 +192,27 @@ Eigen::Matrix<double, 3, 22> JointsBySmplx(const NpzReader& clip, const NpzReade
     const Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, angle > 0.0 ? Eigen::Vector3d(w / angle)
                                                                       : Eigen::Vector3d::UnitX())
                                      .toRotationMatrix();
-    const int parent = kParents[static_cast<std::size_t>(j)];
+    const int parent = kParents[j];
     if (parent < 0) {
       joints.col(0) = testing::SmplxPelvis() + Eigen::Vector3d(&trans[3 * frame]);
       turned[0] = turn;
       continue;
     }
-    const Eigen::Matrix3d& before = turned[static_cast<std::size_t>(parent)];
+    const Eigen::Matrix3d& before = turned[parent];
     joints.col(j) = joints.col(parent) + before * (rest.col(j) - rest.col(parent));
-    turned[static_cast<std::size_t>(j)] = before * turn;
+    turned[j] = before * turn;
   }
   return joints;
 }
 
-TEST(OtherBodies, CodeForSmplxPutsTheBodyAtTheObject) {
-  const TemporaryFolder folder;
+TEST_F(OtherBodies, CodeForSmplxPutsTheBodyAtTheObject) {
   const Clip clip = Held(folder);
   const NpzReader file(folder / "held/clip.npz"), body(std::filesystem::path{kModel});
   const BodySurface surface(BodyModel::Default(), clip.betas);
   BodyState state;
   for (const int t : {0, 5, kFrames - 1}) {
     const auto joints = JointsBySmplx(file, body, static_cast<std::size_t>(t));
-    ForwardJoints(surface.RestJoints(), clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t),
-                  state);
+    ForwardJoints(surface.RestJoints(), clip.pose[t], clip.trans.col(t), state);
     EXPECT_LT((joints - state.joints.leftCols<22>()).cwiseAbs().maxCoeff(), 1e-6) << t;
     // The mug is in the hand.
     EXPECT_LT((joints.col(21) - clip.object->trans.col(t)).norm(), 0.2) << t;
@@ -245,21 +220,18 @@ TEST(OtherBodies, CodeForSmplxPutsTheBodyAtTheObject) {
 }
 
 // Joint 0 is at J_0 + trans, and J_0 is SMPL-X's in the embedded body as well.
-TEST(OtherBodies, TransGoesWithThePelvis) {
-  const TemporaryFolder folder;
+TEST_F(OtherBodies, TransGoesWithThePelvis) {
   WriteGrabFolder(folder);
   const double held =
-      Json(folder, "score held")["clips"][0]["values"]["contact_ratio"].get<double>();
+      folder.Json("score held")["clips"][0]["values"]["contact_ratio"].get<double>();
   for (const std::string clip : {"grab/s1/mug_drink_1.npz", "imported.npz"}) {
     if (clip == "imported.npz") {
-      const ProgramResult import =
-          RunHoldfast(folder.Path(), "import grab/s1/mug_drink_1.npz -o imported.npz");
-      ASSERT_EQ(import.exit_code, 0) << import.err;
+      const ProgramResult import = folder.Run("import grab/s1/mug_drink_1.npz -o imported.npz");
       EXPECT_THAT(import.err, HasSubstr("made with SMPL-X"));
       EXPECT_THAT(import.err, Not(HasSubstr("trans is moved")));
       EXPECT_THAT(import.err, Not(HasSubstr("mm from it")));
     }
-    const nlohmann::json score = Json(folder, "score " + clip);
+    const nlohmann::json score = folder.Json("score " + clip);
     EXPECT_NEAR(score["clips"][0]["values"]["contact_ratio"].get<double>(), held, 0.002) << clip;
     EXPECT_EQ(score["clips"][0]["foreign_body"], true);
   }
@@ -274,61 +246,48 @@ TEST(OtherBodies, TransGoesWithThePelvis) {
   EXPECT_LT((imported.trans - ReadClip(folder / "held/clip.npz").trans).cwiseAbs().maxCoeff(),
             1e-6);
   // A result is of the body that it was made on: it is not moved again.
-  const nlohmann::json fit = Json(folder, "fit imported.npz mug -o fitted --no-report");
+  const nlohmann::json fit = folder.Json("fit imported.npz mug -o fitted --no-report");
   EXPECT_EQ(ReadClip(folder / "fitted/clip.npz").body_model, "holdfast_neutral");
-  EXPECT_EQ(Json(folder, "score fitted")["clips"][0]["foreign_body"], false);
+  EXPECT_EQ(folder.Json("score fitted")["clips"][0]["foreign_body"], false);
 }
 
 // The mesh of a sequence that came without the data set's folders.
-TEST(ClipInput, AMeshThatStandsInIsToldOf) {
-  const TemporaryFolder folder;
+TEST_F(ClipInput, AMeshThatStandsInIsToldOf) {
   WriteGrabFolder(folder);
-  EXPECT_THAT(RunHoldfast(folder.Path(), "score grab/s1/mug_drink_1.npz").err,
-              Not(HasSubstr("Holdfast's own")));
+  EXPECT_THAT(folder.Run("score grab/s1/mug_drink_1.npz").err, Not(HasSubstr("Holdfast's own")));
   std::filesystem::remove_all(folder / "tools");
-  ASSERT_EQ(RunHoldfast(folder.Path(), "import grab/s1/mug_drink_1.npz -o imported.npz").exit_code,
-            0);
+  folder.Run("import grab/s1/mug_drink_1.npz -o imported.npz");
   for (const std::string clip : {"grab/s1/mug_drink_1.npz", "imported.npz"}) {
-    const ProgramResult score = RunHoldfast(folder.Path(), "score " + clip);
-    EXPECT_EQ(score.exit_code, 0) << score.err;
+    const ProgramResult score = folder.Run("score " + clip);
     EXPECT_THAT(score.err,
                 HasSubstr("warning: " + clip + ": the mesh of its object was not found"));
-    EXPECT_THAT(RunHoldfast(folder.Path(), "score " + clip + " --object mug").err,
+    EXPECT_THAT(folder.Run("score " + clip + " --object mug").err,
                 Not(HasSubstr("Holdfast's own")));
   }
   // A clip that says so means the embedded object.
   Clip clip = ReadClip(folder / "held/clip.npz");
   clip.object->mesh = "mug";
   WriteClip(clip, folder / "own.npz");
-  EXPECT_THAT(RunHoldfast(folder.Path(), "score own.npz").err, Not(HasSubstr("Holdfast's own")));
+  EXPECT_THAT(folder.Run("score own.npz").err, Not(HasSubstr("Holdfast's own")));
 }
 
 // GRAB's folders of a person whose surface lies beside the sequence: in the embedded body's
 // vertices, which is what a test can make of it.
-void WriteGrabOfAnother(const TemporaryFolder& folder) {
-  const ProgramResult other =
-      RunHoldfast(folder.Path(), "transfer held --betas=3,1 -o other -q --no-report");
-  ASSERT_EQ(other.exit_code, 0) << other.err;
-  const Clip clip = ReadClip(folder / "other/clip.npz");
+void WriteGrabOfAnother(const ProgramFolder& folder) {
+  folder.Run("transfer held --betas=3,1 -o other -q --no-report");
   const auto body = BodyModel::Default();
   TriangleMesh surface;
-  surface.vertices = body->ShapedVertices(clip.betas);
+  surface.vertices = body->ShapedVertices(ReadClip(folder / "other/clip.npz").betas);
   surface.faces = body->Faces();
-  const TriangleMesh mug = ReadMesh(folder / "other/object.ply");
-  for (const char* path : {"grab/s1", "tools/object_meshes", "tools/subject_meshes/male"}) {
-    std::filesystem::create_directories(folder / path);
-  }
-  WriteMesh(mug, folder / "tools/object_meshes/mug.ply");
+  std::filesystem::create_directories(folder / "tools/subject_meshes/male");
   WriteMesh(surface, folder / "tools/subject_meshes/male/s1.ply");
-  testing::WriteGrab(clip, "tools/object_meshes/mug.ply",
-                     static_cast<std::size_t>(mug.NumVertices()),
-                     folder / "grab/s1/mug_drink_1.npz");
+  WriteGrabOf(folder, "other");
 }
 
 // What a command says of contact and depth is what `score` finds in the clip that it wrote.
-void ExpectScoredAlike(const TemporaryFolder& folder, const std::string& output,
+void ExpectScoredAlike(const ProgramFolder& folder, const std::string& output,
                        const nlohmann::json& said) {
-  const nlohmann::json values = Json(folder, "score " + output)["clips"][0]["values"];
+  const nlohmann::json values = folder.Json("score " + output)["clips"][0]["values"];
   EXPECT_NEAR(values["penetration_max_mm"].get<double>(),
               said["max_penetration_depth_mm"].get<double>(), 0.01)
       << output;
@@ -337,8 +296,7 @@ void ExpectScoredAlike(const TemporaryFolder& folder, const std::string& output,
       << output;
 }
 
-TEST(OtherBodies, ContactIsMeasuredOnTheBodyThatIsShown) {
-  const TemporaryFolder folder;
+TEST_F(OtherBodies, ContactIsMeasuredOnTheBodyThatIsShown) {
   for (const bool with_surface : {false, true}) {
     if (with_surface) {
       WriteGrabOfAnother(folder);
@@ -348,38 +306,34 @@ TEST(OtherBodies, ContactIsMeasuredOnTheBodyThatIsShown) {
     const std::string grab = "grab/s1/mug_drink_1.npz", more = with_surface ? "_1" : "_0";
     for (const bool keep : {false, true}) {
       const std::string output = (keep ? "kept" : "fitted") + more;
-      const nlohmann::json fit = Json(
-          folder, "fit " + grab + " mug --no-report -o " + output + (keep ? " --keep-grasp" : ""));
+      const nlohmann::json fit = folder.Json("fit " + grab + " mug --no-report -o " + output +
+                                             (keep ? " --keep-grasp" : ""));
       // The hand of the body that is shown is not the capture's: as the documentation has it.
       EXPECT_EQ(fit["grasp"]["made"], !keep);
       ExpectScoredAlike(folder, output, fit["summary"]);
     }
-    const nlohmann::json refined = Json(folder, "refine " + grab + " -o refined" + more);
+    const nlohmann::json refined = folder.Json("refine " + grab + " -o refined" + more);
     ExpectScoredAlike(folder, "refined" + more, refined["after"]);
   }
 }
 
-TEST(OtherBodies, WhyAGraspIsNotKeptIsSaid) {
-  const TemporaryFolder folder;
+TEST_F(OtherBodies, WhyAGraspIsNotKeptIsSaid) {
   WriteGrabFolder(folder);
   const std::string grab = "fit grab/s1/mug_drink_1.npz ", more = " --no-report -o ";
-  ProgramResult fit = RunHoldfast(folder.Path(), grab + "mug" + more + "a");
-  EXPECT_EQ(fit.exit_code, 0) << fit.err;
+  ProgramResult fit = folder.Run(grab + "mug" + more + "a");
   EXPECT_THAT(fit.err, HasSubstr("the clip's grasp is of a hand of SMPL-X"));
   EXPECT_THAT(fit.err, HasSubstr("making a new grasp (--keep-grasp keeps the clip's)"));
   // Its own mesh is another one of the same name.
   TriangleMesh larger = ReadMesh(folder / "tools/object_meshes/mug.ply");
   larger.vertices *= 1.2;
   WriteMesh(larger, folder / "tools/object_meshes/mug.ply");
-  fit = RunHoldfast(folder.Path(), grab + "mug" + more + "b");
-  EXPECT_EQ(fit.exit_code, 0) << fit.err;
+  fit = folder.Run(grab + "mug" + more + "b");
   EXPECT_THAT(fit.err,
               HasSubstr("the clip's grasp is of another mesh named mug: making a new grasp"));
   EXPECT_THAT(fit.err, Not(HasSubstr("of mug, not of mug")));
 }
 
-TEST(OtherBodies, AHandThatIsAwayFromWhatItHoldsIsSaid) {
-  const TemporaryFolder folder;
+TEST_F(OtherBodies, AHandThatIsAwayFromWhatItHoldsIsSaid) {
   Clip clip = Held(folder);
   clip.object->trans.row(2).array() += 0.15;  // as longer arms would
   clip.holding_hand.assign(kFrames, kHoldsRight);
@@ -401,13 +355,12 @@ TEST(OtherBodies, AHandThatIsAwayFromWhatItHoldsIsSaid) {
 
 // Runs every command that reads the folder "held"; each must end with exit code 1 and name the
 // mesh.
-void ExpectTheMeshIsMissed(const TemporaryFolder& folder, const std::string& why) {
+void ExpectTheMeshIsMissed(const ProgramFolder& folder, const std::string& why) {
   for (const std::string command :
        {"score held", "report held -o page.html", "render held -o held.png --size 64x64",
         "refine held -o refined", "transfer held --scale 1.1 -o scaled", "export held -o held.glb",
         "export held -o contacts.npz", "doctor held"}) {
-    const ProgramResult run = RunHoldfast(folder.Path(), command);
-    EXPECT_EQ(run.exit_code, 1) << command << run.out << run.err;
+    const ProgramResult run = folder.Run(command, 1);
     const std::string said = run.out + run.err;
     EXPECT_THAT(said, HasSubstr("held/object.ply")) << command;
     EXPECT_THAT(said, HasSubstr(why)) << command;
@@ -415,19 +368,14 @@ void ExpectTheMeshIsMissed(const TemporaryFolder& folder, const std::string& why
   }
 }
 
-TEST(ResultFolder, NoOtherMeshStandsInForItsOwn) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(),
-                        "fit demo_drink mug -o held -q --no-report --end 12 "
-                        "--object-scale 0.9")
-                .exit_code,
-            0);
+TEST_F(ResultFolder, NoOtherMeshStandsInForItsOwn) {
+  folder.Run("fit demo_drink mug -o held -q --no-report --end 12 --object-scale 0.9");
   const std::filesystem::path mesh = folder / "held/object.ply";
   const std::string bytes = ReadText(mesh);
   const auto put = [&](const std::string& content) {
     std::ofstream(mesh, std::ios::binary) << content;
   };
-  EXPECT_EQ(RunHoldfast(folder.Path(), "score held").exit_code, 0);
+  folder.Run("score held");
   // Cut, another of its size, missing.
   put(bytes.substr(0, bytes.size() / 2));
   ExpectTheMeshIsMissed(folder, "may be cut short");
@@ -439,27 +387,24 @@ TEST(ResultFolder, NoOtherMeshStandsInForItsOwn) {
   std::filesystem::remove(mesh);
   ExpectTheMeshIsMissed(folder, "is missing");
   // The user may say which mesh it is; a fit takes the motion alone.
-  EXPECT_EQ(RunHoldfast(folder.Path(), "score held --object mug --object-scale 0.9").exit_code, 0);
-  const ProgramResult fit =
-      RunHoldfast(folder.Path(), "fit held apple -o apple --end 3 --no-report");
-  EXPECT_EQ(fit.exit_code, 0) << fit.err;
+  folder.Run("score held --object mug --object-scale 0.9");
+  folder.Run("fit held apple -o apple --end 3 --no-report");
   // A clip without checksum takes the file as it is, and misses one that is not there.
   WriteClip(ReadClip(folder / "held/clip.npz"), folder / "held/clip.npz");
   WriteMesh(other, mesh);
-  EXPECT_EQ(RunHoldfast(folder.Path(), "score held").exit_code, 0);
+  folder.Run("score held");
   std::filesystem::remove(mesh);
-  EXPECT_EQ(RunHoldfast(folder.Path(), "score held").exit_code, 1);
+  folder.Run("score held", 1);
 }
 
-TEST(ResultFolder, ItsClipExportedElsewhereKeepsItsMesh) {
-  const TemporaryFolder folder;
+TEST_F(ResultFolder, ItsClipExportedElsewhereKeepsItsMesh) {
   Held(folder);
   std::filesystem::create_directories(folder / "out");
   for (const std::string command :
        {"export held -o out/exported.npz", "import held/clip.npz -o out/imported.npz"}) {
-    EXPECT_EQ(RunHoldfast(folder.Path(), command).exit_code, 0) << command;
+    folder.Run(command);
   }
-  EXPECT_EQ(RunHoldfast(folder.Path(), "score out/exported.npz out/imported.npz").exit_code, 0);
+  folder.Run("score out/exported.npz out/imported.npz");
 }
 
 // The lines of AMASS's notebook and of the loaders after it.
@@ -471,8 +416,7 @@ void ExpectAmassLoads(const std::filesystem::path& path, int frames) {
   const std::vector<double> values = poses.AsDoubles();
   for (int t = 0; t < frames; ++t) {
     for (int k = 0; k < 165; ++k) {
-      ASSERT_NEAR(values[static_cast<std::size_t>(165 * t + k)],
-                  clip.pose[static_cast<std::size_t>(t)].reshaped()(k), 1e-6);
+      ASSERT_NEAR(values[165 * t + k], clip.pose[t].reshaped()(k), 1e-6);
     }
   }
   const std::vector<std::int64_t> num_betas = file.Read("num_betas").AsIntegers();
@@ -485,14 +429,14 @@ void ExpectAmassLoads(const std::filesystem::path& path, int frames) {
 }
 
 TEST(AmassLayout, IsWhatEveryCommandWrites) {
-  const TemporaryFolder folder;
+  const ProgramFolder folder;
   Held(folder);
   ExpectAmassLoads(folder / "held/clip.npz", kFrames);
-  Json(folder, "export held -o exported.npz --start 2");
+  folder.Json("export held -o exported.npz --start 2");
   ExpectAmassLoads(folder / "exported.npz", kFrames - 2);
-  Json(folder, std::string("convert held --to-body '") + kModel + "' -o converted.npz --betas 0");
+  folder.Json(std::string("convert held --to-body '") + kModel + "' -o converted.npz --betas 0");
   ExpectAmassLoads(folder / "converted.npz", kFrames);
-  Json(folder, "import held/clip.npz -o imported.npz");
+  folder.Json("import held/clip.npz -o imported.npz");
   ExpectAmassLoads(folder / "imported.npz", kFrames);
   // Twice the pose, yet not twice the file.
   NpzWriter alone;

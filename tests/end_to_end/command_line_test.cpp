@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
@@ -15,15 +14,13 @@ namespace {
 using ::testing::HasSubstr;
 using testing::Listing;
 using ::testing::Not;
+using testing::ProgramFolder;
 using testing::ProgramResult;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
 
 TEST(CommandLine, AloneItListsTheCommands) {
-  const TemporaryFolder folder;
-  const ProgramResult alone = RunHoldfast(folder.Path(), "");
-  EXPECT_EQ(alone.exit_code, 2);
-  EXPECT_EQ(alone.out, RunHoldfast(folder.Path(), "--help").out);
+  const ProgramFolder folder;
+  const ProgramResult alone = folder.Run("", 2);
+  EXPECT_EQ(alone.out, folder.Run("--help").out);
   EXPECT_THAT(alone.out, HasSubstr("decimate"));
 }
 
@@ -39,15 +36,14 @@ class FirstHour : public ::testing::TestWithParam<Mistake> {};
 
 TEST_P(FirstHour, MistakeIsAnsweredWithWhatToType) {
   const Mistake& mistake = GetParam();
-  const TemporaryFolder folder;
+  const ProgramFolder folder;
   std::ofstream(folder / "picture.png") << "\x89PNG\r\n\x1a\n";
   std::ofstream(folder / "film.mp4") << std::string(
       "\0\0\0\x20"
       "ftypisom",
       12);
   const std::string before = Listing(folder.Path());
-  const ProgramResult result = RunHoldfast(folder.Path(), mistake.arguments);
-  EXPECT_EQ(result.exit_code, mistake.exit_code) << result.err;
+  const ProgramResult result = folder.Run(mistake.arguments, mistake.exit_code);
   EXPECT_THAT(result.err, HasSubstr(mistake.said));
   EXPECT_THAT(result.err, Not(HasSubstr("Run with --help")));
   EXPECT_EQ(Listing(folder.Path()), before);

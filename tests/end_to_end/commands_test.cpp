@@ -13,22 +13,21 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::ProgramFolder;
 using testing::ProgramResult;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
+using testing::ReadText;
 
-TEST(GraspCommand, WritesAClipThatFitCanCarryOn) {
-  const TemporaryFolder folder;
-  const ProgramResult grasped =
-      RunHoldfast(folder.Path(), "grasp hammer -o held.npz --hand left --json -q");
-  ASSERT_EQ(grasped.exit_code, 0) << grasped.err;
-  const nlohmann::json summary = nlohmann::json::parse(grasped.out);
+using ImportCommand = testing::ProgramTest;
+using RenderCommand = testing::ProgramTest;
+using GraspCommand = testing::ProgramTest;
+
+TEST_F(GraspCommand, WritesAClipThatFitCanCarryOn) {
+  const nlohmann::json summary = folder.Json("grasp hammer -o held.npz --hand left -q");
   EXPECT_LT(summary["contact"]["hand_in_object_max_mm"].get<double>(), 3.0);
   EXPECT_GT(summary["contact"]["contact_ratio"].get<double>(), 0.02);
   const Clip clip = ReadClip(folder / "held.npz");
@@ -36,29 +35,24 @@ TEST(GraspCommand, WritesAClipThatFitCanCarryOn) {
   ASSERT_TRUE(clip.object.has_value());
   EXPECT_EQ(clip.holding_hand[0], kHoldsLeft);
 
-  const ProgramResult fitted = RunHoldfast(
-      folder.Path(), "fit held.npz " + clip.object->mesh + " -o out --hand left --json -q");
-  ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
-  const nlohmann::json metrics = nlohmann::json::parse(fitted.out);
+  const nlohmann::json metrics =
+      folder.Json("fit held.npz " + clip.object->mesh + " -o out --hand left -q");
   EXPECT_EQ(metrics["grasp"]["made"], false);
   EXPECT_EQ(metrics["summary"]["frames_in_contact_ratio"], 1.0);
 }
 
-TEST(GraspCommand, ManyThatAreInterruptedAreKept) {
-  const TemporaryFolder folder;
+TEST_F(GraspCommand, ManyThatAreInterruptedAreKept) {
   ProgramResult result;
   for (int seconds = 4; seconds < 300 && !std::filesystem::exists(folder / "many"); seconds *= 2) {
-    result = RunHoldfast(folder.Path(),
-                         "grasp cube --count 1000000 --apart 0.1 --apart-angle 1 -o many --json",
-                         "timeout --preserve-status -s INT " + std::to_string(seconds));
-    ASSERT_EQ(result.exit_code, 130) << result.err;
+    result = folder.Run("grasp cube --count 1000000 --apart 0.1 --apart-angle 1 -o many --json",
+                        130, "timeout --preserve-status -s INT " + std::to_string(seconds));
   }
   const nlohmann::json summary = nlohmann::json::parse(result.out);
   const auto found = summary["found"].get<std::size_t>();
   EXPECT_GT(found, 0u);
   EXPECT_LT(found, 1'000'000u);
   EXPECT_EQ(NpzReader(folder / "many/grasps.npz").Read("score").array.NumElements(), found);
-  const std::string table = testing::ReadText(folder / "many/grasps.csv");
+  const std::string table = ReadText(folder / "many/grasps.csv");
   EXPECT_EQ(std::ranges::count(table, '\n'), static_cast<std::ptrdiff_t>(found + 1));
   EXPECT_GT(ReadClip(folder / "many/clip.npz").NumFrames(), 0);
   EXPECT_THAT(result.err, HasSubstr("interrupted: " + std::to_string(found) +
@@ -66,35 +60,26 @@ TEST(GraspCommand, ManyThatAreInterruptedAreKept) {
 }
 
 TEST(DecimateCommand, SaysHowFarTheResultIsOff) {
-  const TemporaryFolder folder;
-  const ProgramResult result =
-      RunHoldfast(folder.Path(), "decimate mug -o mug.off --vertices 500 --json");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  const ProgramFolder folder;
+  const nlohmann::json summary = folder.Json("decimate mug -o mug.off --vertices 500");
   EXPECT_EQ(summary["vertices"]["after"], 500);
   EXPECT_GT(summary["hausdorff_mm"]["forward"].get<double>(), 0.0);
   EXPECT_LT(summary["hausdorff_mm"]["forward"].get<double>(), 3.0);
   EXPECT_EQ(ReadMesh(folder / "mug.off").NumVertices(), 500);
 }
 
-TEST(RenderCommand, DrawsASheet) {
-  const TemporaryFolder folder;
-  const ProgramResult result =
-      RunHoldfast(folder.Path(), "render demo_drink -o sheet.png --sheet 2x1 --size 80x120 -q");
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(testing::ReadText(folder / "sheet.png"), HasSubstr("PNG"));
+TEST_F(RenderCommand, DrawsASheet) {
+  folder.Run("render demo_drink -o sheet.png --sheet 2x1 --size 80x120 -q");
+  EXPECT_THAT(ReadText(folder / "sheet.png"), HasSubstr("PNG"));
 }
 
-TEST(RenderCommand, FollowsWhoWalksInASheet) {
-  const TemporaryFolder folder;
+TEST_F(RenderCommand, FollowsWhoWalksInASheet) {
   Clip clip = ReadClip(HOLDFAST_MESHES_DIR "/clips/demo_drink.npz");
   for (int t = 0; t < clip.NumFrames(); ++t) clip.trans(1, t) -= 0.02 * t;
   WriteClip(clip, folder / "walk.npz");
   const auto sheet = [&](const std::string& name, const std::string& options) {
-    const ProgramResult result =
-        RunHoldfast(folder.Path(), "render walk.npz -o " + name + " --size 80x120 -q" + options);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-    return testing::ReadText(folder / name);
+    folder.Run("render walk.npz -o " + name + " --size 80x120 -q" + options);
+    return ReadText(folder / name);
   };
   const std::string usual = sheet("usual.png", " --sheet 2x1");
   EXPECT_TRUE(usual == sheet("follow.png", " --sheet 2x1 --camera follow"));
@@ -104,33 +89,28 @@ TEST(RenderCommand, FollowsWhoWalksInASheet) {
 }
 
 TEST(BodyInfoCommand, DescribesTheEmbeddedBody) {
-  const TemporaryFolder folder;
-  const ProgramResult result = RunHoldfast(folder.Path(), "body info --json");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  const ProgramFolder folder;
+  const nlohmann::json summary = folder.Json("body info");
   EXPECT_EQ(summary["joints"], 55);
   EXPECT_EQ(summary["right_hand_vertices"], summary["left_hand_vertices"]);
 }
 
-TEST(ImportCommand, ReportsWhatItMapped) {
+TEST_F(ImportCommand, ReportsWhatItMapped) {
   const auto motion = testing::DataFolder() / "mocap/accad_bvh/Female1_A01_Stand.bvh.gz";
   if (!std::filesystem::exists(motion)) {
     GTEST_SKIP() << motion << " is not there: set HOLDFAST_DATA to the folder with mocap/";
   }
-  const TemporaryFolder folder;
-  const ProgramResult result = RunHoldfast(
-      folder.Path(), "import '" + motion.string() + "' -o stand.npz --fps 15 --json -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result =
+      folder.Run("import '" + motion.string() + "' -o stand.npz --fps 15 --json -q");
   EXPECT_EQ(nlohmann::json::parse(result.out)["skeleton"], "ACCAD");
   EXPECT_EQ(ReadClip(folder / "stand.npz").frame_rate, 15.0);
 }
 
 TEST(EveryCommand, HasHelpWithExamples) {
-  const TemporaryFolder folder;
+  const ProgramFolder folder;
   for (const char* command : {"fit", "grasp", "import", "convert", "decimate", "render",
                               "body info", "make-reach-data"}) {
-    const ProgramResult result = RunHoldfast(folder.Path(), std::string(command) + " --help");
-    EXPECT_EQ(result.exit_code, 0);
+    const ProgramResult result = folder.Run(std::string(command) + " --help");
     EXPECT_THAT(result.out, HasSubstr("Examples:")) << command;
     EXPECT_THAT(result.out, HasSubstr(std::string("holdfast ") + command)) << command;
     for (const char* option : {"--json", "--threads", "--seed", "--quiet"}) {

@@ -6,23 +6,19 @@
 #include <string>
 
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::ProgramFolder;
 using testing::ReadText;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
 
 class Completion : public ::testing::Test {
  protected:
   void SetUp() override {
-    const auto script = RunHoldfast(folder_.Path(), "--bash-completion");
-    ASSERT_EQ(script.exit_code, 0) << script.err;
-    std::ofstream(folder_.Path() / "script") << script.out;
+    std::ofstream(folder_.Path() / "script") << folder_.Run("--bash-completion").out;
     std::ofstream(folder_.Path() / "mine.npz") << "x";
   }
 
@@ -38,7 +34,7 @@ class Completion : public ::testing::Test {
   }
 
  private:
-  TemporaryFolder folder_;
+  ProgramFolder folder_;
 };
 
 TEST_F(Completion, OffersCommandsOptionsValuesObjectsAndFiles) {

@@ -16,7 +16,6 @@
 #include "geometry/rotation.h"
 #include "tests/support/glb_file.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
@@ -24,13 +23,16 @@ namespace {
 using testing::GlbFile;
 using ::testing::HasSubstr;
 using testing::Listing;
+using testing::ProgramFolder;
 using testing::ProgramResult;
+using testing::ReadText;
 using testing::RunHoldfast;
-using testing::TemporaryFolder;
+
+using ExportCommand = testing::ProgramTest;
 
 // The mug beside the first frame's hand, carried along: as `fit` leaves it, without its cost.
-void MakeHeldClip(const TemporaryFolder& folder) {
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export demo_drink -o held.npz --end 20").exit_code, 0);
+void MakeHeldClip(const ProgramFolder& folder) {
+  folder.Run("export demo_drink -o held.npz --end 20");
   Clip clip = ReadClip(folder / "held.npz");
   ObjectTrack track;
   track.name = "mug";
@@ -41,12 +43,9 @@ void MakeHeldClip(const TemporaryFolder& folder) {
 }
 
 // Everything at once: the file shows what the body model and the object's track say, to 0.1 mm.
-TEST(ExportCommand, GlbShowsBodyAndObject) {
-  const TemporaryFolder folder;
+TEST_F(ExportCommand, GlbShowsBodyAndObject) {
   MakeHeldClip(folder);
-  const ProgramResult result = RunHoldfast(folder.Path(), "export held.npz -o held.glb --json -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const auto summary = nlohmann::json::parse(result.out);
+  const auto summary = folder.Json("export held.npz -o held.glb -q");
   EXPECT_EQ(summary["frames"], 20);
   EXPECT_EQ(summary["object"], true);
   EXPECT_LE(summary["surface_error_mm"].get<double>(), 0.02);
@@ -68,13 +67,9 @@ TEST(ExportCommand, GlbShowsBodyAndObject) {
 }
 
 // For controllers: docs/formats.md has the fields.
-TEST(ExportCommand, ContactsAreArraysOrTables) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "grasp mug -o grip.npz -q").exit_code, 0);
-  const ProgramResult result =
-      RunHoldfast(folder.Path(), "export grip.npz -o contacts.npz --json -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const auto summary = nlohmann::json::parse(result.out);
+TEST_F(ExportCommand, ContactsAreArraysOrTables) {
+  folder.Run("grasp mug -o grip.npz -q");
+  const auto summary = folder.Json("export grip.npz -o contacts.npz -q");
   const auto count = summary["contact_points"].get<std::ptrdiff_t>();
   EXPECT_GT(count, 10);
   EXPECT_EQ(summary["frames_in_contact"], 1);
@@ -86,23 +81,20 @@ TEST(ExportCommand, ContactsAreArraysOrTables) {
     EXPECT_LT(depth, 0.003);  // the grasp's own tolerance
   }
 
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export grip.npz -o table.csv -q").exit_code, 0);
+  folder.Run("export grip.npz -o table.csv -q");
   const auto lines = [&](const char* name) {
-    const std::string text = testing::ReadText(folder / name);
+    const std::string text = ReadText(folder / name);
     return std::count(text.begin(), text.end(), '\n');
   };
   EXPECT_EQ(lines("table.csv"), 1 + count);
   EXPECT_EQ(lines("table_poses.csv"), 1 + 1 + 2 * 6);
-  EXPECT_EQ(RunHoldfast(folder.Path(), "export grip.npz -o table.csv -q").exit_code, 1);
+  folder.Run("export grip.npz -o table.csv -q", 1);
 
-  const ProgramResult none = RunHoldfast(folder.Path(), "export demo_drink -o contacts.csv");
-  EXPECT_EQ(none.exit_code, 1);
-  EXPECT_THAT(none.err, HasSubstr("no object to touch"));
+  folder.Fails("export demo_drink -o contacts.csv", 1, "no object to touch");
 }
 
 // Of a folder that `fit`, `offhand`, `refine` or `reach` wrote.
-TEST(ExportCommand, MetricsAreATableWithARowPerFrame) {
-  const TemporaryFolder folder;
+TEST_F(ExportCommand, MetricsAreATableWithARowPerFrame) {
   MakeHeldClip(folder);
   std::filesystem::create_directory(folder / "result");
   std::filesystem::rename(folder / "held.npz", folder / "result" / "clip.npz");
@@ -112,33 +104,25 @@ TEST(ExportCommand, MetricsAreATableWithARowPerFrame) {
                               {"stop", std::vector<std::string>(20, "given, as \"is\"")}}}};
   metrics["per_frame"]["depth_mm"][11] = nullptr;
   std::ofstream(folder / "result" / "metrics.json") << metrics;
-  const ProgramResult result =
-      RunHoldfast(folder.Path(), "export result -o a_metrics.csv --start 10 --end 12");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(testing::ReadText(folder / "a_metrics.csv"),
+  folder.Run("export result -o a_metrics.csv --start 10 --end 12");
+  EXPECT_EQ(ReadText(folder / "a_metrics.csv"),
             "frame,time_s,depth_mm,in_contact,stop\n"
             "0,0.000000,0.25,1,\"given, as \"\"is\"\"\"\n"
             "1,0.033333,,1,\"given, as \"\"is\"\"\"\n");
 
   metrics["per_frame"]["stop"].erase(3);
   std::ofstream(folder / "result" / "metrics.json") << metrics;
-  const ProgramResult damaged = RunHoldfast(folder.Path(), "export result -o metrics.csv");
-  EXPECT_EQ(damaged.exit_code, 1);
-  EXPECT_THAT(damaged.err,
-              HasSubstr("20 frames, but metrics.json has a different number of values for 'stop'"));
-  const ProgramResult none = RunHoldfast(folder.Path(), "export demo_drink -o metrics.csv");
-  EXPECT_EQ(none.exit_code, 1);
-  EXPECT_THAT(none.err, HasSubstr("no metrics.json with values per frame"));
+  folder.Fails("export result -o metrics.csv", 1,
+               "20 frames, but metrics.json has a different number of values for 'stop'");
+  folder.Fails("export demo_drink -o metrics.csv", 1, "no metrics.json with values per frame");
 }
 
 // What the fit was given is found again; its mesh in the result has no texture coordinates.
-TEST(ExportCommand, GlbKeepsTheObjectsMaterialsAndTextures) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "render demo_drink -o paint.png --size 32x32 -q").exit_code,
-            0);
-  ASSERT_EQ(RunHoldfast(folder.Path(), "decimate bottle -o bottle.obj -q").exit_code, 0);
+TEST_F(ExportCommand, GlbKeepsTheObjectsMaterialsAndTextures) {
+  folder.Run("render demo_drink -o paint.png --size 32x32 -q");
+  folder.Run("decimate bottle -o bottle.obj -q");
   std::string obj = "mtllib look.mtl\nvt 0 0\nvt 1 0\nvt 0.5 1\nusemtl paint\n";
-  std::istringstream lines(testing::ReadText(folder / "bottle.obj"));
+  std::istringstream lines(ReadText(folder / "bottle.obj"));
   for (std::string line; std::getline(lines, line);) {
     std::istringstream words(line);
     std::string keyword, a, b, c;
@@ -148,11 +132,9 @@ TEST(ExportCommand, GlbKeepsTheObjectsMaterialsAndTextures) {
   }
   std::ofstream(folder / "bottle.obj") << obj;
   std::ofstream(folder / "look.mtl") << "newmtl paint\nPr 0.25\nmap_Kd paint.png\n";
-  const ProgramResult fit =
-      RunHoldfast(folder.Path(), "fit demo_drink bottle.obj -o held --end 3 --no-report -q");
-  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+  folder.Run("fit demo_drink bottle.obj -o held --end 3 --no-report -q");
 
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export held -o held.glb -q").exit_code, 0);
+  folder.Run("export held -o held.glb -q");
   const GlbFile file(folder / "held.glb");
   const auto& json = file.Json();
   const auto& mesh = json["meshes"][json["nodes"][file.Node("bottle")]["mesh"].get<int>()];
@@ -169,8 +151,8 @@ TEST(ExportCommand, GlbKeepsTheObjectsMaterialsAndTextures) {
   EXPECT_EQ(uv["type"], "VEC2");
 
   // And through a scene: what a .glb carries may be refined, and looks the same after it.
-  ASSERT_EQ(RunHoldfast(folder.Path(), "refine held.glb -o refined --hand right -q").exit_code, 0);
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export refined -o back.glb -q").exit_code, 0);
+  folder.Run("refine held.glb -o refined --hand right -q");
+  folder.Run("export refined -o back.glb -q");
   const GlbFile back(folder / "back.glb");
   EXPECT_EQ(back.Json()["materials"], json["materials"]);
   const auto& kept = back.Json()["images"][0];
@@ -181,68 +163,44 @@ TEST(ExportCommand, GlbKeepsTheObjectsMaterialsAndTextures) {
   EXPECT_TRUE(again["primitives"][0]["attributes"].contains("TEXCOORD_0"));
 
   std::filesystem::remove(folder / "bottle.obj");
-  const ProgramResult gone = RunHoldfast(folder.Path(), "export held -o plain.glb");
-  EXPECT_EQ(gone.exit_code, 0);
-  EXPECT_THAT(gone.err, HasSubstr("bottle.obj no longer exists"));
+  EXPECT_THAT(folder.Run("export held -o plain.glb").err, HasSubstr("bottle.obj no longer exists"));
 }
 
-TEST(ExportCommand, OntoWritesTheMotionOnAnotherSkeleton) {
-  const TemporaryFolder folder;
+TEST_F(ExportCommand, OntoWritesTheMotionOnAnotherSkeleton) {
   MakeHeldClip(folder);
   const std::string character = HOLDFAST_SOURCE_DIR "/tests/fixtures/gltf/mixamo.glb";
-  const ProgramResult result = RunHoldfast(
-      folder.Path(), "export held.npz -o moved.glb --json -q --onto '" + character + "'");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const auto summary = nlohmann::json::parse(result.out);
+  const auto summary = folder.Json("export held.npz -o moved.glb -q --onto '" + character + "'");
   EXPECT_EQ(summary["skeleton"], "Mixamo");
   EXPECT_EQ(summary["frames"], 20);
   EXPECT_NO_THROW(GlbFile(folder / "moved.glb").Node("mug"));
-  const ProgramResult back = RunHoldfast(folder.Path(), "import moved.glb -o back.npz -q");
-  EXPECT_EQ(back.exit_code, 0) << back.err;
+  folder.Run("import moved.glb -o back.npz -q");
   EXPECT_EQ(ReadClip(folder / "back.npz").NumFrames(), 20);
 
-  EXPECT_EQ(RunHoldfast(folder.Path(), "export held.npz -o a.bvh --onto moved.glb").exit_code, 2);
-  const ProgramResult none =
-      RunHoldfast(folder.Path(), "export held.npz -o a.glb --onto nowhere.glb");
-  EXPECT_EQ(none.exit_code, 1);
-  EXPECT_THAT(none.err, HasSubstr("nowhere.glb"));
+  folder.Run("export held.npz -o a.bvh --onto moved.glb", 2);
+  folder.Fails("export held.npz -o a.glb --onto nowhere.glb", 1, "nowhere.glb");
   EXPECT_THAT(RunHoldfast(folder.Path(), "export held.npz -o a.glb --onto held.npz").err,
               HasSubstr(".glb or .gltf"));
 }
 
-TEST(ExportCommand, BvhSaysThatItHasNoObject) {
-  const TemporaryFolder folder;
+TEST_F(ExportCommand, BvhSaysThatItHasNoObject) {
   MakeHeldClip(folder);
-  const ProgramResult with = RunHoldfast(folder.Path(), "export held.npz -o a.bvh");
-  EXPECT_EQ(with.exit_code, 0);
-  EXPECT_THAT(with.err, HasSubstr("the object is not exported"));
-  const ProgramResult without = RunHoldfast(folder.Path(), "export held.npz -o b.bvh --no-object");
-  EXPECT_THAT(without.err, ::testing::Not(HasSubstr("not exported")));
+  EXPECT_THAT(folder.Run("export held.npz -o a.bvh").err, HasSubstr("the object is not exported"));
+  EXPECT_THAT(folder.Run("export held.npz -o b.bvh --no-object").err,
+              ::testing::Not(HasSubstr("not exported")));
 }
 
-TEST(ExportCommand, EveryCountsWhatItWrote) {
-  const TemporaryFolder folder;
+TEST_F(ExportCommand, EveryCountsWhatItWrote) {
   MakeHeldClip(folder);
-  const ProgramResult result =
-      RunHoldfast(folder.Path(), "export held.npz -o s_%02d.ply --every 8 --json");
-  const auto summary = nlohmann::json::parse(result.out);
+  const nlohmann::json summary = folder.Json("export held.npz -o s_%02d.ply --every 8");
   EXPECT_EQ(summary["frames"], 3);
   EXPECT_EQ(summary["files"], 6);
-  const ProgramResult text =
-      RunHoldfast(folder.Path(), "export held.npz -o s_%02d.ply --every 8 --force");
-  EXPECT_THAT(text.out, HasSubstr("3 frames"));
-  EXPECT_THAT(text.out, HasSubstr("6 files"));
-  const ProgramResult usda =
-      RunHoldfast(folder.Path(), "export held.npz -o a.usda --every 8 --json -q");
-  EXPECT_EQ(nlohmann::json::parse(usda.out)["frames"], 3);
-  const ProgramResult glb = RunHoldfast(folder.Path(), "export held.npz -o a.glb --every 8");
-  EXPECT_EQ(glb.exit_code, 2);
-  EXPECT_THAT(glb.err, HasSubstr("--every"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "a.glb"));
+  EXPECT_THAT(folder.Run("export held.npz -o s_%02d.ply --every 8 --force").out,
+              ::testing::AllOf(HasSubstr("3 frames"), HasSubstr("6 files")));
+  EXPECT_EQ(folder.Json("export held.npz -o a.usda --every 8 -q")["frames"], 3);
+  folder.Fails("export held.npz -o a.glb --every 8", 2, "--every");
 }
 
-TEST(ExportCommand, FbxIsToldAsImportDoes) {
-  const TemporaryFolder folder;
+TEST_F(ExportCommand, FbxIsToldAsImportDoes) {
   std::ofstream(folder / "walk.fbx") << "Kaydara FBX Binary  \n rest";
   const char* said = "FBX is not supported: convert to or from .glb with Blender";
   EXPECT_THAT(RunHoldfast(folder.Path(), "export demo_drink -o a.fbx").err, HasSubstr(said));
@@ -250,14 +208,11 @@ TEST(ExportCommand, FbxIsToldAsImportDoes) {
   EXPECT_THAT(RunHoldfast(folder.Path(), "doctor walk.fbx").out, HasSubstr(said));
 }
 
-TEST(ExportCommand, BvhComesBackThroughImport) {
-  const TemporaryFolder folder;
-  const ProgramResult out = RunHoldfast(folder.Path(), "export demo_drink -o walk.bvh --end 30");
-  ASSERT_EQ(out.exit_code, 0) << out.err;
+TEST_F(ExportCommand, BvhComesBackThroughImport) {
+  folder.Run("export demo_drink -o walk.bvh --end 30");
   EXPECT_EQ(ReadBvh(folder / "walk.bvh").NumJoints(), kNumJoints);
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export demo_drink -o walk.npz --end 30").exit_code, 0);
-  const ProgramResult in = RunHoldfast(folder.Path(), "import walk.bvh -o back.npz --json -q");
-  ASSERT_EQ(in.exit_code, 0) << in.err;
+  folder.Run("export demo_drink -o walk.npz --end 30");
+  folder.Run("import walk.bvh -o back.npz --json -q");
   const Clip before = ReadClip(folder / "walk.npz");
   const Clip after = ReadClip(folder / "back.npz");
   ASSERT_EQ(after.NumFrames(), 30);
@@ -268,11 +223,10 @@ TEST(ExportCommand, BvhComesBackThroughImport) {
   }
 }
 
-TEST(ExportCommand, SequencesNumberBodyAndObjectByFrame) {
-  const TemporaryFolder folder;
+TEST_F(ExportCommand, SequencesNumberBodyAndObjectByFrame) {
   MakeHeldClip(folder);
   const std::string cut = " --start 4 --end 11 --every 3 -q";
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export held.npz -o s_%03d.ply" + cut).exit_code, 0);
+  folder.Run("export held.npz -o s_%03d.ply" + cut);
   EXPECT_EQ(Listing(folder.Path()),
             "held.npz s_004.ply s_007.ply s_010.ply s_object_004.ply s_object_007.ply "
             "s_object_010.ply ");
@@ -284,75 +238,59 @@ TEST(ExportCommand, SequencesNumberBodyAndObjectByFrame) {
   EXPECT_LT((body.vertices - state.vertices).colwise().norm().maxCoeff(), 1e-6);
   EXPECT_EQ(body.faces, surface.Faces());
 
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export held.npz -o o_%d.obj --no-object" + cut).exit_code,
-            0);
+  folder.Run("export held.npz -o o_%d.obj --no-object" + cut);
   EXPECT_THAT(Listing(folder.Path()), ::testing::Not(HasSubstr("o_object")));
   EXPECT_EQ(ReadMesh(folder / "o_10.obj").NumVertices(), body.NumVertices());
 }
 
-TEST(ExportCommand, UsdaTellsUpAxisAndUnits) {
-  const TemporaryFolder folder;
+TEST_F(ExportCommand, UsdaTellsUpAxisAndUnits) {
   MakeHeldClip(folder);
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export held.npz -o a.usda --every 10 -q").exit_code, 0);
-  const std::string text = testing::ReadText(folder / "a.usda");
-  EXPECT_THAT(text, HasSubstr("upAxis = \"Z\""));
-  EXPECT_THAT(text, HasSubstr("def Mesh \"object\""));
+  folder.Run("export held.npz -o a.usda --every 10 -q");
+  EXPECT_THAT(ReadText(folder / "a.usda"),
+              ::testing::AllOf(HasSubstr("upAxis = \"Z\""), HasSubstr("def Mesh \"object\"")));
 }
 
-TEST(ExportCommand, BadOutputNamesAreTheCommandLinesFault) {
-  const TemporaryFolder folder;
+TEST_F(ExportCommand, BadOutputNamesAreTheCommandLinesFault) {
   for (const char* name : {"a.fbx", "a", "a.ply", "a_%s.ply", "a_%d_%d.obj", "a_%03d.glb"}) {
-    const ProgramResult result =
-        RunHoldfast(folder.Path(), std::string("export demo_drink -o ") + name);
-    EXPECT_EQ(result.exit_code, 2) << name;
-    EXPECT_THAT(result.err, HasSubstr(name));
-    EXPECT_EQ(Listing(folder.Path()), "") << name;
+    folder.Fails(std::string("export demo_drink -o ") + name, 2, name);
   }
-  const ProgramResult unknown = RunHoldfast(folder.Path(), "export demo_drink -o a.fbx");
-  EXPECT_THAT(unknown.err, HasSubstr(".glb .bvh .usda .xml .npz"));
+  EXPECT_THAT(RunHoldfast(folder.Path(), "export demo_drink -o a.fbx").err,
+              HasSubstr(".glb .bvh .usda .xml .npz"));
 }
 
-TEST(ExportCommand, NothingIsOverwrittenUnasked) {
-  const TemporaryFolder folder;
+TEST_F(ExportCommand, NothingIsOverwrittenUnasked) {
   for (const char* name : {"a.glb", "a.bvh", "a.usda", "a.npz", "a_0003.ply"}) {
     std::ofstream(folder / name) << "mine";
     const std::string output = std::string(name) == "a_0003.ply" ? "a_%04d.ply" : name;
     const std::string arguments = "export demo_drink --end 5 -q -o " + output;
-    const ProgramResult refused = RunHoldfast(folder.Path(), arguments);
-    EXPECT_EQ(refused.exit_code, 1) << name;
-    EXPECT_THAT(refused.err, HasSubstr("--force"));
-    EXPECT_EQ(testing::ReadText(folder / name), "mine");
-    EXPECT_EQ(RunHoldfast(folder.Path(), arguments + " --force").exit_code, 0) << name;
-    EXPECT_NE(testing::ReadText(folder / name), "mine");
+    folder.Fails(arguments, 1, "--force");
+    EXPECT_EQ(ReadText(folder / name), "mine");
+    folder.Run(arguments + " --force");
+    EXPECT_NE(ReadText(folder / name), "mine");
   }
 }
 
-TEST(ExportCommand, FaultsOfTheInputAreNamed) {
-  const TemporaryFolder folder;
-  const auto error_of = [&](const std::string& arguments) {
-    const ProgramResult result = RunHoldfast(folder.Path(), "export " + arguments);
-    EXPECT_EQ(result.exit_code, 1) << arguments;
-    EXPECT_EQ(Listing(folder.Path()), "") << arguments;
-    return result.err;
-  };
-  EXPECT_THAT(error_of("nowhere.npz -o a.glb"), HasSubstr("nowhere.npz"));
-  EXPECT_THAT(error_of("demo_drink -o /dev/null/folder/a.glb"), HasSubstr("/dev/null/folder"));
-  EXPECT_THAT(error_of("demo_drink -o /dev/null/a_%d.ply --end 2"), HasSubstr("/dev/null"));
-  EXPECT_THAT(error_of("demo_drink -o a.glb --start 9 --end 9"), HasSubstr("--start"));
-  EXPECT_THAT(error_of("demo_drink -o a.glb --end 100000"), HasSubstr("99999"));
-  EXPECT_THAT(error_of("demo_drink -o a.glb --object mug"), HasSubstr("no object trajectory"));
+TEST_F(ExportCommand, FaultsOfTheInputAreNamed) {
+  const std::pair<const char*, const char*> kFaults[] = {
+      {"nowhere.npz -o a.glb", "nowhere.npz"},
+      {"demo_drink -o /dev/null/folder/a.glb", "/dev/null/folder"},
+      {"demo_drink -o /dev/null/a_%d.ply --end 2", "/dev/null"},
+      {"demo_drink -o a.glb --start 9 --end 9", "--start"},
+      {"demo_drink -o a.glb --end 100000", "99999"},
+      {"demo_drink -o a.glb --object mug", "no object trajectory"}};
+  for (const auto& [arguments, said] : kFaults) {
+    folder.Fails(std::string("export ") + arguments, 1, said);
+  }
 }
 
 // The object's mesh is gone: said, and the body is still worth having.
-TEST(ExportCommand, AnObjectWithoutItsMeshIsToldAndLeftOut) {
-  const TemporaryFolder folder;
+TEST_F(ExportCommand, AnObjectWithoutItsMeshIsToldAndLeftOut) {
   MakeHeldClip(folder);
   Clip clip = ReadClip(folder / "held.npz");
   clip.object->name = "";
   clip.object->mesh = "lost.ply";
   WriteClip(clip, folder / "held.npz");
-  const ProgramResult result = RunHoldfast(folder.Path(), "export held.npz -o a.glb --json");
-  EXPECT_EQ(result.exit_code, 0);
+  const ProgramResult result = folder.Run("export held.npz -o a.glb --json");
   EXPECT_THAT(result.err, HasSubstr("lost.ply"));
   EXPECT_EQ(nlohmann::json::parse(result.out)["object"], false);
   EXPECT_EQ(GlbFile(folder / "a.glb").Json()["meshes"].size(), 1u);

@@ -17,7 +17,6 @@
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
 #include "tests/support/published_files.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
@@ -25,16 +24,16 @@ namespace {
 using testing::DataFolder;
 using ::testing::HasSubstr;
 using ::testing::Not;
+using testing::ProgramFolder;
 using testing::ProgramResult;
-using testing::ReadText;
 using testing::RunHoldfast;
-using testing::TemporaryFolder;
+
+using EmbeddedDefault = testing::ProgramTest;
 
 // What every fit must be: in contact, not through each other, and without a jump between frames
 // that the wrist does not make itself.
-void ExpectHeld(const TemporaryFolder& folder, const std::string& output, Side side) {
-  const nlohmann::json metrics =
-      nlohmann::json::parse(ReadText(folder / (output + "/metrics.json")));
+void ExpectHeld(const ProgramFolder& folder, const std::string& output, Side side) {
+  const nlohmann::json metrics = folder.ReadJson(output + "/metrics.json");
   const nlohmann::json& summary = metrics["summary"];
   EXPECT_EQ(summary["frames_failed"], 0);
   EXPECT_GE(summary["frames_in_contact_ratio"].get<double>(), 0.95);
@@ -48,7 +47,7 @@ void ExpectHeld(const TemporaryFolder& folder, const std::string& output, Side s
   }
   EXPECT_FALSE(metrics["per_frame"].contains("solve_ms"));
   EXPECT_FALSE(summary.contains("solve_ms_median"));
-  const nlohmann::json times = nlohmann::json::parse(ReadText(folder / (output + "/timing.json")));
+  const nlohmann::json times = folder.ReadJson(output + "/timing.json");
   EXPECT_EQ(times["per_frame"]["solve_ms"].size(), frames);
   EXPECT_GT(times["summary"]["solve_ms_median"].get<double>(), 0.0);
   ASSERT_TRUE(clip.object.has_value());
@@ -60,7 +59,7 @@ void ExpectHeld(const TemporaryFolder& folder, const std::string& output, Side s
   const int wrist = WristJoint(side);
   Eigen::Vector3d object_in_wrist_before = Eigen::Vector3d::Zero();
   for (int t = 0; t < clip.NumFrames(); ++t) {
-    ForwardJoints(rest, clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t), state);
+    ForwardJoints(rest, clip.pose[t], clip.trans.col(t), state);
     const Eigen::Vector3d object_in_wrist = state.world_rotation[wrist].transpose() *
                                             (clip.object->trans.col(t) - state.joints.col(wrist));
     if (t > 0) {
@@ -88,8 +87,7 @@ void ExpectDrunkFrom(const Clip& clip, const TriangleMesh& mesh) {
   }
   BodyState state;
   for (int t = 48; t <= 72; ++t) {
-    ForwardJoints(body.RestJoints(), clip.pose[static_cast<std::size_t>(t)], clip.trans.col(t),
-                  state);
+    ForwardJoints(body.RestJoints(), clip.pose[t], clip.trans.col(t), state);
     const Eigen::Vector3d mouth = state.joints.col(15) + state.world_rotation[15] * face.mouth;
     const Eigen::Vector3d from_rim = world_from_mug(t).inverse() * mouth - mug.rim;
     const double across = from_rim.head<2>().norm() - mug.rim_radius;
@@ -97,67 +95,43 @@ void ExpectDrunkFrom(const Clip& clip, const TriangleMesh& mesh) {
   }
 }
 
-TEST(EmbeddedDefault, AMugIsHeldThroughTheDemo) {
-  const TemporaryFolder folder;
-  const ProgramResult result = RunHoldfast(folder.Path(), "fit demo_drink mug -o held");
-  EXPECT_EQ(result.exit_code, 0) << result.err;
+TEST_F(EmbeddedDefault, AMugIsHeldThroughTheDemo) {
+  const ProgramResult result = folder.Run("fit demo_drink mug -o held");
   EXPECT_THAT(result.out, HasSubstr("held/clip.npz: mug held by the right hand"));
   ExpectHeld(folder, "held", Side::kRight);
   EXPECT_THAT(result.err, Not(HasSubstr("warning")));
   EXPECT_THAT(result.err, Not(HasSubstr("note")));
-  const nlohmann::json metrics = nlohmann::json::parse(ReadText(folder / "held/metrics.json"));
+  const nlohmann::json metrics = folder.ReadJson("held/metrics.json");
   EXPECT_EQ(metrics["grasp"]["style"], "handle");
   ExpectDrunkFrom(ReadClip(folder / "held/clip.npz"), ReadMesh(folder / "held/object.ply"));
 }
 
-TEST(EmbeddedDefault, TheLeftHandHoldsAsWell) {
-  const TemporaryFolder folder;
+TEST_F(EmbeddedDefault, TheLeftHandHoldsAsWell) {
   const ProgramResult result =
-      RunHoldfast(folder.Path(), "fit demo_inspect cylinder -o held --hand left --end 20 -q");
-  EXPECT_EQ(result.exit_code, 0) << result.err;
+      folder.Run("fit demo_inspect cylinder -o held --hand left --end 20 -q");
   EXPECT_EQ(result.err, "");
   ExpectHeld(folder, "held", Side::kLeft);
 }
 
-TEST(EmbeddedDefault, TheSameBytesOnOneThreadAndTwo) {
-  const TemporaryFolder folder;
-  for (const char* threads : {"1", "2"}) {
-    const std::string arguments = std::string("fit demo_drink sphere --end 12 -q --threads ") +
-                                  threads + " -o held" + threads;
-    EXPECT_EQ(RunHoldfast(folder.Path(), arguments).exit_code, 0);
-  }
-  EXPECT_EQ(ReadText(folder / "held1/clip.npz"), ReadText(folder / "held2/clip.npz"));
-  EXPECT_EQ(ReadText(folder / "held1/object.ply"), ReadText(folder / "held2/object.ply"));
-}
-
-TEST(EmbeddedDefault, AFittedClipIsFittedAgainFromItsOwnGrasp) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink sphere --end 8 -q -o first").exit_code, 0);
-  const ProgramResult again =
-      RunHoldfast(folder.Path(), "fit first/clip.npz first/object.ply -q --json -o second");
-  EXPECT_EQ(again.exit_code, 0) << again.err;
+TEST_F(EmbeddedDefault, AFittedClipIsFittedAgainFromItsOwnGrasp) {
+  folder.Run("fit demo_drink sphere --end 8 -q -o first");
+  const ProgramResult again = folder.Run("fit first/clip.npz first/object.ply -q --json -o second");
   EXPECT_EQ(nlohmann::json::parse(again.out)["grasp"]["made"], false);
   const Clip a = ReadClip(folder / "first/clip.npz"), b = ReadClip(folder / "second/clip.npz");
   EXPECT_LT((a.object->trans - b.object->trans).cwiseAbs().maxCoeff(), 1e-4);
 }
 
-TEST(EmbeddedDefault, AGraspBelongsToTheObjectItWasMadeFor) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(
-      RunHoldfast(folder.Path(), "fit demo_drink mug --hand left --end 8 -q -o held").exit_code, 0);
+TEST_F(EmbeddedDefault, AGraspBelongsToTheObjectItWasMadeFor) {
+  folder.Run("fit demo_drink mug --hand left --end 8 -q -o held");
   // The same mug by another name, coarser: its grasp is kept.
-  const ProgramResult coarse =
-      RunHoldfast(folder.Path(), "decimate held/object.ply -o cup.ply --vertices 300 -q");
-  ASSERT_EQ(coarse.exit_code, 0) << coarse.err;
-  ProgramResult result = RunHoldfast(folder.Path(), "fit held/clip.npz cup.ply --json -o cup");
-  EXPECT_EQ(result.exit_code, 0) << result.err;
+  folder.Run("decimate held/object.ply -o cup.ply --vertices 300 -q");
+  ProgramResult result = folder.Run("fit held/clip.npz cup.ply --json -o cup");
   EXPECT_EQ(nlohmann::json::parse(result.out)["grasp"]["made"], false);
   EXPECT_THAT(result.err, Not(HasSubstr("making a new grasp")));
   // Another object, by the mug's name too, is grasped anew, with the hand that held the mug.
-  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink apple --end 1 -q -o apple").exit_code, 0);
+  folder.Run("fit demo_drink apple --end 1 -q -o apple");
   std::filesystem::rename(folder / "apple/object.ply", folder / "mug.ply");
-  result = RunHoldfast(folder.Path(), "fit held/clip.npz mug.ply --json -o other");
-  EXPECT_EQ(result.exit_code, 0) << result.err;
+  result = folder.Run("fit held/clip.npz mug.ply --json -o other");
   EXPECT_THAT(result.err,
               HasSubstr("the clip's grasp is of mug, not of mug.ply: making a new grasp"));
   const nlohmann::json made = nlohmann::json::parse(result.out);
@@ -166,52 +140,44 @@ TEST(EmbeddedDefault, AGraspBelongsToTheObjectItWasMadeFor) {
   ExpectHeld(folder, "other", Side::kLeft);
   // Without the mesh, names decide.
   std::filesystem::remove(folder / "held/object.ply");
-  result = RunHoldfast(folder.Path(), "fit held/clip.npz apple --end 3 -o anew");
-  EXPECT_EQ(result.exit_code, 0) << result.err;
+  result = folder.Run("fit held/clip.npz apple --end 3 -o anew");
   EXPECT_THAT(result.err, HasSubstr("the clip's grasp is of mug, not of apple"));
   result =
       RunHoldfast(folder.Path(), "fit held/clip.npz apple --end 3 --keep-grasp -o kept --json");
   EXPECT_THAT(result.err, Not(HasSubstr("making a new grasp")));
 }
 
-TEST(EmbeddedDefault, AnObjectThatNoHandTouchesIsAFailure) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink apple --end 5 -q -o held").exit_code, 0);
+TEST_F(EmbeddedDefault, AnObjectThatNoHandTouchesIsAFailure) {
+  folder.Run("fit demo_drink apple --end 5 -q -o held");
   Clip clip = ReadClip(folder / "held/clip.npz");
   clip.object->trans.row(2).array() += 0.5;
   WriteClip(clip, folder / "held/clip.npz");
-  const ProgramResult result = RunHoldfast(folder.Path(), "fit held/clip.npz apple -o away");
-  EXPECT_EQ(result.exit_code, 3) << result.err;
+  const ProgramResult result = folder.Run("fit held/clip.npz apple -o away", 3);
   EXPECT_THAT(result.err, HasSubstr("touches no hand in any frame"));
   EXPECT_THAT(result.err, HasSubstr("--regrasp"));
   EXPECT_EQ(testing::Listing(folder.Path()), "held ");
 }
 
-TEST(EmbeddedDefault, CtrlCLeavesNothingBehind) {
-  const TemporaryFolder folder;
+TEST_F(EmbeddedDefault, CtrlCLeavesNothingBehind) {
   // The grasp of a teapot alone takes longer than this.
-  const ProgramResult result = RunHoldfast(folder.Path(), "fit demo_inspect teapot -o held -q",
-                                           "timeout --preserve-status -s INT 0.7");
-  EXPECT_EQ(result.exit_code, 130) << result.err;
+  const ProgramResult result =
+      folder.Run("fit demo_inspect teapot -o held -q", 130, "timeout --preserve-status -s INT 0.7");
   EXPECT_EQ(result.out, "");
   EXPECT_EQ(testing::Listing(folder.Path()), "");
 }
 
-TEST(EmbeddedDefault, BetasOfAnotherBodyAreNotTakenForItsOwn) {
+TEST_F(EmbeddedDefault, BetasOfAnotherBodyAreNotTakenForItsOwn) {
   // An AMASS clip's betas are SMPL-X's. The embedded body does without them, and the fitted clip,
   // which is the embedded body's, must not claim them for it: whoever opens it would see another
   // hand than the one fitted.
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink sphere --end 2 -q -o first").exit_code, 0);
+  folder.Run("fit demo_drink sphere --end 2 -q -o first");
   Clip amass = ReadClip(folder / "first/clip.npz");
   amass.betas = Eigen::VectorXd::Constant(10, 2.0);
   amass.body_model.clear();
   amass.trans = testing::TransFor(amass, testing::SmplxPelvis());
   WriteClip(amass, folder / "amass.npz");
-  const ProgramResult result =
-      RunHoldfast(folder.Path(), "fit amass.npz first/object.ply -o second");
-  EXPECT_EQ(result.exit_code, 0);
-  EXPECT_THAT(result.err, HasSubstr("betas belong to SMPL-X"));
+  EXPECT_THAT(folder.Run("fit amass.npz first/object.ply -o second").err,
+              HasSubstr("betas belong to SMPL-X"));
   const Clip fitted = ReadClip(folder / "second/clip.npz");
   EXPECT_EQ(fitted.body_model, "holdfast_neutral");
   EXPECT_TRUE(fitted.betas.isZero(0.0));
@@ -237,13 +203,9 @@ TEST_P(RealMotion, HoldsARealObject) {
     GTEST_SKIP() << motion << " or " << object
                  << " is not there: set HOLDFAST_DATA to the folder with mocap/ and objects/";
   }
-  const TemporaryFolder folder;
-  const ProgramResult imported =
-      RunHoldfast(folder.Path(), "import '" + motion.string() + "' -o clip.npz -q");
-  ASSERT_EQ(imported.exit_code, 0) << imported.err;
-  const ProgramResult fitted = RunHoldfast(
-      folder.Path(), "fit clip.npz '" + object.string() + "' -o held -q --hand " + c.hand);
-  ASSERT_EQ(fitted.exit_code, 0) << fitted.err;
+  const ProgramFolder folder;
+  folder.Run("import '" + motion.string() + "' -o clip.npz -q");
+  folder.Run("fit clip.npz '" + object.string() + "' -o held -q --hand " + c.hand);
   ExpectHeld(folder, "held", std::string(c.hand) == "left" ? Side::kLeft : Side::kRight);
 }
 

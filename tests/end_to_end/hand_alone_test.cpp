@@ -11,16 +11,12 @@
 #include "geometry/rotation.h"
 #include "tests/support/mano_like.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::ProgramResult;
-using testing::ReadText;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
+using testing::ProgramFolder;
 
 class HandAloneTest : public ::testing::Test {
  protected:
@@ -28,15 +24,7 @@ class HandAloneTest : public ::testing::Test {
     testing::WriteManoLike(folder_ / "MANO_RIGHT.npz", Side::kRight);
     testing::WriteManoLike(folder_ / "MANO_LEFT.npz", Side::kLeft);
   }
-  ProgramResult Run(const std::string& arguments) const {
-    return RunHoldfast(folder_.Path(), arguments);
-  }
-  nlohmann::json Json(const std::string& arguments) const {
-    const ProgramResult result = Run(arguments + " --json");
-    EXPECT_EQ(result.exit_code, 0) << result.err;
-    return nlohmann::json::parse(result.out, nullptr, false);
-  }
-  TemporaryFolder folder_;
+  ProgramFolder folder_;
 };
 
 TEST_F(HandAloneTest, GraspsAMugWithEitherHand) {
@@ -44,7 +32,7 @@ TEST_F(HandAloneTest, GraspsAMugWithEitherHand) {
     const bool right = std::string(side) == "RIGHT";
     const std::string model = std::string("MANO_") + side + ".npz";
     const std::string output = std::string(side) + ".npz";
-    const nlohmann::json grasp = Json("grasp mug --body " + model + " -o " + output);
+    const nlohmann::json grasp = folder_.Json("grasp mug --body " + model + " -o " + output);
     EXPECT_EQ(grasp["hand"], right ? "right" : "left");
     EXPECT_LT(grasp["contact"]["hand_in_object_max_mm"].get<double>(), 3.0);
     EXPECT_GT(grasp["contact"]["contact_ratio"].get<double>(), 0.0);
@@ -62,12 +50,13 @@ TEST_F(HandAloneTest, GraspsAMugWithEitherHand) {
 }
 
 TEST_F(HandAloneTest, CarriesAMugAsTheBodysHandDoesAndComesThroughEveryCommand) {
-  const nlohmann::json converted = Json("convert demo_drink --to-body MANO_RIGHT.npz -o hand.npz");
+  const nlohmann::json converted =
+      folder_.Json("convert demo_drink --to-body MANO_RIGHT.npz -o hand.npz");
   EXPECT_LT(converted["residual"]["max_mm"].get<double>(), 0.05);
   EXPECT_THAT(converted["not_carried_over"].dump(), HasSubstr("the body's motion"));
   const Clip source = ReadClip(folder_ / "hand.npz");
 
-  const nlohmann::json fit = Json("fit hand.npz mug --body MANO_RIGHT.npz -o held");
+  const nlohmann::json fit = folder_.Json("fit hand.npz mug --body MANO_RIGHT.npz -o held");
   const nlohmann::json& summary = fit["summary"];
   EXPECT_EQ(summary["frames_failed"], 0);
   EXPECT_GE(summary["frames_in_contact_ratio"].get<double>(), 0.95);
@@ -96,46 +85,34 @@ TEST_F(HandAloneTest, CarriesAMugAsTheBodysHandDoesAndComesThroughEveryCommand) 
         "render held -o follow.png --frame 3 --camera follow --size 120x120" + body,
         "report held -o page.html" + body, "export held -o hand.glb" + body,
         "export held -o hand.bvh" + body, "refine held -o refined" + body}) {
-    const ProgramResult result = Run(command);
-    EXPECT_EQ(result.exit_code, 0) << command << "\n" << result.err;
+    folder_.Run(command);
   }
-  const nlohmann::json score = Json("score held" + body);
+  const nlohmann::json score = folder_.Json("score held" + body);
   EXPECT_THAT(score.dump(), HasSubstr("penetration"));
 }
 
 TEST_F(HandAloneTest, GoesBackOntoTheBody) {
-  ASSERT_EQ(Run("convert demo_drink --to-body MANO_RIGHT.npz -o hand.npz").exit_code, 0);
-  const nlohmann::json back =
-      Json("convert hand.npz --from-body MANO_RIGHT.npz --to-body MANO_RIGHT.npz -o same.npz");
+  folder_.Run("convert demo_drink --to-body MANO_RIGHT.npz -o hand.npz");
+  const nlohmann::json back = folder_.Json(
+      "convert hand.npz --from-body MANO_RIGHT.npz --to-body MANO_RIGHT.npz -o same.npz");
   EXPECT_LT(back["residual"]["max_mm"].get<double>(), 1e-3);
-  const ProgramResult refused =
-      Run("convert hand.npz --from-body MANO_RIGHT.npz --to-body MANO_LEFT.npz -o left.npz");
-  EXPECT_EQ(refused.exit_code, 1);
-  EXPECT_THAT(refused.err, HasSubstr("right hand"));
+  folder_.Fails("convert hand.npz --from-body MANO_RIGHT.npz --to-body MANO_LEFT.npz -o left.npz",
+                1, "right hand");
 }
 
 TEST_F(HandAloneTest, SaysWhatNeedsABody) {
-  ASSERT_EQ(Run("convert demo_drink --to-body MANO_RIGHT.npz -o hand.npz").exit_code, 0);
-  struct Case {
-    std::string command;
-    const char* message;
-  };
-  for (const Case& bad : {
-           Case{"fit demo_drink mug --body MANO_RIGHT.npz -o a", "is a whole-body motion"},
-           {"fit hand.npz mug -o a", "is a motion of a hand alone"},
-           {"fit hand.npz mug --body MANO_RIGHT.npz --hand left -o a", "has no left hand"},
-           {"fit hand.npz mug --body MANO_RIGHT.npz --hand both -o a", "has no left hand"},
-           {"offhand hand.npz mug --body MANO_RIGHT.npz -o a", "has no left hand"},
-           {"grasp mug --body MANO_LEFT.npz --hand right -o a.npz", "has no right hand"},
-           {"grasp mug --body MANO_LEFT.npz --hand both -o a.npz", "has no right hand"},
-           {"render hand.npz -o a.png", "is a motion of a hand alone"},
-           {"render demo_drink --body MANO_RIGHT.npz -o a.png", "is a whole-body motion"},
-       }) {
-    const ProgramResult result = Run(bad.command);
-    EXPECT_EQ(result.exit_code, 1) << bad.command << "\n" << result.err;
-    EXPECT_THAT(result.err, HasSubstr(bad.message)) << bad.command;
-    EXPECT_FALSE(std::filesystem::exists(folder_ / "a")) << bad.command;
-  }
+  folder_.Run("convert demo_drink --to-body MANO_RIGHT.npz -o hand.npz");
+  const std::pair<const char*, const char*> kFaults[] = {
+      {"fit demo_drink mug --body MANO_RIGHT.npz -o a", "is a whole-body motion"},
+      {"fit hand.npz mug -o a", "is a motion of a hand alone"},
+      {"fit hand.npz mug --body MANO_RIGHT.npz --hand left -o a", "has no left hand"},
+      {"fit hand.npz mug --body MANO_RIGHT.npz --hand both -o a", "has no left hand"},
+      {"offhand hand.npz mug --body MANO_RIGHT.npz -o a", "has no left hand"},
+      {"grasp mug --body MANO_LEFT.npz --hand right -o a.npz", "has no right hand"},
+      {"grasp mug --body MANO_LEFT.npz --hand both -o a.npz", "has no right hand"},
+      {"render hand.npz -o a.png", "is a motion of a hand alone"},
+      {"render demo_drink --body MANO_RIGHT.npz -o a.png", "is a whole-body motion"}};
+  for (const auto& [command, said] : kFaults) folder_.Fails(command, 1, said);
 }
 
 }  // namespace

@@ -147,7 +147,7 @@ std::string Fault(const Case& c, const Outcome& outcome) {
 void ExpectAllHeld(const std::vector<Case>& cases) {
   std::mutex lock;
   ParallelFor(static_cast<int>(cases.size()), kThreads, [&](int i) {
-    const Case& c = cases[static_cast<std::size_t>(i)];
+    const Case& c = cases[i];
     const Outcome outcome = Run(c.arguments);
     const std::string fault = Fault(c, outcome);
     if (fault.empty()) return;
@@ -167,122 +167,104 @@ constexpr auto kData = &HostileFolder::Data;
 constexpr auto kResults = &HostileFolder::Results;
 constexpr auto kBegun = &HostileFolder::Begun;
 
-std::vector<Role> FitRoles() {
-  return {{"fit {} cube -o out -q", ".npz", kClips},
-          {"fit demo_drink cube --end 2 --body {} -o out -q", ".npz"},
-          {"fit --batch {} -o out -q", ".list", kLists}};
-}
-std::vector<Role> FitMeshRoles() {
-  return {{"fit demo_drink {} --end 2 -o out -q --no-report", ".obj", kMeshes}};
-}
-std::vector<Role> OffhandAndRefineRoles() {
-  return {{"offhand {} cube -o out -q", ".npz"},
-          {"offhand demo_pass {} -o out -q", ".ply"},
-          {"refine {} -o out -q", ".npz", kClips},
-          {"refine demo_drink --object {} -o out -q", ".stl"}};
-}
-std::vector<Role> GraspRoles() {
-  return {{"grasp {} -o g.npz -q", ".obj", kMeshes},
-          {"grasp cube --body {} -o g.npz -q", ".pkl"},
-          {"grasp cube --hand both --clip {} -o g.npz -q", ".npz", kClips}};
-}
-std::vector<Role> ViewRoles() {
-  return {{"render {} -o a.png -q", ".npz", kClips},
-          {"render demo_drink --frame 0 --object {} -o a.png -q", ".off"},
-          {"render demo_drink --frame 0 --body {} -o a.png -q", ".npz"},
-          {"report {} -o a.html -q", ".npz", kClips},
-          {"report demo_drink --object {} -o a.html -q", ".ply"},
-          {"report {} -o a.html -q", kNone, kResults},
-          {"render {} -o a.png --frame 0 -q", kNone, kResults}};
-}
-std::vector<Role> ScoreAndExportRoles() {
-  return {{"score {} -q", ".npz", kClips},
-          {"score demo_drink -r {} -q", ".npz"},
-          {"score demo_drink --object {} -q", ".obj", kMeshes},
-          {"export {} -o a.glb -q", ".npz", kClips},
-          {"export demo_drink --object {} -o a.usda -q", ".obj"},
-          {"export demo_drink --body {} -o a.bvh -q", ".npz"}};
-}
-std::vector<Role> ExportResultRoles() {
-  return {{"export {} -o a.xml -q", kNone, kResults},
-          {"export {} -o metrics.csv -q", kNone, kResults}};
-}
-std::vector<Role> ImportRoles() {
-  return {{"import {} -o a.npz -q", ".bvh", kMotions},
-          {"import {} -o a.npz -q", ".npz", kClips},
-          {"import {} -o a.npz -q", ".amc"},
-          {"import {} -o a.npz -q", ".glb"},
-          {"import {} -o a.npz -q", ".json", kData},
-          {"import {} -o a.npz -q", ".pkl"},
-          {"import {} -o a.npz -q", ".pt"},
-          {"import {here}/whole.bvh --map {} -o a.npz -q", ".json", kMaps}};
-}
-std::vector<Role> ModelRoles() {
-  return {
-      {"body info {}", ".npz", kModels},
+struct Group {
+  std::string name;
+  std::vector<Role> roles;
+};
+
+std::ostream& operator<<(std::ostream& out, const Group& group) { return out << group.name; }
+
+const std::vector<Group> kGroups = {
+    {"Fit",
+     {{"fit {} cube -o out -q", ".npz", kClips},
+      {"fit demo_drink cube --end 2 --body {} -o out -q", ".npz"},
+      {"fit --batch {} -o out -q", ".list", kLists}}},
+    {"FitMesh", {{"fit demo_drink {} --end 2 -o out -q --no-report", ".obj", kMeshes}}},
+    {"OffhandAndRefine",
+     {{"offhand {} cube -o out -q", ".npz"},
+      {"offhand demo_pass {} -o out -q", ".ply"},
+      {"refine {} -o out -q", ".npz", kClips},
+      {"refine demo_drink --object {} -o out -q", ".stl"}}},
+    {"Grasp",
+     {{"grasp {} -o g.npz -q", ".obj", kMeshes},
+      {"grasp cube --body {} -o g.npz -q", ".pkl"},
+      {"grasp cube --hand both --clip {} -o g.npz -q", ".npz", kClips}}},
+    {"RenderAndReport",
+     {{"render {} -o a.png -q", ".npz", kClips},
+      {"render demo_drink --frame 0 --object {} -o a.png -q", ".off"},
+      {"render demo_drink --frame 0 --body {} -o a.png -q", ".npz"},
+      {"report {} -o a.html -q", ".npz", kClips},
+      {"report demo_drink --object {} -o a.html -q", ".ply"},
+      {"report {} -o a.html -q", kNone, kResults},
+      {"render {} -o a.png --frame 0 -q", kNone, kResults}}},
+    {"ScoreAndExport",
+     {{"score {} -q", ".npz", kClips},
+      {"score demo_drink -r {} -q", ".npz"},
+      {"score demo_drink --object {} -q", ".obj", kMeshes},
+      {"export {} -o a.glb -q", ".npz", kClips},
+      {"export demo_drink --object {} -o a.usda -q", ".obj"},
+      {"export demo_drink --body {} -o a.bvh -q", ".npz"}}},
+    {"ExportOfResults",
+     {{"export {} -o a.xml -q", kNone, kResults},
+      {"export {} -o metrics.csv -q", kNone, kResults}}},
+    {"Import",
+     {{"import {} -o a.npz -q", ".bvh", kMotions},
+      {"import {} -o a.npz -q", ".npz", kClips},
+      {"import {} -o a.npz -q", ".amc"},
+      {"import {} -o a.npz -q", ".glb"},
+      {"import {} -o a.npz -q", ".json", kData},
+      {"import {} -o a.npz -q", ".pkl"},
+      {"import {} -o a.npz -q", ".pt"},
+      {"import {here}/whole.bvh --map {} -o a.npz -q", ".json", kMaps}}},
+    {"BodyModels",
+     {{"body info {}", ".npz", kModels},
       {"convert {} --from-body {here}/sound_model.npz --to-body {here}/sound_model.npz -o c.npz -q",
        ".npz"},
       {"convert demo_drink --from-body {} --to-body {here}/sound_model.npz -o c.npz -q", ".npz",
        kModels},
-      {"import-weights {} b.pt -o w.safetensors -q", ".pt", kData}};
-}
-std::vector<Role> MeshRoles() {
-  return {{"decimate {} -o a.ply -q", ".obj", kMeshes},
-          {"decimate {} -o a.ply -q", ".ply"},
-          {"decimate {} -o a.ply -q", ".stl"},
-          {"decimate {} -o a.ply -q", ".off"},
-          {"decimate cube -o a.ply -q --config {}", ".toml", kLists, true}};
-}
-std::vector<Role> DoctorRoles() {
-  return {{"doctor {}", kNone, kClips},         {"doctor {}", ".npz", kModels, true},
-          {"doctor {}", ".obj", kMeshes, true}, {"doctor {}", ".bvh", kMotions, true},
-          {"doctor {}", kNone, kMaps, true},    {"doctor {}", ".safetensors", kData, true},
-          {"doctor {}", kNone, kResults, true}};
-}
-std::vector<Role> ReachRoles() {
-  return {{"reach --goal 1,0.5,1 --from {} -o out -q", ".npz", kClips},
-          {"reach --goal 1,0.5,1 --weights {} -o out -q", ".safetensors", kData},
-          {"reach --goal 1,0.5,1 --body {} -o out -q", ".npz"},
-          {"reach --goal 1,0.5,1 --method latent-opt --obstacle {} -o out -q", ".obj"},
-          {"reach --goal 1,0.5,1 --object {} --grasp -o out -q", ".ply"}};
-}
-std::vector<Role> SynthesizeRoles() {
-  return {{"synthesize --action drink --object {} --class mug -o out -q", ".obj"},
-          {"synthesize --action drink --object mug --from {} -o out -q", ".npz", kClips},
-          {"synthesize --action drink --object mug --weights {} -o out -q", ".safetensors", kData},
-          {"synthesize --action drink --object mug --body {} -o out -q", ".npz"}};
-}
-std::vector<Role> MakeRoles() {
-  return {{"make-reach-data {} -o out -q", ""},
-          {"make-actions --starts {} -o out -q", ""},
-          {"make-actions --count 0 --captured {} -o out -q", ""},
-          {"fit --batch {here}/good.list -o {} -q", kNone, kBegun},
-          {"make-actions --count 1 -o {} -q", kNone, kBegun}};
-}
+      {"import-weights {} b.pt -o w.safetensors -q", ".pt", kData}}},
+    {"Decimate",
+     {{"decimate {} -o a.ply -q", ".obj", kMeshes},
+      {"decimate {} -o a.ply -q", ".ply"},
+      {"decimate {} -o a.ply -q", ".stl"},
+      {"decimate {} -o a.ply -q", ".off"},
+      {"decimate cube -o a.ply -q --config {}", ".toml", kLists, true}}},
+    {"Doctor",
+     {{"doctor {}", kNone, kClips},
+      {"doctor {}", ".npz", kModels, true},
+      {"doctor {}", ".obj", kMeshes, true},
+      {"doctor {}", ".bvh", kMotions, true},
+      {"doctor {}", kNone, kMaps, true},
+      {"doctor {}", ".safetensors", kData, true},
+      {"doctor {}", kNone, kResults, true}}},
+    {"Reach",
+     {{"reach --goal 1,0.5,1 --from {} -o out -q", ".npz", kClips},
+      {"reach --goal 1,0.5,1 --weights {} -o out -q", ".safetensors", kData},
+      {"reach --goal 1,0.5,1 --body {} -o out -q", ".npz"},
+      {"reach --goal 1,0.5,1 --method latent-opt --obstacle {} -o out -q", ".obj"},
+      {"reach --goal 1,0.5,1 --object {} --grasp -o out -q", ".ply"}}},
+    {"Synthesize",
+     {{"synthesize --action drink --object {} --class mug -o out -q", ".obj"},
+      {"synthesize --action drink --object mug --from {} -o out -q", ".npz", kClips},
+      {"synthesize --action drink --object mug --weights {} -o out -q", ".safetensors", kData},
+      {"synthesize --action drink --object mug --body {} -o out -q", ".npz"}}},
+    {"Make",
+     {{"make-reach-data {} -o out -q", ""},
+      {"make-actions --starts {} -o out -q", ""},
+      {"make-actions --count 0 --captured {} -o out -q", ""},
+      {"fit --batch {here}/good.list -o {} -q", kNone, kBegun},
+      {"make-actions --count 1 -o {} -q", kNone, kBegun}}}};
 
-TEST(HostileInput, Fit) { ExpectAllHeld(CasesOf(FitRoles())); }
-TEST(HostileInput, FitMesh) { ExpectAllHeld(CasesOf(FitMeshRoles())); }
-TEST(HostileInput, OffhandAndRefine) { ExpectAllHeld(CasesOf(OffhandAndRefineRoles())); }
-TEST(HostileInput, Grasp) { ExpectAllHeld(CasesOf(GraspRoles())); }
-TEST(HostileInput, RenderAndReport) { ExpectAllHeld(CasesOf(ViewRoles())); }
-TEST(HostileInput, ScoreAndExport) { ExpectAllHeld(CasesOf(ScoreAndExportRoles())); }
-TEST(HostileInput, ExportOfResults) { ExpectAllHeld(CasesOf(ExportResultRoles())); }
-TEST(HostileInput, Import) { ExpectAllHeld(CasesOf(ImportRoles())); }
-TEST(HostileInput, BodyModels) { ExpectAllHeld(CasesOf(ModelRoles())); }
-TEST(HostileInput, Decimate) { ExpectAllHeld(CasesOf(MeshRoles())); }
-TEST(HostileInput, Doctor) { ExpectAllHeld(CasesOf(DoctorRoles())); }
-TEST(HostileInput, Reach) { ExpectAllHeld(CasesOf(ReachRoles())); }
-TEST(HostileInput, Synthesize) { ExpectAllHeld(CasesOf(SynthesizeRoles())); }
-TEST(HostileInput, Make) { ExpectAllHeld(CasesOf(MakeRoles())); }
+class HostileFiles : public ::testing::TestWithParam<Group> {};
+
+TEST_P(HostileFiles, AreHeld) { ExpectAllHeld(CasesOf(GetParam().roles)); }
+
+INSTANTIATE_TEST_SUITE_P(Every, HostileFiles, ::testing::ValuesIn(kGroups),
+                         [](const auto& test) { return test.param.name; });
 
 TEST(HostileInput, TheTableHasFourHundredCasesAndMore) {
   std::size_t count = 0;
-  for (const auto& roles :
-       {FitRoles(), FitMeshRoles(), OffhandAndRefineRoles(), GraspRoles(), ViewRoles(),
-        ScoreAndExportRoles(), ExportResultRoles(), ImportRoles(), ModelRoles(), MeshRoles(),
-        DoctorRoles(), ReachRoles(), SynthesizeRoles(), MakeRoles()}) {
-    count += CasesOf(roles).size();
-  }
+  for (const Group& group : kGroups) count += CasesOf(group.roles).size();
   RecordProperty("cases", static_cast<int>(count));
   EXPECT_GE(count, 400u);
 }

@@ -11,67 +11,49 @@
 #include "generator/imos/weights.h"
 #include "geometry/io/container/npz.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using ::testing::HasSubstr;
 using testing::ProgramResult;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
+
+using ImportWeightsCommand = testing::ProgramTest;
 
 const std::string kCheckpoints = HOLDFAST_SOURCE_DIR
     "/tests/fixtures/imos/arms.p " HOLDFAST_SOURCE_DIR "/tests/fixtures/imos/body.p ";
 
-TEST(ImportWeightsCommand, WritesWeightsWithTheirTableOfActions) {
-  const TemporaryFolder folder;
+TEST_F(ImportWeightsCommand, WritesWeightsWithTheirTableOfActions) {
   NpzWriter table;
   table.AddFloat32("embeddings", {imos::kNumActions, 8},
                    std::vector<float>(imos::kNumActions * 8, 0.5f));
-  table.Write(folder.Path() / "clip.npz");
-  const ProgramResult result =
-      RunHoldfast(folder.Path(),
-                  "import-weights " + kCheckpoints + "-o n.safetensors --actions clip.npz --json");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  table.Write(folder / "clip.npz");
+  const nlohmann::json summary =
+      folder.Json("import-weights " + kCheckpoints + "-o n.safetensors --actions clip.npz");
   EXPECT_EQ(summary["schema"], "holdfast/import-weights/1");
   EXPECT_EQ(summary["config"]["arm_order"], "17,19,21,16,18,20");
   EXPECT_EQ(summary["config"]["action_size"], "8");
   EXPECT_EQ(summary["has_action_table"], true);
   EXPECT_FALSE(summary["ignored"].empty());
-  const imos::NetworkWeights weights = imos::ReadNetwork(folder.Path() / "n.safetensors");
+  const imos::NetworkWeights weights = imos::ReadNetwork(folder / "n.safetensors");
   EXPECT_EQ(imos::ActionTable(weights)(28, 7), 0.5f);
 
-  EXPECT_EQ(
-      RunHoldfast(folder.Path(), "import-weights " + kCheckpoints + "-o n.safetensors").exit_code,
-      1)
-      << "it is there already";
-  const ProgramResult again =
-      RunHoldfast(folder.Path(), "import-weights " + kCheckpoints +
-                                     "-o n.safetensors --force --half --arm-order ascending");
-  EXPECT_EQ(again.exit_code, 0) << again.err;
+  folder.Run("import-weights " + kCheckpoints + "-o n.safetensors", 1);
+  const ProgramResult again = folder.Run("import-weights " + kCheckpoints +
+                                         "-o n.safetensors --force --half --arm-order ascending");
   EXPECT_THAT(again.err, HasSubstr("without --actions"));
   EXPECT_THAT(again.out, HasSubstr("half precision"));
-  EXPECT_EQ(imos::ReadNetwork(folder.Path() / "n.safetensors").config.arm_order,
+  EXPECT_EQ(imos::ReadNetwork(folder / "n.safetensors").config.arm_order,
             imos::ArmOrder::kAscending);
 }
 
-TEST(ImportWeightsCommand, RefusesWhatIsNoCheckpointOfImos) {
-  const TemporaryFolder folder;
+TEST_F(ImportWeightsCommand, RefusesWhatIsNoCheckpointOfImos) {
   const std::string fixtures = HOLDFAST_SOURCE_DIR "/tests/fixtures/";
-  const ProgramResult turned =
-      RunHoldfast(folder.Path(), "import-weights " + fixtures + "imos/body.p " + fixtures +
-                                     "imos/arms.p -o n.safetensors");
-  EXPECT_EQ(turned.exit_code, 1);
-  EXPECT_THAT(turned.err, HasSubstr("in that order"));
-  const ProgramResult other =
-      RunHoldfast(folder.Path(), "import-weights " + fixtures + "torch/views.pt " + fixtures +
-                                     "imos/body.p -o n.safetensors");
-  EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.err, HasSubstr("views.pt"));
-  EXPECT_EQ(RunHoldfast(folder.Path(), "import-weights " + kCheckpoints).exit_code, 2);
-  EXPECT_FALSE(std::filesystem::exists(folder.Path() / "n.safetensors"));
+  const std::string turned = fixtures + "imos/body.p " + fixtures + "imos/arms.p",
+                    other = fixtures + "torch/views.pt " + fixtures + "imos/body.p";
+  folder.Fails("import-weights " + turned + " -o n.safetensors", 1, "in that order");
+  folder.Fails("import-weights " + other + " -o n.safetensors", 1, "views.pt");
+  folder.Fails("import-weights " + kCheckpoints, 2, "--output");
 }
 
 }  // namespace

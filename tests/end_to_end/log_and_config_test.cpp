@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
 // What every command has: --verbose, --log json, --config and --print-config.
+#include <sys/stat.h>
+
 #include <fstream>
 #include <sstream>
 #include <vector>
@@ -9,17 +11,15 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::Listing;
-using ::testing::Not;
+using testing::ProgramFolder;
 using testing::ProgramResult;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
+
+using Log = testing::ProgramTest;
 
 // Each line of a log, which is an object with a time, a level and an event.
 std::vector<nlohmann::json> LogLines(const std::string& err) {
@@ -49,13 +49,10 @@ nlohmann::json LineOf(const std::vector<nlohmann::json>& lines, const std::strin
 
 constexpr const char* kFrames = "export demo_drink -o body_%04d.ply --every 72 -f";
 
-TEST(Log, AsJsonHasProgressDetailsAndSummary) {
-  const TemporaryFolder folder;
-  const ProgramResult plain = RunHoldfast(folder.Path(), kFrames);
+TEST_F(Log, AsJsonHasProgressDetailsAndSummary) {
+  const ProgramResult plain = folder.Run(kFrames);
   EXPECT_EQ(plain.err, "");
-  const ProgramResult result =
-      RunHoldfast(folder.Path(), std::string(kFrames) + " --log json --verbose");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = folder.Run(std::string(kFrames) + " --log json --verbose");
   EXPECT_EQ(result.out, plain.out);
   const auto lines = LogLines(result.err);
   EXPECT_EQ(LineOf(lines, "loaded")["file"], "demo_drink");
@@ -68,38 +65,30 @@ TEST(Log, AsJsonHasProgressDetailsAndSummary) {
   EXPECT_EQ(LineOf(lines, "summary")["summary"]["format"], "ply");
 }
 
-TEST(Log, AsJsonHasNotesAndFaults) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "grasp cube -o grip.npz -q").exit_code, 0);
-  const ProgramResult note = RunHoldfast(folder.Path(), "export grip.npz -o a.bvh --log json");
+TEST_F(Log, AsJsonHasNotesAndFaults) {
+  folder.Run("grasp cube -o grip.npz -q");
+  const ProgramResult note = folder.Run("export grip.npz -o a.bvh --log json");
   EXPECT_THAT(LineOf(LogLines(note.err), "note")["message"].get<std::string>(),
               ::testing::StartsWith("a .bvh file stores only the skeleton"));
 
-  const ProgramResult fault = RunHoldfast(folder.Path(), "export none.npz -o a.glb --log json -q");
-  EXPECT_EQ(fault.exit_code, 1);
+  const ProgramResult fault = folder.Run("export none.npz -o a.glb --log json -q", 1);
   const auto error = LineOf(LogLines(fault.err), "error");
   EXPECT_EQ(error["level"], "error");
   EXPECT_EQ(error["where"], "none.npz");
   EXPECT_EQ(error["exit_code"], 1);
-  const ProgramResult usage = RunHoldfast(folder.Path(), "export a --log json --ouput b");
-  EXPECT_EQ(usage.exit_code, 2);
+  const ProgramResult usage = folder.Run("export a --log json --ouput b", 2);
   EXPECT_THAT(LineOf(LogLines(usage.err), "error")["message"].get<std::string>(),
               HasSubstr("--output"));
 }
 
-TEST(Log, QuietLeavesNothingButFaults) {
-  const TemporaryFolder folder;
-  EXPECT_EQ(RunHoldfast(folder.Path(), std::string(kFrames) + " -q --log json").err, "");
-  const ProgramResult both = RunHoldfast(folder.Path(), std::string(kFrames) + " -q -v");
-  EXPECT_EQ(both.exit_code, 2);
-  EXPECT_THAT(both.err, HasSubstr("--quiet excludes --verbose"));
+TEST_F(Log, QuietLeavesNothingButFaults) {
+  EXPECT_EQ(folder.Run(std::string(kFrames) + " -q --log json").err, "");
+  folder.Fails(std::string(kFrames) + " -q -v", 2, "--quiet excludes --verbose");
 }
 
-TEST(Log, VerboseTellsTheSolversEnd) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "grasp cube -o grip.npz -q").exit_code, 0);
-  const ProgramResult fit = RunHoldfast(folder.Path(), "fit grip.npz cube -o held --no-report -v");
-  ASSERT_EQ(fit.exit_code, 0) << fit.err;
+TEST_F(Log, VerboseTellsTheSolversEnd) {
+  folder.Run("grasp cube -o grip.npz -q");
+  const ProgramResult fit = folder.Run("fit grip.npz cube -o held --no-report -v");
   for (const char* said :
        {"loaded grip.npz: 1 frames", "loaded cube: ", "solver: frames: ", ", CPU time "}) {
     EXPECT_THAT(fit.err, HasSubstr(said));
@@ -107,7 +96,7 @@ TEST(Log, VerboseTellsTheSolversEnd) {
 }
 
 TEST(Config, SetsWhatTheCommandLineDoesNot) {
-  const TemporaryFolder folder;
+  const ProgramFolder folder;
   std::ofstream(folder / "jobs.toml") << "# for all\n"
                                          "threads = 1\n"
                                          "\n"
@@ -121,27 +110,20 @@ TEST(Config, SetsWhatTheCommandLineDoesNot) {
                                          "\n"
                                          "[grasp]\n"
                                          "at = [\n  0.1,\n  0.2, 0.3\n]\n";
-  const ProgramResult result =
-      RunHoldfast(folder.Path(), "export --config jobs.toml --end 9 --json -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = folder.Run("export --config jobs.toml --end 9 --json -q");
   EXPECT_EQ(nlohmann::json::parse(result.out)["frames"], 6);
-  EXPECT_EQ(RunHoldfast(folder.Path(), "export --config jobs.toml -q").exit_code, 1);  // no --force
+  folder.Run("export --config jobs.toml -q", 1);  // no --force
 
   // Printed, and read again.
-  const ProgramResult printed =
-      RunHoldfast(folder.Path(), "export --config jobs.toml --end 9 --print-config");
-  EXPECT_EQ(printed.exit_code, 0);
+  const ProgramResult printed = folder.Run("export --config jobs.toml --end 9 --print-config");
   EXPECT_THAT(printed.out, HasSubstr("[export]\nclip = \"demo_drink\"\noutput = \"a.npz\"\n"));
   EXPECT_THAT(printed.out, HasSubstr("\nend = 9\n"));
   EXPECT_THAT(printed.out, HasSubstr("\n# every = 1\n"));
   std::ofstream(folder / "again.toml") << printed.out;
-  const ProgramResult again =
-      RunHoldfast(folder.Path(), "export --config again.toml -o b.npz --json -q");
-  ASSERT_EQ(again.exit_code, 0) << again.err;
+  const ProgramResult again = folder.Run("export --config again.toml -o b.npz --json -q");
   EXPECT_EQ(nlohmann::json::parse(again.out)["frames"], 6);
-  const ProgramResult place =
-      RunHoldfast(folder.Path(), "grasp cube -o g.npz --config jobs.toml --print-config");
-  EXPECT_THAT(place.out, HasSubstr("\nat = [0.1, 0.2, 0.3]\n"));
+  EXPECT_THAT(folder.Run("grasp cube -o g.npz --config jobs.toml --print-config").out,
+              HasSubstr("\nat = [0.1, 0.2, 0.3]\n"));
 }
 
 TEST(Config, FaultsNameFileAndKey) {
@@ -174,25 +156,16 @@ TEST(Config, FaultsNameFileAndKey) {
       {deep, "config:1: has a section without ']'"},
       {std::string(2'000'000, '#'), "config: is larger than"}};
   for (const Fault& fault : faults) {
-    const TemporaryFolder folder;
+    const ProgramFolder folder;
     std::ofstream(folder / "config", std::ios::binary) << fault.text;
-    const ProgramResult result =
-        RunHoldfast(folder.Path(), "export demo_drink -o a.bvh --config config");
-    EXPECT_EQ(result.exit_code, 1) << fault.text.substr(0, 80);
-    EXPECT_THAT(result.err, HasSubstr(fault.said)) << fault.text.substr(0, 80);
-    EXPECT_EQ(Listing(folder.Path()), "config ");
+    folder.Fails("export demo_drink -o a.bvh --config config", 1, fault.said);
   }
-  const TemporaryFolder folder;
-  const auto error_of = [&](const std::string& name) {
-    const ProgramResult result =
-        RunHoldfast(folder.Path(), "export demo_drink -o a.bvh --config " + name, "mkfifo pipe;");
-    EXPECT_EQ(result.exit_code, 1);
-    std::filesystem::remove(folder / "pipe");
-    return result.err;
-  };
-  EXPECT_THAT(error_of("pipe"), HasSubstr("pipe: is not a regular file"));
-  EXPECT_THAT(error_of("."), HasSubstr(".: is a folder"));
-  EXPECT_THAT(error_of("none.toml"), HasSubstr("none.toml: does not exist"));
+  const ProgramFolder folder;
+  ASSERT_EQ(::mkfifo((folder / "pipe").c_str(), 0600), 0);
+  const std::string config = "export demo_drink -o a.bvh --config ";
+  folder.Fails(config + "pipe", 1, "pipe: is not a regular file");
+  folder.Fails(config + ".", 1, ".: is a folder");
+  folder.Fails(config + "none.toml", 1, "none.toml: does not exist");
 }
 
 }  // namespace

@@ -13,36 +13,33 @@
 #include "tests/generator/test_body.h"
 #include "tests/support/capture_folder.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::ProgramFolder;
 using testing::ProgramResult;
 using testing::ReadText;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
 
 class MakeReachDataTest : public ::testing::Test {
  protected:
   MakeReachDataTest() { testing::WriteCaptures(folder_ / "captures"); }
 
-  ProgramResult Make(const std::string& arguments) {
-    return RunHoldfast(folder_.Path(),
-                       "make-reach-data captures --held-out bob --quiet " + arguments);
-  }
+  void Make(const std::string& arguments) { folder_.Run(kMake + arguments); }
 
-  TemporaryFolder folder_;
+  const std::string kMake = "make-reach-data captures --held-out bob --quiet ";
+
+  ProgramFolder folder_;
 };
 
 TEST_F(MakeReachDataTest, IsTheSameOnAnyNumberOfThreadsAndWhenItGoesOn) {
-  ASSERT_EQ(Make("-o one --hours 0.02 --threads 1").exit_code, 0);
-  ASSERT_EQ(Make("-o two --hours 0.02 --threads 3").exit_code, 0);
+  Make("-o one --hours 0.02 --threads 1");
+  Make("-o two --hours 0.02 --threads 3");
   // Half of it, something lost, and then all.
-  ASSERT_EQ(Make("-o parts --hours 0.01").exit_code, 0);
-  ASSERT_EQ(Make("-o parts --hours 0.02").exit_code, 0);
-  const auto manifest = nlohmann::json::parse(ReadText(folder_ / "one" / "manifest.json"));
+  Make("-o parts --hours 0.01");
+  Make("-o parts --hours 0.02");
+  const auto manifest = folder_.ReadJson("one/manifest.json");
   EXPECT_TRUE(manifest["complete"]);
   int files = 0;
   for (const auto& line : manifest["clips"]) {
@@ -54,18 +51,18 @@ TEST_F(MakeReachDataTest, IsTheSameOnAnyNumberOfThreadsAndWhenItGoesOn) {
     EXPECT_EQ(ReadText(folder_ / "parts" / name), bytes) << name;
   }
   EXPECT_GT(files, 0);
-  EXPECT_EQ(ReadText(folder_ / "two" / "manifest.json"),
-            ReadText(folder_ / "one" / "manifest.json"));
-  EXPECT_EQ(ReadText(folder_ / "parts" / "manifest.json"),
-            ReadText(folder_ / "one" / "manifest.json"));
+  for (const char* same : {"two", "parts"}) {
+    EXPECT_EQ(ReadText(folder_ / same / "manifest.json"),
+              ReadText(folder_ / "one" / "manifest.json"));
+  }
 }
 
 // A right wrist is at the goal in the frame that the file says, and stays there.
 TEST_F(MakeReachDataTest, OptimizedReachesAreAtTheirGoals) {
-  ASSERT_EQ(Make("-o one --hours 0.01 --optimized 4 --threads 1").exit_code, 0);
-  ASSERT_EQ(Make("-o parts --hours 0.01 --optimized 2 --threads 2").exit_code, 0);
+  Make("-o one --hours 0.01 --optimized 4 --threads 1");
+  Make("-o parts --hours 0.01 --optimized 2 --threads 2");
   std::filesystem::remove(folder_ / "parts" / "optimized" / "reach_00000.npz");  // is made again
-  ASSERT_EQ(Make("-o parts --hours 0.01 --optimized 4 --threads 2").exit_code, 0);
+  Make("-o parts --hours 0.01 --optimized 4 --threads 2");
   const std::filesystem::path folder = folder_ / "one" / "optimized";
   const std::string text = ReadText(folder / "manifest.json");
   EXPECT_EQ(ReadText(folder_ / "parts" / "optimized" / "manifest.json"), text);
@@ -97,13 +94,11 @@ TEST_F(MakeReachDataTest, OptimizedReachesAreAtTheirGoals) {
 }
 
 TEST_F(MakeReachDataTest, LabelsGoalsAndKeepsHeldOutSubjectsAway) {
-  const ProgramResult result = Make("-o made --hours 0.01 --json");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_GT(nlohmann::json::parse(result.out)["summary"]["hours"], 0.01);
+  EXPECT_GT(folder_.Json(kMake + "-o made --hours 0.01")["summary"]["hours"], 0.01);
   EXPECT_TRUE(
       std::filesystem::exists(folder_ / "made" / "captured" / "held_out" / "walk_other.npz"));
   EXPECT_TRUE(std::filesystem::exists(folder_ / "made" / "captured" / "train" / "walk.npz"));
-  const auto manifest = nlohmann::json::parse(ReadText(folder_ / "made" / "manifest.json"));
+  const auto manifest = folder_.ReadJson("made/manifest.json");
   for (const auto& line : manifest["clips"]) {
     if (!line.contains("file")) continue;
     EXPECT_THAT(line["sources"].dump(), Not(HasSubstr("walk_other")));
@@ -119,24 +114,20 @@ TEST_F(MakeReachDataTest, LabelsGoalsAndKeepsHeldOutSubjectsAway) {
       EXPECT_LT((state.joints.col(21) - Eigen::Vector3d(&goals[3 * k])).norm(), 0.01);
     }
   }
+  folder_.Fails(kMake + "-o made --hours 0.01 --seed 2", 1, "--force");
 }
 
 TEST_F(MakeReachDataTest, AFullDiskIsNotTheClipsFault) {
-  const ProgramResult result = RunHoldfast(
-      folder_.Path(), "make-reach-data captures -o made --hours 0.01 --quiet --held-out bob",
-      "trap '' XFSZ; ulimit -f 8;");
-  EXPECT_EQ(result.exit_code, 1);
+  const ProgramResult result =
+      folder_.Run(kMake + "-o made --hours 0.01", 1, "trap '' XFSZ; ulimit -f 8;");
   EXPECT_THAT(result.err, HasSubstr("could not be written"));
   EXPECT_THAT(result.err, HasSubstr("made/captured/"));
 }
 
 TEST_F(MakeReachDataTest, KeepsAClipByNameAway) {
-  const ProgramResult result = RunHoldfast(
-      folder_.Path(),
-      "make-reach-data captures -o made --hours 0.01 --pace 0.9 --quiet --held-out low");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  folder_.Run("make-reach-data captures -o made --hours 0.01 --pace 0.9 --quiet --held-out low");
   EXPECT_TRUE(std::filesystem::exists(folder_ / "made" / "captured" / "held_out" / "low.npz"));
-  const auto manifest = nlohmann::json::parse(ReadText(folder_ / "made" / "manifest.json"));
+  const auto manifest = folder_.ReadJson("made/manifest.json");
   EXPECT_EQ(manifest["options"]["pace"], 0.9);
   for (const auto& line : manifest["clips"]) {
     if (!line.contains("file")) continue;
@@ -145,25 +136,16 @@ TEST_F(MakeReachDataTest, KeepsAClipByNameAway) {
 }
 
 TEST_F(MakeReachDataTest, SaysWhatIsWrong) {
-  EXPECT_THAT(RunHoldfast(folder_.Path(), "make-reach-data nowhere -o x").err,
-              HasSubstr("is not a folder"));
-  EXPECT_THAT(RunHoldfast(folder_.Path(), "make-reach-data captures --held-out eve -o x").err,
+  folder_.Fails("make-reach-data nowhere -o x", 1, "is not a folder");
+  // The imported clips stay for the next attempt.
+  EXPECT_THAT(folder_.Run("make-reach-data captures --held-out eve -o x", 1).err,
               HasSubstr("Subjects: ann, bob"));
-  ASSERT_EQ(Make("-o made --hours 0.01").exit_code, 0);
-  const ProgramResult other = Make("-o made --hours 0.01 --seed 2");
-  EXPECT_EQ(other.exit_code, 1);
-  EXPECT_THAT(other.err, HasSubstr("--force"));
   std::filesystem::remove(folder_ / "captures" / "low.npz");
   std::filesystem::remove(folder_ / "captures" / "walk.npz");
-  const ProgramResult absent = RunHoldfast(folder_.Path(), "make-reach-data captures -o z");
-  EXPECT_EQ(absent.exit_code, 1);
-  EXPECT_THAT(absent.err, HasSubstr("index.csv: lists 5 files, of which 2 are missing: "
-                                    "walk.npz, low.npz"));
-  EXPECT_FALSE(std::filesystem::exists(folder_ / "z"));
+  folder_.Fails("make-reach-data captures -o z", 1,
+                "index.csv: lists 5 files, of which 2 are missing: walk.npz, low.npz");
   std::ofstream(folder_ / "captures" / "index.csv") << "file,subject\nstand.npz\n";
-  const ProgramResult index = RunHoldfast(folder_.Path(), "make-reach-data captures -o y");
-  EXPECT_EQ(index.exit_code, 1);
-  EXPECT_THAT(index.err, HasSubstr("index.csv, line 2"));
+  folder_.Fails("make-reach-data captures -o y", 1, "index.csv, line 2");
 }
 
 }  // namespace

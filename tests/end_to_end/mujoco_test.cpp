@@ -11,7 +11,6 @@
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 #ifdef HOLDFAST_HAS_MUJOCO
 #include <mujoco/mujoco.h>
@@ -20,9 +19,7 @@
 namespace holdfast {
 namespace {
 
-using testing::ProgramResult;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
+using MuJoCo = testing::ProgramTest;
 
 #ifdef HOLDFAST_HAS_MUJOCO
 
@@ -61,9 +58,8 @@ class Simulation {
   mjData* data_ = nullptr;
 };
 
-TEST(MuJoCo, ShowsObjectAndHandsWhereTheClipHasThem) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export demo_drink -o held.npz --end 20 -q").exit_code, 0);
+TEST_F(MuJoCo, ShowsObjectAndHandsWhereTheClipHasThem) {
+  folder.Run("export demo_drink -o held.npz --end 20 -q");
   Clip clip = ReadClip(folder / "held.npz");
   ObjectTrack track;
   track.name = "mug";
@@ -71,10 +67,7 @@ TEST(MuJoCo, ShowsObjectAndHandsWhereTheClipHasThem) {
   track.orient = Eigen::Matrix3Xd::Constant(3, clip.NumFrames(), 0.4);
   clip.object = track;
   WriteClip(clip, folder / "held.npz");
-  const ProgramResult result =
-      RunHoldfast(folder.Path(), "export held.npz -o scene.xml --every 3 --density 2000 --json -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const auto summary = nlohmann::json::parse(result.out);
+  const auto summary = folder.Json("export held.npz -o scene.xml --every 3 --density 2000 -q");
 
   Simulation scene(folder / "scene.xml");
   EXPECT_EQ(scene.Model().nkey, 7);
@@ -102,10 +95,9 @@ TEST(MuJoCo, ShowsObjectAndHandsWhereTheClipHasThem) {
 }
 
 // Half a second of gravity and contact: what the hand holds stays in it.
-TEST(MuJoCo, AGraspedBallDoesNotFall) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "grasp sphere -o grip.npz -q").exit_code, 0);
-  ASSERT_EQ(RunHoldfast(folder.Path(), "export grip.npz -o scene.xml -q").exit_code, 0);
+TEST_F(MuJoCo, AGraspedBallDoesNotFall) {
+  folder.Run("grasp sphere -o grip.npz -q");
+  folder.Run("export grip.npz -o scene.xml -q");
   Simulation scene(folder / "scene.xml");
   scene.ToKeyFrame(0);
   const Eigen::Vector3d before = scene.Pose(scene.Body("object")).translation();
@@ -155,21 +147,13 @@ Played Play(const std::filesystem::path& path, const char* wrist, bool follow_ct
 }
 
 // What passes the trial stays in the exported hand for the whole clip, in MuJoCo's own loop.
-TEST(MuJoCo, WhatPassesTheTrialIsHeldForTheWholeClip) {
-  const TemporaryFolder folder;
+TEST_F(MuJoCo, WhatPassesTheTrialIsHeldForTheWholeClip) {
   for (const char* object : {"mug", "apple"}) {
     SCOPED_TRACE(object);
-    ASSERT_EQ(RunHoldfast(folder.Path(),
-                          std::string("fit demo_drink ") + object + " -o held -f -q --no-report")
-                  .exit_code,
-              0);
-    const auto score =
-        nlohmann::json::parse(RunHoldfast(folder.Path(), "score held --physics --json -q").out);
+    folder.Run(std::string("fit demo_drink ") + object + " -o held -f -q --no-report");
+    const auto score = folder.Json("score held --physics -q");
     ASSERT_NE(score.dump().find("\"held_directions\":6"), std::string::npos) << score.dump(1);
-    const ProgramResult result =
-        RunHoldfast(folder.Path(), "export held -o scene.xml -f -q --json");
-    ASSERT_EQ(result.exit_code, 0) << result.err;
-    const auto summary = nlohmann::json::parse(result.out);
+    const auto summary = folder.Json("export held -o scene.xml -f -q");
     EXPECT_EQ(summary["simulated_hands"], 1);
     EXPECT_EQ(summary["hand_pieces"], 32);
     for (const bool follow_ctrl : {true, false}) {
@@ -182,7 +166,7 @@ TEST(MuJoCo, WhatPassesTheTrialIsHeldForTheWholeClip) {
 
 #else
 
-TEST(MuJoCo, ShowsObjectAndHandsWhereTheClipHasThem) {
+TEST_F(MuJoCo, ShowsObjectAndHandsWhereTheClipHasThem) {
   GTEST_SKIP() << "built without MuJoCo (libmujoco-dev)";
 }
 

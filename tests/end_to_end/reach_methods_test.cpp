@@ -14,7 +14,6 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "tests/geometry/mesh_shapes.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 #include "tests/support/wandr_scene.h"
 
 namespace holdfast {
@@ -23,42 +22,37 @@ namespace {
 using Eigen::Vector3d;
 using ::testing::HasSubstr;
 using testing::Listing;
-using ::testing::Not;
+using testing::ProgramFolder;
 using testing::ProgramResult;
 using testing::ReadText;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
 
 // With the network that is built in.
 class ReachMethods : public ::testing::Test {
  protected:
-  std::filesystem::path Path(const std::string& name) const { return folder_.Path() / name; }
   ProgramResult Reach(const std::string& arguments) const {
-    return RunHoldfast(folder_.Path(), "reach --no-report " + arguments);
+    return folder_.Run("reach --no-report " + arguments);
   }
   nlohmann::json Metrics(const std::string& output) const {
-    return nlohmann::json::parse(ReadText(Path(output) / "metrics.json"));
+    return folder_.ReadJson(output + "/metrics.json");
+  }
+  wandr::StateMatrix<double> States(const std::string& output) const {
+    return wandr::StatesOfClip(ReadClip(folder_ / (output + "/clip.npz")));
   }
   // Of a wrist and a place, in a frame of the clip.
   double Distance(const std::string& output, int frame, Side side, const Vector3d& goal) const {
-    const wandr::StateMatrix<double> states =
-        wandr::StatesOfClip(ReadClip(Path(output) / "clip.npz"));
-    return (wandr::WristPosition(wandr::testing::DefaultBones(),
-                                 wandr::PoseOf<double>(states.col(frame)), side) -
-            goal)
-        .norm();
+    const auto pose = wandr::PoseOf<double>(States(output).col(frame));
+    return (wandr::WristPosition(wandr::testing::DefaultBones(), pose, side) - goal).norm();
   }
 
-  TemporaryFolder folder_;
+  ProgramFolder folder_;
 };
 
 TEST_F(ReachMethods, LatentOptimizationPutsTheWristThere) {
   const ProgramResult result =
       Reach("--goal 0.3,-1.3,1.1 --method latent-opt --samples 2 --all -o out");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
   EXPECT_THAT(result.out, HasSubstr("1 of 1 goal reached"));
   EXPECT_THAT(result.out, HasSubstr("best of 2 with latent-opt; 2 reach the goal"));
-  EXPECT_EQ(Listing(Path("out")), "clip.npz metrics.json samples ");
+  EXPECT_EQ(Listing(folder_ / "out"), "clip.npz metrics.json samples ");
   const nlohmann::json metrics = Metrics("out");
   EXPECT_EQ(metrics["options"]["method"], "latent-opt");
   EXPECT_EQ(metrics["options"]["samples"], 2);
@@ -74,14 +68,13 @@ TEST_F(ReachMethods, LatentOptimizationPutsTheWristThere) {
   // The clip has what the metrics say.
   EXPECT_NEAR(Distance("out", goal["closest_frame"], Side::kRight, {0.3, -1.3, 1.1}),
               goal["closest_m"].get<double>(), 1e-4);
-  EXPECT_EQ(RunHoldfast(folder_.Path(), "score out").exit_code, 0);
+  folder_.Run("score out");
 }
 
 TEST_F(ReachMethods, WithoutRefitItIsTheNetworksMotion) {
   const std::string reach = "--goal 0.3,-1.3,1.1 --method latent-opt --samples 1 ";
-  ASSERT_EQ(Reach(reach + "-o touched").exit_code, 0);
-  const ProgramResult result = Reach(reach + "--no-refit -o bare");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  Reach(reach + "-o touched");
+  Reach(reach + "--no-refit -o bare");
   const nlohmann::json bare = Metrics("bare");
   EXPECT_EQ(bare["options"]["refit"], false);
   EXPECT_FALSE(bare.contains("refit"));
@@ -89,15 +82,14 @@ TEST_F(ReachMethods, WithoutRefitItIsTheNetworksMotion) {
   EXPECT_GT(bare["goals"][0]["closest_m"].get<double>(), 1e-5);
   EXPECT_LT(Metrics("touched")["goals"][0]["closest_m"].get<double>(),
             bare["goals"][0]["closest_m"].get<double>());
-  const Clip a = ReadClip(Path("bare/clip.npz")), b = ReadClip(Path("touched/clip.npz"));
+  const Clip a = ReadClip(folder_ / "bare/clip.npz"), b = ReadClip(folder_ / "touched/clip.npz");
   ASSERT_EQ(a.NumFrames(), b.NumFrames());
   EXPECT_LT((a.trans - b.trans).colwise().norm().maxCoeff(), 0.1) << "the same motion, touched up";
 }
 
 TEST_F(ReachMethods, TheBaselineOfThePaper) {
-  const ProgramResult result = Reach("--goal 0.3,-1.0,1.1 --method vae-opt --samples 1 -o out");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("with vae-opt"));
+  EXPECT_THAT(Reach("--goal 0.3,-1.0,1.1 --method vae-opt --samples 1 -o out").out,
+              HasSubstr("with vae-opt"));
   const nlohmann::json metrics = Metrics("out");
   EXPECT_EQ(metrics["options"]["method"], "vae-opt");
   EXPECT_LT(metrics["goals"][0]["closest_m"].get<double>(), 0.05);
@@ -115,9 +107,7 @@ TEST_F(ReachMethods, TheBaselinesOptimizersByName) {
   const std::pair<std::string, std::string> kNames[] = {
       {"lbfgs", "LBFGS"}, {"lbfgs-step1", "LBFGS_STEP_ONE"}, {"adam", "ADAM"}};
   for (const auto& [name, minimizer] : kNames) {
-    const ProgramResult result =
-        Reach(reach + "--prior-weight 1e-5 --optimizer " + name + " -o " + name);
-    ASSERT_EQ(result.exit_code, 0) << result.err;
+    Reach(reach + "--prior-weight 1e-5 --optimizer " + name + " -o " + name);
     const nlohmann::json metrics = Metrics(name);
     EXPECT_EQ(metrics["options"]["vae_opt"]["optimizer"], name);
     EXPECT_EQ(metrics["options"]["vae_opt"]["iterations"], 12);
@@ -131,10 +121,7 @@ TEST_F(ReachMethods, TheBaselinesOptimizersByName) {
 
 TEST_F(ReachMethods, TheLeftWristReachesAsWell) {
   for (const std::string method : {"latent-opt", "vae-opt"}) {
-    ASSERT_EQ(
-        Reach("--goal 0.3,-1.0,1.1 --wrist left --samples 1 --method " + method + " -o " + method)
-            .exit_code,
-        0);
+    Reach("--goal 0.3,-1.0,1.1 --wrist left --samples 1 --method " + method + " -o " + method);
     const nlohmann::json metrics = Metrics(method);
     EXPECT_EQ(metrics["options"]["wrist"], "left");
     const nlohmann::json& goal = metrics["goals"][0];
@@ -150,10 +137,10 @@ TEST_F(ReachMethods, TheLeftWristReachesAsWell) {
 TEST_F(ReachMethods, TheSameBytesOnAnyThreads) {
   const std::string reach =
       "--goal 0.3,-0.9,1.1 --goal -0.3,-1.2,0.9 --method latent-opt --samples 2 --quiet ";
-  ASSERT_EQ(Reach(reach + "--threads 1 -o one").exit_code, 0);
-  ASSERT_EQ(Reach(reach + "--threads 2 -o two").exit_code, 0);
-  EXPECT_EQ(ReadText(Path("one/clip.npz")), ReadText(Path("two/clip.npz")));
-  EXPECT_EQ(ReadText(Path("one/metrics.json")), ReadText(Path("two/metrics.json")));
+  Reach(reach + "--threads 1 -o one");
+  Reach(reach + "--threads 2 -o two");
+  EXPECT_EQ(ReadText(folder_ / "one/clip.npz"), ReadText(folder_ / "two/clip.npz"));
+  EXPECT_EQ(ReadText(folder_ / "one/metrics.json"), ReadText(folder_ / "two/metrics.json"));
   const nlohmann::json metrics = Metrics("one");
   EXPECT_EQ(metrics["summary"]["goals_reached"], 2);
   EXPECT_EQ(metrics["goals"][0]["left_frame"], metrics["goals"][1]["taken_on_frame"]);
@@ -162,7 +149,6 @@ TEST_F(ReachMethods, TheSameBytesOnAnyThreads) {
 TEST_F(ReachMethods, SaysWhyAGoalIsMissed) {
   const auto why = [&](const std::string& arguments, const std::string& output) {
     const ProgramResult result = Reach(arguments + " --samples 1 -o " + output);
-    EXPECT_EQ(result.exit_code, 0) << result.err;
     EXPECT_THAT(result.out, HasSubstr("0 of 1 goal reached"));
     const nlohmann::json goal = Metrics(output)["goals"][0];
     EXPECT_EQ(goal["reached"], false);
@@ -179,16 +165,14 @@ TEST_F(ReachMethods, SaysWhyAGoalIsMissed) {
 
 TEST_F(ReachMethods, GoesAroundAnObstacle) {
   const Vector3d low(-0.2, -1.1, 0.0), high(0.2, -0.8, 1.0);
-  WriteMesh(testing::Box(low, high), Path("pillar.obj"));
+  WriteMesh(testing::Box(low, high), folder_ / "pillar.obj");
   const std::string reach = "--goal 0,-2,1.1 --method latent-opt --samples 2 ";
-  ASSERT_EQ(Reach(reach + "-o through").exit_code, 0);
-  const ProgramResult result = Reach(reach + "--obstacle pillar.obj -o around");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  Reach(reach + "-o through");
+  Reach(reach + "--obstacle pillar.obj -o around");
   EXPECT_EQ(Metrics("around")["options"]["obstacles"], nlohmann::json({"pillar.obj"}));
   EXPECT_EQ(Metrics("around")["goals"][0]["reached"], true);
   const auto deepest = [&](const std::string& output) {
-    const wandr::StateMatrix<double> states =
-        wandr::StatesOfClip(ReadClip(Path(output) / "clip.npz"));
+    const wandr::StateMatrix<double> states = States(output);
     double depth = -INFINITY;
     for (Eigen::Index t = 0; t < states.cols(); ++t) {
       wandr::BodyKinematics<double> at;
@@ -205,33 +189,26 @@ TEST_F(ReachMethods, GoesAroundAnObstacle) {
 
   // The left wrist's way is found in a mirror: a goal in a pillar that is aside is refused, in its
   // mirror image it is not.
-  WriteMesh(testing::Box({0.1, -0.9, 0.0}, {0.6, -0.7, 1.2}), Path("aside.obj"));
+  WriteMesh(testing::Box({0.1, -0.9, 0.0}, {0.6, -0.7, 1.2}), folder_ / "aside.obj");
   const std::string aside =
       "--wrist left --method latent-opt --samples 1 --obstacle aside.obj --time 1.5 ";
-  const ProgramResult inside = Reach(aside + "--goal 0.3,-0.8,1.1 -o inside");
-  EXPECT_EQ(inside.exit_code, 1);
-  EXPECT_THAT(inside.err, HasSubstr("is 0.10 m inside the obstacle aside.obj"));
-  EXPECT_FALSE(std::filesystem::exists(Path("inside")));
-  const ProgramResult outside = Reach(aside + "--goal -0.3,-0.8,1.1 -o outside");
-  EXPECT_EQ(outside.exit_code, 0) << outside.err;
+  folder_.Fails("reach --no-report " + aside + "--goal 0.3,-0.8,1.1 -o inside", 1,
+                "is 0.10 m inside the obstacle aside.obj");
+  Reach(aside + "--goal -0.3,-0.8,1.1 -o outside");
 }
 
 TEST_F(ReachMethods, ArrivesWhenItSuitsOrFromWhereItIsAsked) {
   const std::string reach = "--goal 0.3,-1.0,1.1 --method latent-opt --samples 1 ";
-  const ProgramResult free = Reach(reach + "--free-time -o free");
-  ASSERT_EQ(free.exit_code, 0) << free.err;
+  Reach(reach + "--free-time -o free");
   EXPECT_EQ(Metrics("free")["options"]["free_time"], true);
   EXPECT_LT(Metrics("free")["goals"][0]["closest_m"].get<double>(), 0.02);
 
   for (const Side side : {Side::kRight, Side::kLeft}) {
     const std::string name = side == Side::kRight ? "right" : "left";
-    const ProgramResult asked =
-        Reach(reach + "--approach 0.5,-0.7,-0.5 --wrist " + name + " -o " + name);
-    ASSERT_EQ(asked.exit_code, 0) << asked.err;
+    Reach(reach + "--approach 0.5,-0.7,-0.5 --wrist " + name + " -o " + name);
     const nlohmann::json goal = Metrics(name)["goals"][0];
     EXPECT_LT(goal["closest_m"].get<double>(), 0.01);
-    const wandr::StateMatrix<double> states =
-        wandr::StatesOfClip(ReadClip(Path(name) / "clip.npz"));
+    const wandr::StateMatrix<double> states = States(name);
     wandr::BodyKinematics<double> at;
     wandr::ForwardKinematics(wandr::testing::DefaultBones(),
                              wandr::PoseOf<double>(states.col(goal["due_frame"].get<int>())), at);
@@ -243,15 +220,12 @@ TEST_F(ReachMethods, ArrivesWhenItSuitsOrFromWhereItIsAsked) {
 
 TEST_F(ReachMethods, BadInputIsNamed) {
   const auto fails = [&](const std::string& arguments, int code, const std::string& says) {
-    const ProgramResult result = Reach("--goal 0.3,-1,1.1 " + arguments + " -o bad");
-    EXPECT_EQ(result.exit_code, code) << arguments << result.err;
-    EXPECT_THAT(result.err + result.out, HasSubstr(says)) << arguments;
-    EXPECT_FALSE(std::filesystem::exists(Path("bad"))) << arguments;
+    folder_.Fails("reach --no-report --goal 0.3,-1,1.1 -o bad " + arguments, code, says);
   };
-  std::ofstream(Path("broken.obj")) << "v 1 2 x\n";
+  std::ofstream(folder_ / "broken.obj") << "v 1 2 x\n";
   fails("--method latent-opt --obstacle broken.obj", 1, "broken.obj:1");
   fails("--method latent-opt --obstacle nowhere.obj", 1, "nowhere.obj: does not exist");
-  std::ofstream(Path("empty.obj")) << "";
+  std::ofstream(folder_ / "empty.obj") << "";
   fails("--method latent-opt --obstacle empty.obj", 1, "empty.obj");
   fails("--obstacle broken.obj", 1, "Add --method latent-opt");
   fails("--method latent", 2, "latent-opt");
@@ -271,12 +245,12 @@ TEST_F(ReachMethods, BadInputIsNamed) {
 }
 
 TEST_F(ReachMethods, TakesAnObjectFromATableAndCarriesIt) {
-  const ProgramResult result = Reach(
-      "--object mug --grasp --goal 0.6,-1.2,0.8 --goal -0.5,-1.4,1.0 --method latent-opt "
-      "--samples 2 -o taken");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.out, HasSubstr("mug taken after"));
-  EXPECT_EQ(Listing(Path("taken")), "clip.npz metrics.json object.ply table.ply ");
+  EXPECT_THAT(
+      Reach("--object mug --grasp --goal 0.6,-1.2,0.8 --goal -0.5,-1.4,1.0 --method latent-opt "
+            "--samples 2 -o taken")
+          .out,
+      HasSubstr("mug taken after"));
+  EXPECT_EQ(Listing(folder_ / "taken"), "clip.npz metrics.json object.ply table.ply ");
   const nlohmann::json metrics = Metrics("taken");
   EXPECT_EQ(metrics["schema"], "holdfast/reach-take/1");
   const nlohmann::json& summary = metrics["summary"];
@@ -285,7 +259,7 @@ TEST_F(ReachMethods, TakesAnObjectFromATableAndCarriesIt) {
   EXPECT_LT(summary["body_in_table_mm"].get<double>(), 20.0);
   EXPECT_GT(summary["contact"]["frames_in_contact_ratio"].get<double>(), 0.95);
 
-  const Clip clip = ReadClip(Path("taken/clip.npz"));
+  const Clip clip = ReadClip(folder_ / "taken/clip.npz");
   EXPECT_EQ(clip.NumFrames(), summary["frames"].get<int>());
   ASSERT_TRUE(clip.object.has_value());
   ASSERT_TRUE(clip.table.has_value());
@@ -300,7 +274,7 @@ TEST_F(ReachMethods, TakesAnObjectFromATableAndCarriesIt) {
     EXPECT_LT((clip.object->trans.col(t) - clip.object->trans.col(0)).norm(), 5e-4) << t;
     EXPECT_LT((clip.object->orient.col(t) - clip.object->orient.col(0)).norm(), 5e-3) << t;
   }
-  const TriangleMesh mug = ReadMesh(Path("taken/object.ply"));
+  const TriangleMesh mug = ReadMesh(folder_ / "taken/object.ply");
   const auto bottom = [&](int frame) {
     const Eigen::Matrix3d R = ExpSO3(clip.object->orient.col(frame));
     return ((R * mug.vertices).colwise() + clip.object->trans.col(frame)).row(2).minCoeff();
@@ -309,7 +283,7 @@ TEST_F(ReachMethods, TakesAnObjectFromATableAndCarriesIt) {
   EXPECT_NEAR(clip.table->trans(2, 0), 0.8, 1e-3);
   EXPECT_NEAR(bottom(clip.NumFrames() - 1), 1.0, 0.02);
   EXPECT_GT((clip.object->trans.rightCols<1>() - clip.object->trans.col(0)).head<2>().norm(), 0.9);
-  EXPECT_EQ(RunHoldfast(folder_.Path(), "score taken").exit_code, 0);
+  folder_.Run("score taken");
 }
 
 }  // namespace

@@ -14,16 +14,15 @@
 #include "geometry/rotation.h"
 #include "tests/support/program.h"
 #include "tests/support/published_files.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using ::testing::HasSubstr;
-using testing::ProgramResult;
+using testing::ProgramFolder;
 using testing::ReadText;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
+
+using Refine = testing::ProgramTest;
 
 double RootMeanSquareTo(const Clip& truth, const Clip& clip) {
   return (clip.object->trans - truth.object->trans).norm() /
@@ -40,9 +39,8 @@ double Jitter(const Clip& clip) {
       .mean();
 }
 
-TEST(Refine, TakesOutNoiseJitterAndPenetration) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink mug -o fit --quiet").exit_code, 0);
+TEST_F(Refine, TakesOutNoiseJitterAndPenetration) {
+  folder.Run("fit demo_drink mug -o fit --quiet");
   const Clip truth = ReadClip(folder / "fit/clip.npz");
   Clip noisy = truth;
   noisy.holding_hand.clear();
@@ -59,10 +57,7 @@ TEST(Refine, TakesOutNoiseJitterAndPenetration) {
   }
   WriteClip(noisy, folder / "noisy.npz");
 
-  const ProgramResult run =
-      RunHoldfast(folder.Path(), "refine noisy.npz --object fit/object.ply -o clean --json");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
-  const nlohmann::json summary = nlohmann::json::parse(run.out);
+  const nlohmann::json summary = folder.Json("refine noisy.npz --object fit/object.ply -o clean");
   EXPECT_EQ(summary["schema"], "holdfast/refine/1");
   EXPECT_GT(summary["before"]["frames_deeper_than_2_mm"].get<int>(), 20);
   EXPECT_EQ(summary["after"]["frames_deeper_than_2_mm"], 0);
@@ -79,42 +74,22 @@ TEST(Refine, TakesOutNoiseJitterAndPenetration) {
   EXPECT_LT(Jitter(clean), 1.1 * Jitter(truth));
   EXPECT_LT(RootMeanSquareTo(truth, clean), 0.002);
   EXPECT_GT(RootMeanSquareTo(truth, noisy), 0.008);
-  const nlohmann::json metrics = nlohmann::json::parse(ReadText(folder / "clean/metrics.json"));
+  const nlohmann::json metrics = folder.ReadJson("clean/metrics.json");
   EXPECT_EQ(metrics["per_frame"]["distance_to_data_mm"].size(), clean.pose.size());
   EXPECT_EQ(metrics["per_frame"]["penetration_depth_mm"].size(), clean.pose.size());
-
-  // The same bytes on any number of threads.
-  ASSERT_EQ(RunHoldfast(folder.Path(),
-                        "refine noisy.npz --object fit/object.ply -o again --threads 1 --quiet")
-                .exit_code,
-            0);
-  for (const char* file : {"clip.npz", "metrics.json", "object.ply"}) {
-    EXPECT_EQ(ReadText(folder / (std::string("clean/") + file)),
-              ReadText(folder / (std::string("again/") + file)))
-        << file;
-  }
 }
 
 // A GRAB file of another person, on the embedded body: the hand is deep in the mug.
-TEST(Refine, NeverLeavesADeeperFrameThanItFound) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(
-      RunHoldfast(folder.Path(), "fit demo_drink mug -o held -q --no-report --end 12").exit_code,
-      0);
+TEST_F(Refine, NeverLeavesADeeperFrameThanItFound) {
+  folder.Run("fit demo_drink mug -o held -q --no-report --end 12");
   for (const std::string betas : {"0,-3", "3,1"}) {
     const std::string other = "of_" + betas;
-    ASSERT_EQ(RunHoldfast(folder.Path(),
-                          "transfer held --betas=" + betas + " -o " + other + " -q --no-report")
-                  .exit_code,
-              0);
+    folder.Run("transfer held --betas=" + betas + " -o " + other + " -q --no-report");
     const TriangleMesh mug = ReadMesh(folder / (other + "/object.ply"));
     WriteMesh(mug, folder / "mug.ply");
     testing::WriteGrab(ReadClip(folder / (other + "/clip.npz")), "mug.ply",
                        static_cast<std::size_t>(mug.NumVertices()), folder / "grab.npz");
-    const ProgramResult run =
-        RunHoldfast(folder.Path(), "refine grab.npz -o clean_" + betas + " --json");
-    ASSERT_EQ(run.exit_code, 0) << run.err;
-    const nlohmann::json summary = nlohmann::json::parse(run.out);
+    const nlohmann::json summary = folder.Json("refine grab.npz -o clean_" + betas);
     const auto deepest = [&](const char* when) {
       return summary[when]["max_penetration_depth_mm"].get<double>();
     };
@@ -124,44 +99,28 @@ TEST(Refine, NeverLeavesADeeperFrameThanItFound) {
   }
 }
 
-TEST(Refine, RefusesAnObjectThatTheTrajectoryIsNotOf) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink mug --end 3 -q -o held").exit_code, 0);
-  const ProgramResult run =
-      RunHoldfast(folder.Path(), "refine held/clip.npz --object apple -o out -q");
-  EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.err, HasSubstr("apple: is not the object of the clip's trajectory"));
-  EXPECT_THAT(run.err, HasSubstr("holdfast fit held/clip.npz apple"));
+TEST_F(Refine, RefusesAnObjectThatTheTrajectoryIsNotOf) {
+  folder.Run("fit demo_drink mug --end 3 -q -o held");
+  EXPECT_THAT(folder.Run("refine held/clip.npz --object apple -o out -q", 1).err,
+              ::testing::AllOf(HasSubstr("apple: is not the object of the clip's trajectory"),
+                               HasSubstr("holdfast fit held/clip.npz apple")));
   EXPECT_EQ(testing::Listing(folder.Path()), "held ");
 }
 
-TEST(Refine, SaysWhatIsMissing) {
-  const TemporaryFolder folder;
-  ProgramResult run = RunHoldfast(folder.Path(), "refine demo_drink -o out");
-  EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.err, HasSubstr("has no object trajectory to refine"));
-  run = RunHoldfast(folder.Path(), "refine nothing.npz -o out");
-  EXPECT_EQ(run.exit_code, 1);
-  run = RunHoldfast(folder.Path(), "refine demo_drink");
-  EXPECT_EQ(run.exit_code, 2);
-  run = RunHoldfast(folder.Path(), "refine --help");
-  EXPECT_EQ(run.exit_code, 0);
-  EXPECT_THAT(run.out, HasSubstr("holdfast refine captured.npz --object mug.obj -o clean"));
-  EXPECT_EQ(testing::Listing(folder.Path()), "");
+TEST_F(Refine, SaysWhatIsMissing) {
+  folder.Fails("refine demo_drink -o out", 1, "has no object trajectory to refine");
+  folder.Fails("refine nothing.npz -o out", 1, "nothing.npz");
+  folder.Fails("refine demo_drink", 2, "--output");
+  EXPECT_THAT(folder.Run("refine --help").out,
+              HasSubstr("holdfast refine captured.npz --object mug.obj -o clean"));
 }
 
 TEST(FitAllAtOnce, HoldsLikeFrameAfterFrameAndIsTheSameOnAnyThreads) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(),
-                        "fit demo_drink mug -o one --solve batch --end 40 --threads 1 --quiet")
-                .exit_code,
-            0);
-  ASSERT_EQ(RunHoldfast(folder.Path(),
-                        "fit demo_drink mug -o two --solve batch --end 40 --threads 2 --quiet")
-                .exit_code,
-            0);
+  const ProgramFolder folder;
+  folder.Run("fit demo_drink mug -o one --solve batch --end 40 --threads 1 --quiet");
+  folder.Run("fit demo_drink mug -o two --solve batch --end 40 --threads 2 --quiet");
   EXPECT_EQ(ReadText(folder / "one/clip.npz"), ReadText(folder / "two/clip.npz"));
-  const nlohmann::json metrics = nlohmann::json::parse(ReadText(folder / "one/metrics.json"));
+  const nlohmann::json metrics = folder.ReadJson("one/metrics.json");
   EXPECT_EQ(metrics["options"]["solve"], "batch");
   EXPECT_EQ(metrics["summary"]["frames_in_contact_ratio"], 1.0);
   EXPECT_LT(metrics["summary"]["max_penetration_depth_mm"].get<double>(), 1.0);

@@ -13,24 +13,24 @@
 #include "geometry/error.h"
 #include "geometry/render/video.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using ::testing::HasSubstr;
 using testing::Listing;
+using testing::ProgramFolder;
 using testing::ProgramResult;
 using testing::ReadText;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
+
+using RenderVideoFaults = testing::ProgramTest;
 
 bool HasFfmpeg() {
   return std::system("ffmpeg -version >/dev/null 2>&1 && ffprobe -version >/dev/null 2>&1") == 0;
 }
 
 // What ffprobe finds after decoding every frame.
-nlohmann::json Probe(const TemporaryFolder& folder, const std::string& name) {
+nlohmann::json Probe(const ProgramFolder& folder, const std::string& name) {
   const std::string report = (folder / "probe.json").string();
   const std::string command = "ffprobe -v error -count_frames -show_streams -of json '" +
                               (folder / name).string() + "' >'" + report + "'";
@@ -45,13 +45,12 @@ class RenderVideo : public ::testing::Test {
   void SetUp() override {
     if (!HasFfmpeg()) GTEST_SKIP() << "ffmpeg is not installed";
   }
-  TemporaryFolder folder_;
+  ProgramFolder folder_;
 };
 
 TEST_F(RenderVideo, AnMp4HasTheClipsFramesAtItsRateInEvenSize) {
-  const ProgramResult result = RunHoldfast(
-      folder_.Path(), "render demo_drink -o drink.mp4 --size 81x61 --every 4 --json -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result =
+      folder_.Run("render demo_drink -o drink.mp4 --size 81x61 --every 4 --json -q");
   const std::size_t frames = nlohmann::json::parse(result.out)["frames"].size();
   EXPECT_EQ(frames, 37u);  // of 145
   const nlohmann::json stream = Probe(folder_, "drink.mp4");
@@ -68,10 +67,8 @@ TEST_F(RenderVideo, AnMp4HasTheClipsFramesAtItsRateInEvenSize) {
 
 TEST_F(RenderVideo, AGifLoopsAndIsTheSameForAnyThreadCount) {
   for (const char* threads : {"1", "3"}) {
-    const ProgramResult result =
-        RunHoldfast(folder_.Path(), std::string("render demo_drink -o drink") + threads +
-                                        ".gif --size 60x80 --fps 10 -q --threads " + threads);
-    ASSERT_EQ(result.exit_code, 0) << result.err;
+    folder_.Run(std::string("render demo_drink -o drink") + threads +
+                ".gif --size 60x80 --fps 10 -q --threads " + threads);
   }
   const std::string bytes = ReadText(folder_ / "drink1.gif");
   EXPECT_TRUE(bytes == ReadText(folder_ / "drink3.gif"));
@@ -84,8 +81,7 @@ TEST_F(RenderVideo, AGifLoopsAndIsTheSameForAnyThreadCount) {
 
 TEST_F(RenderVideo, AGifsRateIsLimited) {
   const ProgramResult result =
-      RunHoldfast(folder_.Path(), "render demo_drink -o drink.gif --size 20x20 --fps 100 --json");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+      folder_.Run("render demo_drink -o drink.gif --size 20x20 --fps 100 --json");
   EXPECT_EQ(nlohmann::json::parse(result.out)["frame_rate_hz"], 50.0);
   EXPECT_THAT(result.err, HasSubstr("using 50 instead of 100"));
 }
@@ -103,7 +99,7 @@ TEST_F(RenderVideo, ShowsTheFramesInOrder) {
   };
   // A .gif takes its palette from a dozen frames: with no more, every gray is in it.
   for (const auto& [name, count] : {std::pair{"gray.mp4", 24}, {"gray.gif", 12}}) {
-    ASSERT_TRUE(WriteVideo(folder_ / name, count, {25.0, 5}, draw));
+    ASSERT_TRUE(WriteVideo(folder_ / name, count, 25.0, 5, draw));
     const std::string raw = (folder_ / "raw").string();
     ASSERT_EQ(std::system(("ffmpeg -v error -y -i '" + (folder_ / name).string() +
                            "' -f rawvideo -pix_fmt gray '" + raw + "'")
@@ -124,55 +120,44 @@ TEST_F(RenderVideo, StoppingLeavesNothing) {
   const auto draw = [&](std::span<const int> frames) {
     return ++calls > 2 ? std::vector<Image>() : std::vector<Image>(frames.size(), Image(16, 16));
   };
-  EXPECT_FALSE(WriteVideo(folder_ / "stopped.mp4", 100, {30.0, 4}, draw));
+  EXPECT_FALSE(WriteVideo(folder_ / "stopped.mp4", 100, 30.0, 4, draw));
   EXPECT_EQ(Listing(folder_.Path()), "");
 }
 
-TEST(RenderVideoFaults, WithoutFfmpegThePackageIsNamedAndNothingIsLeft) {
-  const TemporaryFolder folder;
+TEST_F(RenderVideoFaults, WithoutFfmpegThePackageIsNamedAndNothingIsLeft) {
   for (const char* name : {"drink.mp4", "drink.gif"}) {
-    const ProgramResult result = RunHoldfast(
-        folder.Path(), std::string("render demo_drink --size 20x20 -o ") + name, "PATH=/nowhere");
-    EXPECT_EQ(result.exit_code, 1);
+    const ProgramResult result =
+        folder.Run(std::string("render demo_drink --size 20x20 -o ") + name, 1, "PATH=/nowhere");
     EXPECT_THAT(result.err, HasSubstr("ffmpeg: is not installed"));
     EXPECT_THAT(result.err, HasSubstr("Install the package ffmpeg"));
     EXPECT_EQ(Listing(folder.Path()), "");
   }
 }
 
-TEST(RenderVideoFaults, WhatAFailingFfmpegSaidIsPassedOn) {
-  const TemporaryFolder folder, programs;
+TEST_F(RenderVideoFaults, WhatAFailingFfmpegSaidIsPassedOn) {
+  const testing::TemporaryFolder programs;
   const std::filesystem::path fake = programs / "ffmpeg";
   std::ofstream(fake) << "#!/bin/sh\necho 'Unknown encoder libx264' >&2\nexit 1\n";
   ASSERT_EQ(::chmod(fake.c_str(), 0755), 0);
-  const ProgramResult result =
-      RunHoldfast(folder.Path(), "render demo_drink --size 20x20 -o drink.mp4",
-                  "PATH=" + programs.Path().string());
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.err, HasSubstr("Unknown encoder libx264"));
-  EXPECT_EQ(Listing(folder.Path()), "");
+  folder.Fails("render demo_drink --size 20x20 -o drink.mp4", 1, "Unknown encoder libx264",
+               "PATH=" + programs.Path().string());
 }
 
-TEST(RenderVideoFaults, NamesAndRatesThatCannotBe) {
-  const TemporaryFolder folder;
+TEST_F(RenderVideoFaults, NamesAndRatesThatCannotBe) {
   const auto draw = [](std::span<const int> frames) {
     return std::vector<Image>(frames.size(), Image(17, 16));
   };
-  EXPECT_THROW(WriteVideo(folder / "x.avi", 3, {}, draw), Error);
-  EXPECT_THROW(WriteVideo(folder / "x.mp4", 0, {}, draw), Error);
-  EXPECT_THROW(WriteVideo(folder / "x.mp4", 3, {0.0, 4}, draw), Error);
-  EXPECT_THROW(WriteVideo(folder / "x.gif", 3, {60.0, 4}, draw), Error);
-  EXPECT_THROW(WriteVideo(folder / "x.mp4", 3, {}, draw), Error);  // odd
+  EXPECT_THROW(WriteVideo(folder / "x.avi", 3, 30.0, 4, draw), Error);
+  EXPECT_THROW(WriteVideo(folder / "x.mp4", 0, 30.0, 4, draw), Error);
+  EXPECT_THROW(WriteVideo(folder / "x.mp4", 3, 0.0, 4, draw), Error);
+  EXPECT_THROW(WriteVideo(folder / "x.gif", 3, 60.0, 4, draw), Error);
+  EXPECT_THROW(WriteVideo(folder / "x.mp4", 3, 30.0, 4, draw), Error);  // odd
   EXPECT_EQ(Listing(folder.Path()), "");
 }
 
-TEST(RenderVideoFaults, OtherFormatsAreRefusedBeforeAnyWork) {
-  const TemporaryFolder folder;
+TEST_F(RenderVideoFaults, OtherFormatsAreRefusedBeforeAnyWork) {
   for (const char* name : {"x.jpg", "x%03d.gif", "x"}) {
-    const ProgramResult result =
-        RunHoldfast(folder.Path(), std::string("render demo_drink -o ") + name);
-    EXPECT_EQ(result.exit_code, 1) << name;
-    EXPECT_EQ(Listing(folder.Path()), "");
+    folder.Fails(std::string("render demo_drink -o ") + name, 1, "");
   }
 }
 

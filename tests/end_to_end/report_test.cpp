@@ -12,7 +12,6 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/score/hand_object_score.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
@@ -21,8 +20,9 @@ using ::testing::HasSubstr;
 using ::testing::Not;
 using testing::ProgramResult;
 using testing::ReadText;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
+
+using ReportCommand = testing::ProgramTest;
+using FitCommand = testing::ProgramTest;
 
 #ifdef HOLDFAST_HAS_PLAYER
 
@@ -59,24 +59,20 @@ Clip Repeated(const Clip& clip, int frames) {
   longer.trans.resize(3, frames);
   longer.pose.resize(static_cast<std::size_t>(frames));
   longer.holding_hand.clear();
-  for (int t = 0; t < frames; ++t) {
-    longer.trans.col(t) = clip.trans.col(t % clip.NumFrames());
-    longer.pose[t] = clip.pose[t % clip.NumFrames()];
-  }
-  if (!clip.object) return longer;
   longer.object->trans.resize(3, frames);
   longer.object->orient.resize(3, frames);
   for (int t = 0; t < frames; ++t) {
-    longer.object->trans.col(t) = clip.object->trans.col(t % clip.NumFrames());
-    longer.object->orient.col(t) = clip.object->orient.col(t % clip.NumFrames());
+    const int same = t % clip.NumFrames();
+    longer.trans.col(t) = clip.trans.col(same);
+    longer.pose[t] = clip.pose[same];
+    longer.object->trans.col(t) = clip.object->trans.col(same);
+    longer.object->orient.col(t) = clip.object->orient.col(same);
   }
   return longer;
 }
 
-TEST(ReportCommand, WritesOnePageThatNeedsNothingElse) {
-  const TemporaryFolder folder;
-  const ProgramResult result = RunHoldfast(folder.Path(), "report demo_drink -o r.html --json -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+TEST_F(ReportCommand, WritesOnePageThatNeedsNothingElse) {
+  const ProgramResult result = folder.Run("report demo_drink -o r.html --json -q");
   const std::string page = ReadText(folder / "r.html");
   EXPECT_EQ(nlohmann::json::parse(result.out)["bytes"], page.size());
   EXPECT_EQ(page.find("<!doctype html>"), 0u);
@@ -89,12 +85,9 @@ TEST(ReportCommand, WritesOnePageThatNeedsNothingElse) {
   EXPECT_EQ(testing::Listing(folder.Path()), "r.html ");
 }
 
-TEST(ReportCommand, EightSecondsStayUnderEightMegabytes) {
-  const TemporaryFolder folder;
+TEST_F(ReportCommand, EightSecondsStayUnderEightMegabytes) {
   WriteClip(Repeated(ClipWithObject("mug", ""), 240), folder / "long.npz");
-  const ProgramResult result = RunHoldfast(folder.Path(), "report long.npz -o r.html --json -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  const nlohmann::json summary = folder.Json("report long.npz -o r.html -q");
   EXPECT_LT(summary["bytes"].get<double>(), 8e6);
   EXPECT_GT(summary["bytes"].get<double>(), 5e5);
   EXPECT_LE(summary["surface_error_mm"].get<double>(), 0.1);
@@ -102,19 +95,10 @@ TEST(ReportCommand, EightSecondsStayUnderEightMegabytes) {
   EXPECT_EQ(HeaderOf(ReadText(folder / "r.html"))["clips"][0]["frames"], 240);
 }
 
-TEST(ReportCommand, GivesTheSameBytesForAnyNumberOfThreads) {
-  const TemporaryFolder folder;
-  WriteClip(ClipWithObject("mug", ""), folder / "clip.npz");
-  ASSERT_EQ(RunHoldfast(folder.Path(), "report clip.npz -o a.html --threads 1 -q").exit_code, 0);
-  ASSERT_EQ(RunHoldfast(folder.Path(), "report clip.npz -o b.html --threads 3 -q").exit_code, 0);
-  EXPECT_TRUE(ReadText(folder / "a.html") == ReadText(folder / "b.html"));
-}
-
-TEST(ReportCommand, CurvesWithoutMetricsAreThoseOfTheMetricsProtocol) {
-  const TemporaryFolder folder;
+TEST_F(ReportCommand, CurvesWithoutMetricsAreThoseOfTheMetricsProtocol) {
   const Clip clip = ClipWithObject("mug", "");
   WriteClip(clip, folder / "clip.npz");
-  ASSERT_EQ(RunHoldfast(folder.Path(), "report clip.npz -o r.html -q").exit_code, 0);
+  folder.Run("report clip.npz -o r.html -q");
   const nlohmann::json series = HeaderOf(ReadText(folder / "r.html"))["clips"][0]["series"];
   const HandModel hand(BodyModel::Default(), {}, Side::kRight);
   const Solid mug(ReadMesh(HOLDFAST_MESHES_DIR "/objects/mug.ply"));
@@ -132,8 +116,7 @@ TEST(ReportCommand, CurvesWithoutMetricsAreThoseOfTheMetricsProtocol) {
   EXPECT_TRUE(deep) << "the clip is meant to have penetration";
 }
 
-TEST(ReportCommand, NamesFromFilesStayText) {
-  const TemporaryFolder folder;
+TEST_F(ReportCommand, NamesFromFilesStayText) {
   const std::string hostile = "</script><script>alert(1)</script><!--\"'&\xff";
   Clip clip = DemoClip();
   clip.object.emplace();
@@ -142,8 +125,7 @@ TEST(ReportCommand, NamesFromFilesStayText) {
   clip.object->trans.setZero(3, clip.NumFrames());
   clip.object->orient.setZero(3, clip.NumFrames());
   WriteClip(clip, folder / "clip.npz");
-  const ProgramResult result = RunHoldfast(folder.Path(), "report clip.npz -o r.html -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  folder.Run("report clip.npz -o r.html -q");
   const std::string page = ReadText(folder / "r.html");
   EXPECT_THAT(page, Not(HasSubstr("<script>alert")));
   EXPECT_THAT(HeaderOf(page)["clips"][0]["object_name"].get<std::string>(),
@@ -151,25 +133,19 @@ TEST(ReportCommand, NamesFromFilesStayText) {
   EXPECT_THAT(page, HasSubstr("<title>&lt;/script&gt;&lt;script&gt;alert(1)"));
 }
 
-TEST(ReportCommand, ShowsTheBodyAloneWhenTheObjectIsMissing) {
-  const TemporaryFolder folder;
+TEST_F(ReportCommand, ShowsTheBodyAloneWhenTheObjectIsMissing) {
   WriteClip(ClipWithObject("nobody_knows_it", "gone.ply"), folder / "clip.npz");
-  const ProgramResult result = RunHoldfast(folder.Path(), "report clip.npz -o r.html");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_THAT(result.err, HasSubstr("gone.ply"));
+  EXPECT_THAT(folder.Run("report clip.npz -o r.html").err, HasSubstr("gone.ply"));
   const nlohmann::json clip = HeaderOf(ReadText(folder / "r.html"))["clips"][0];
   EXPECT_EQ(clip["has_object"], false);
   EXPECT_THAT(clip["notes"].dump(), HasSubstr("gone.ply"));
   EXPECT_FALSE(clip["series"].contains("contact_ratio"));
 }
 
-TEST(ReportCommand, ShowsSeveralClips) {
-  const TemporaryFolder folder;
+TEST_F(ReportCommand, ShowsSeveralClips) {
   WriteClip(ClipWithObject("mug", ""), folder / "first.npz");
   WriteClip(ClipWithObject("bottle", ""), folder / "second.npz");
-  const ProgramResult result = RunHoldfast(
-      folder.Path(), "report first.npz second.npz demo_inspect -o r.html --title Three -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  folder.Run("report first.npz second.npz demo_inspect -o r.html --title Three -q");
   const std::string page = ReadText(folder / "r.html");
   const nlohmann::json header = HeaderOf(page);
   ASSERT_EQ(header["clips"].size(), 3u);
@@ -179,49 +155,36 @@ TEST(ReportCommand, ShowsSeveralClips) {
   EXPECT_THAT(page, HasSubstr("id=\"report-payload-2\""));
 }
 
-TEST(ReportCommand, ShowsASingleFrame) {
-  const TemporaryFolder folder;
+TEST_F(ReportCommand, ShowsASingleFrame) {
   WriteClip(Slice(ClipWithObject("mug", ""), 0, 1), folder / "clip.npz");
-  const ProgramResult result = RunHoldfast(folder.Path(), "report clip.npz -o r.html -q");
-  EXPECT_EQ(result.exit_code, 0) << result.err;
+  folder.Run("report clip.npz -o r.html -q");
   EXPECT_EQ(HeaderOf(ReadText(folder / "r.html"))["clips"][0]["frames"], 1);
 }
 
-TEST(ReportCommand, SaysWhatIsWrong) {
-  const TemporaryFolder folder;
-  EXPECT_EQ(RunHoldfast(folder.Path(), "report -o r.html").exit_code, 2);
-  EXPECT_EQ(RunHoldfast(folder.Path(), "report demo_drink").exit_code, 2);
-  const ProgramResult missing = RunHoldfast(folder.Path(), "report gone.npz -o r.html");
-  EXPECT_EQ(missing.exit_code, 1);
-  EXPECT_THAT(missing.err, HasSubstr("gone.npz"));
-  EXPECT_EQ(testing::Listing(folder.Path()), "");
-  ASSERT_EQ(RunHoldfast(folder.Path(), "report demo_drink -o r.html -q").exit_code, 0);
-  const ProgramResult there = RunHoldfast(folder.Path(), "report demo_drink -o r.html -q");
-  EXPECT_EQ(there.exit_code, 1);
-  EXPECT_THAT(there.err, HasSubstr("--force"));
+TEST_F(ReportCommand, SaysWhatIsWrong) {
+  folder.Run("report -o r.html", 2);
+  folder.Run("report demo_drink", 2);
+  folder.Fails("report gone.npz -o r.html", 1, "gone.npz");
+  folder.Run("report demo_drink -o r.html -q");
+  folder.Fails("report demo_drink -o r.html -q", 1, "--force");
 }
 
-TEST(FitCommand, LeavesAReportUnlessToldNotTo) {
-  const TemporaryFolder folder;
-  ASSERT_EQ(RunHoldfast(folder.Path(), "fit demo_drink mug -o held --end 4 -q").exit_code, 0);
+TEST_F(FitCommand, LeavesAReportUnlessToldNotTo) {
+  folder.Run("fit demo_drink mug -o held --end 4 -q");
   const nlohmann::json clip = HeaderOf(ReadText(folder / "held/report.html"))["clips"][0];
   EXPECT_EQ(clip["frames"], 4);
   EXPECT_EQ(clip["has_object"], true);
   EXPECT_TRUE(clip["series"].contains("energy_total"));
   EXPECT_TRUE(clip["series"]["iterations"][0].is_null()) << "the first frame is given, not solved";
   EXPECT_EQ(clip["metrics"]["options"]["object"], "mug");
-  ASSERT_EQ(
-      RunHoldfast(folder.Path(), "fit demo_drink mug -o bare --end 4 --no-report -q").exit_code, 0);
+  folder.Run("fit demo_drink mug -o bare --end 4 --no-report -q");
   EXPECT_FALSE(std::filesystem::exists(folder / "bare/report.html"));
 }
 
 #else
 
-TEST(ReportCommand, SaysHowToGetThePlayer) {
-  const TemporaryFolder folder;
-  const ProgramResult result = RunHoldfast(folder.Path(), "report demo_drink -o r.html");
-  EXPECT_EQ(result.exit_code, 1);
-  EXPECT_THAT(result.err, HasSubstr("HOLDFAST_BUILD_PLAYER=ON"));
+TEST_F(ReportCommand, SaysHowToGetThePlayer) {
+  folder.Fails("report demo_drink -o r.html", 1, "HOLDFAST_BUILD_PLAYER=ON");
 }
 
 #endif

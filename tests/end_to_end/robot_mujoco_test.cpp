@@ -21,7 +21,6 @@
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
 #include "tests/support/robot_files.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
@@ -29,7 +28,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::BoxHand;
 using testing::DataFolder;
-using testing::TemporaryFolder;
+
+using RobotMujoco = testing::ProgramTest;
 
 // The same file with what MuJoCo needs said: meshes by their paths, links kept, masses made up.
 mjModel* LoadUrdf(const fs::path& path, bool discard_visual = true) {
@@ -99,8 +99,7 @@ void ExpectSameMotion(const fs::path& path) {
   mj_deleteModel(model);
 }
 
-TEST(RobotMujoco, LinksAndJacobiansAreMuJoCos) {
-  const TemporaryFolder folder;
+TEST_F(RobotMujoco, LinksAndJacobiansAreMuJoCos) {
   BoxHand{.coupled = true}.Write(folder / "hand.urdf");
   ExpectSameMotion(folder / "hand.urdf");
   for (const char* name :
@@ -114,8 +113,7 @@ TEST(RobotMujoco, LinksAndJacobiansAreMuJoCos) {
   }
 }
 
-TEST(RobotMujoco, AHandInMjcfIsReadAsInUrdf) {
-  const TemporaryFolder folder;
+TEST_F(RobotMujoco, AHandInMjcfIsReadAsInUrdf) {
   BoxHand{.coupled = true}.Write(folder / "hand.urdf");
   const RobotHand urdf = ReadRobotHand(folder / "hand.urdf");
   mjModel* const model = LoadUrdf(folder / "hand.urdf", false);
@@ -220,15 +218,10 @@ void ExpectCarried(const fs::path& scene, double slip_mm) {
                            play.Model().names, play.Data().time, play.slip_mm);
 }
 
-TEST(RobotMujoco, TheSceneOfATransferPlaysInMuJoCosLoop) {
-  const TemporaryFolder folder;
+TEST_F(RobotMujoco, TheSceneOfATransferPlaysInMuJoCosLoop) {
   BoxHand{.coupled = true}.Write(folder / "hand.urdf");
-  const testing::ProgramResult fit =
-      testing::RunHoldfast(folder / "", "fit demo_drink mug -o held --end 70 --quiet");
-  ASSERT_EQ(fit.exit_code, 0) << fit.err;
-  const testing::ProgramResult run =
-      testing::RunHoldfast(folder / "", "transfer held --robot hand.urdf -o robot --quiet");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+  folder.Run("fit demo_drink mug -o held --end 70 --quiet");
+  folder.Run("transfer held --robot hand.urdf -o robot --quiet");
   for (const char* name :
        {"robot.npz", "robot.csv", "metrics.json", "report.html", "sheet.png", "film.png"}) {
     EXPECT_TRUE(fs::exists(folder / "robot" / name)) << name;
@@ -242,9 +235,7 @@ TEST(RobotMujoco, TheSceneOfATransferPlaysInMuJoCosLoop) {
 
   const fs::path allegro = DataFolder() / "robots/allegro_hand/allegro_hand_right.urdf";
   if (!fs::exists(allegro)) return;
-  const testing::ProgramResult other = testing::RunHoldfast(
-      folder / "", "transfer held --robot " + allegro.string() + " -o allegro --quiet");
-  ASSERT_EQ(other.exit_code, 0) << other.err;
+  folder.Run("transfer held --robot " + allegro.string() + " -o allegro --quiet");
   ExpectCarried(folder / "allegro" / "scene.xml", 20.0);
 }
 

@@ -9,7 +9,6 @@
 #include "geometry/clip/clip.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
@@ -18,28 +17,23 @@ using nlohmann::json;
 using ::testing::HasSubstr;
 using testing::ProgramResult;
 using testing::ReadText;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
 
-// A fit of `frames` frames in `held`.
-void Fit(const TemporaryFolder& folder, const char* object = "cylinder", int frames = 10) {
-  const ProgramResult fit =
-      RunHoldfast(folder.Path(), "fit demo_drink " + std::string(object) + " -q -o held --end " +
-                                     std::to_string(frames));
-  ASSERT_EQ(fit.exit_code, 0) << fit.err;
-}
+class Score : public testing::ProgramTest {
+ protected:
+  // A fit of ten frames in `held`.
+  void Fit(const std::string& object = "cylinder") const {
+    folder.Run("fit demo_drink " + object + " -q -o held --end 10");
+  }
+  json Scores(const std::string& arguments) const {
+    const ProgramResult result = folder.Run("score -q --json " + arguments);
+    EXPECT_EQ(result.err, "");
+    return json::parse(result.out);
+  }
+};
 
-json Score(const TemporaryFolder& folder, const std::string& arguments) {
-  const ProgramResult result = RunHoldfast(folder.Path(), "score -q --json " + arguments);
-  EXPECT_EQ(result.exit_code, 0) << result.err;
-  EXPECT_EQ(result.err, "");
-  return result.exit_code == 0 ? json::parse(result.out) : json();
-}
-
-TEST(Score, OfAFitIsCompleteAndSaysHowItWasMeasured) {
-  const TemporaryFolder folder;
-  Fit(folder);
-  const json scores = Score(folder, "held --per-frame");
+TEST_F(Score, OfAFitIsCompleteAndSaysHowItWasMeasured) {
+  Fit();
+  const json scores = Scores("held --per-frame");
   const json& clip = scores["clips"][0];
   EXPECT_EQ(clip["foreign_body"], false);  // fitted with the body that is loaded
   EXPECT_EQ(clip["protocol"]["inside_by"], "pseudonormal");
@@ -65,11 +59,10 @@ TEST(Score, OfAFitIsCompleteAndSaysHowItWasMeasured) {
   EXPECT_EQ(values["penetration_max_mm"].get<double>(), deepest);
 }
 
-TEST(Score, AgreesWithTheFitsOwnMetrics) {
-  const TemporaryFolder folder;
-  Fit(folder, "mug");
-  const json fit = json::parse(ReadText(folder / "held/metrics.json"))["summary"];
-  const json values = Score(folder, "held")["clips"][0]["values"];
+TEST_F(Score, AgreesWithTheFitsOwnMetrics) {
+  Fit("mug");
+  const json fit = folder.ReadJson("held/metrics.json")["summary"];
+  const json values = Scores("held")["clips"][0]["values"];
   const auto same = [](const json& a, const char* key, const json& b, const char* b_key) {
     EXPECT_NEAR(a[key].get<double>(), b[b_key].get<double>(), 1e-5) << key;
   };
@@ -88,13 +81,11 @@ TEST(Score, AgreesWithTheFitsOwnMetrics) {
   for (int t = 0; t < noisy.NumFrames(); ++t) noisy.object->trans(2, t) += t % 2 == 0 ? 0.004 : 0.0;
   for (std::size_t t = 0; t < 4; ++t) noisy.holding_hand[t] = 0;
   WriteClip(noisy, folder / "held/clip.npz");
-  const ProgramResult run =
-      RunHoldfast(folder.Path(), "refine held/clip.npz --hand clip -o clean -q --json");
-  ASSERT_EQ(run.exit_code, 0) << run.err;
+  const ProgramResult run = folder.Run("refine held/clip.npz --hand clip -o clean -q --json");
   for (const char* when : {"before", "after"}) {
     const json refined = json::parse(run.out)[when];
     const json score =
-        Score(folder, std::string(when) == "before" ? "held" : "clean")["clips"][0]["values"];
+        Scores(std::string(when) == "before" ? "held" : "clean")["clips"][0]["values"];
     same(score, "penetration_max_mm", refined, "max_penetration_depth_mm");
     same(score, "penetration_mean_max_mm", refined, "mean_max_penetration_depth_mm");
     same(score, "contact_frames_ratio", refined, "frames_in_contact_ratio");
@@ -104,30 +95,14 @@ TEST(Score, AgreesWithTheFitsOwnMetrics) {
   }
 }
 
-TEST(Score, TheSameBytesForOneThreadAndTwo) {
-  const TemporaryFolder folder;
-  Fit(folder);
-  for (const char* n : {"1", "2"}) {
-    const std::string t = n;
-    const ProgramResult result =
-        RunHoldfast(folder.Path(), "score held held -r held --per-frame -q --threads " + t +
-                                       " -o " + t + ".json --csv " + t + ".csv");
-    ASSERT_EQ(result.exit_code, 0) << result.err;
-  }
-  EXPECT_EQ(ReadText(folder / "1.json"), ReadText(folder / "2.json"));
-  EXPECT_EQ(ReadText(folder / "1.csv"), ReadText(folder / "2.csv"));
-  EXPECT_THAT(ReadText(folder / "1.csv"), HasSubstr("\n(worst),"));
-}
-
-TEST(Score, AgainstAShiftedReferenceGivesTheShift) {
-  const TemporaryFolder folder;
-  Fit(folder);
+TEST_F(Score, AgainstAShiftedReferenceGivesTheShift) {
+  Fit();
   Clip clip = ReadClip(folder / "held/clip.npz");
   clip.trans.row(0).array() += 0.010;
   clip.object->trans.row(0).array() += 0.010;
   clip.object->trans.row(1).array() += 0.020;
   WriteClip(clip, folder / "held/reference.npz");
-  const json scores = Score(folder, "held -r held/reference.npz");
+  const json scores = Scores("held -r held/reference.npz");
   const json& values = scores["clips"][0]["values"];
   EXPECT_NEAR(values["mpjpe_mm"].get<double>(), 10.0, 1e-6);
   EXPECT_NEAR(values["mpjpe_root_aligned_mm"].get<double>(), 0.0, 1e-6);
@@ -138,16 +113,15 @@ TEST(Score, AgainstAShiftedReferenceGivesTheShift) {
               HasSubstr("any turn about"));
 }
 
-TEST(Score, SeveralClipsNameTheWorst) {
-  const TemporaryFolder folder;
-  Fit(folder);
+TEST_F(Score, SeveralClipsNameTheWorst) {
+  Fit();
   std::filesystem::copy(folder / "held", folder / "pushed");
   Clip pushed = ReadClip(folder / "pushed/clip.npz");
   // Towards the wrist, into the hand.
   pushed.object->trans.row(2).array() += 0.004;
   pushed.object->trans.row(1).array() += 0.01;
   WriteClip(pushed, folder / "pushed/clip.npz");
-  const json scores = Score(folder, "held pushed held");
+  const json scores = Scores("held pushed held");
   const json& deepest = scores["summary"]["penetration_max_mm"];
   EXPECT_EQ(deepest["clips"], 3);
   const double a = scores["clips"][0]["values"]["penetration_max_mm"].get<double>();
@@ -155,43 +129,37 @@ TEST(Score, SeveralClipsNameTheWorst) {
   EXPECT_EQ(deepest["worst_clip"], b > a ? "pushed" : "held");
   EXPECT_EQ(deepest["median"], a);
   EXPECT_NEAR(deepest["mean"].get<double>(), (2 * a + b) / 3, 1e-12);
-  const ProgramResult table = RunHoldfast(folder.Path(), "score held pushed -q");
-  EXPECT_EQ(table.exit_code, 0);
+  const ProgramResult table = folder.Run("score held pushed -q --csv table.csv");
   EXPECT_THAT(table.out, HasSubstr("median"));
   EXPECT_THAT(table.out, HasSubstr("frames deeper than 2 mm"));
+  EXPECT_THAT(ReadText(folder / "table.csv"), HasSubstr("\n(worst),"));
 }
 
-TEST(Score, WhatAShellNamesBesideResultsIsLeftOut) {
-  const TemporaryFolder folder;
+TEST_F(Score, WhatAShellNamesBesideResultsIsLeftOut) {
   std::ofstream(folder / "list.txt") << "demo_drink cylinder end=3\n";
-  ASSERT_EQ(RunHoldfast(folder.Path(), "fit --batch list.txt -o fits -q").exit_code, 0);
-  ASSERT_EQ(Score(folder, "fits/* --csv fits/table.csv")["clips"].size(), 1u);
-  const ProgramResult again = RunHoldfast(folder.Path(), "score fits/*");
-  ASSERT_EQ(again.exit_code, 0) << again.err;
-  EXPECT_THAT(again.err, HasSubstr("not a clip, ignored: fits/manifest.json, fits/table.csv"));
+  folder.Run("fit --batch list.txt -o fits -q");
+  ASSERT_EQ(Scores("fits/* --csv fits/table.csv")["clips"].size(), 1u);
+  EXPECT_THAT(folder.Run("score fits/*").err,
+              HasSubstr("not a clip, ignored: fits/manifest.json, fits/table.csv"));
 
   std::ofstream(folder / "fits/mine.json") << R"({"trans": "none"})";
-  const ProgramResult other = RunHoldfast(folder.Path(), "score fits/*");
-  EXPECT_EQ(other.exit_code, 1) << "not what the program wrote";
-  EXPECT_THAT(other.err, HasSubstr("fits/mine.json"));
-  EXPECT_EQ(RunHoldfast(folder.Path(), "score fits/manifest.json").exit_code, 1);
+  folder.Fails("score fits/*", 1, "fits/mine.json");
+  folder.Run("score fits/manifest.json", 1);
 }
 
-TEST(Score, WithoutAnObjectMotionIsMeasured) {
-  const TemporaryFolder folder;
-  const json clip = Score(folder, "demo_drink")["clips"][0];
+TEST_F(Score, WithoutAnObjectMotionIsMeasured) {
+  const json clip = Scores("demo_drink")["clips"][0];
   EXPECT_TRUE(clip["values"]["penetration_max_mm"].is_null());
   EXPECT_TRUE(clip["values"]["foot_skate_mm_per_frame"].is_number());
   EXPECT_THAT(clip["notes"][0].get<std::string>(), HasSubstr("no object"));
 }
 
-TEST(Score, AMeshWithHolesIsMeasuredByStatedFallbacks) {
-  const TemporaryFolder folder;
-  Fit(folder);
+TEST_F(Score, AMeshWithHolesIsMeasuredByStatedFallbacks) {
+  Fit();
   TriangleMesh mesh = ReadMesh(folder / "held/object.ply");
   mesh.faces.conservativeResize(3, mesh.NumFaces() - 3);
   WriteMesh(mesh, folder / "open.ply");
-  const json scores = Score(folder, "held --object open.ply");
+  const json scores = Scores("held --object open.ply");
   const json& clip = scores["clips"][0];
   EXPECT_EQ(clip["protocol"]["inside_by"], "winding number");
   EXPECT_EQ(clip["values"]["exact_volume_frames_ratio"], 0.0);
@@ -199,58 +167,47 @@ TEST(Score, AMeshWithHolesIsMeasuredByStatedFallbacks) {
             clip["values"]["intersection_volume_voxel_cm3"]);
   EXPECT_THAT(clip["notes"].dump(), HasSubstr("not watertight"));
   EXPECT_THAT(clip["notes"].dump(), HasSubstr("these frames use voxels of 2 mm"));
-  const ProgramResult strict =
-      RunHoldfast(folder.Path(), "score held --object open.ply --exact on");
-  EXPECT_EQ(strict.exit_code, 1);
-  EXPECT_THAT(strict.err, HasSubstr("not watertight"));
+  folder.Fails("score held --object open.ply --exact on", 1, "not watertight");
 }
 
-TEST(Score, AnotherBodyThanTheClipsIsFlagged) {
-  const TemporaryFolder folder;
-  Fit(folder);
+TEST_F(Score, AnotherBodyThanTheClipsIsFlagged) {
+  Fit();
   Clip clip = ReadClip(folder / "held/clip.npz");
   clip.body_model = "SMPLX_FEMALE";
   WriteClip(clip, folder / "held/foreign.npz");
-  const json scores = Score(folder, "held/foreign.npz");
+  const json scores = Scores("held/foreign.npz");
   EXPECT_EQ(scores["clips"][0]["foreign_body"], true);
   EXPECT_THAT(scores["clips"][0]["notes"].dump(), HasSubstr("SMPLX_FEMALE"));
   EXPECT_EQ(scores["protocol"]["metrics"]["contact_ratio"]["depends_on_hand_surface"], true);
-  const ProgramResult table = RunHoldfast(folder.Path(), "score held/foreign.npz -q");
-  EXPECT_THAT(table.out, HasSubstr("foreign*"));
+  EXPECT_THAT(folder.Run("score held/foreign.npz -q").out, HasSubstr("foreign*"));
 }
 
-TEST(Score, RefusesWhatCannotBeCompared) {
-  const TemporaryFolder folder;
-  Fit(folder);
+TEST_F(Score, RefusesWhatCannotBeCompared) {
+  Fit();
   Clip clip = ReadClip(folder / "held/clip.npz");
   WriteClip(Slice(clip, 0, 6), folder / "held/short.npz");
-  const ProgramResult lengths = RunHoldfast(folder.Path(), "score held -r held/short.npz");
-  EXPECT_EQ(lengths.exit_code, 1);
+  const ProgramResult lengths = folder.Run("score held -r held/short.npz", 1);
   EXPECT_THAT(lengths.err, HasSubstr("has 10 frames"));
   EXPECT_THAT(lengths.err, HasSubstr("--overlap"));
-  const json overlap = Score(folder, "held -r held/short.npz --overlap");
+  const json overlap = Scores("held -r held/short.npz --overlap");
   EXPECT_EQ(overlap["clips"][0]["reference"]["frames_compared"], 6);
   EXPECT_NEAR(overlap["clips"][0]["values"]["mpjpe_mm"].get<double>(), 0.0, 1e-9);
 
   clip.frame_rate = 60.0;
   WriteClip(clip, folder / "held/fast.npz");
-  const ProgramResult rates = RunHoldfast(folder.Path(), "score held -r held/fast.npz");
-  EXPECT_EQ(rates.exit_code, 1);
+  const ProgramResult rates = folder.Run("score held -r held/fast.npz", 1);
   EXPECT_THAT(rates.err, HasSubstr("30 Hz"));
   EXPECT_THAT(rates.err, HasSubstr("60 Hz"));
-  EXPECT_THAT(
-      Score(folder, "held -r held/fast.npz --resample --overlap")["clips"][0]["notes"].dump(),
-      HasSubstr("resampled from 60 to 30 Hz"));
+  EXPECT_THAT(Scores("held -r held/fast.npz --resample --overlap")["clips"][0]["notes"].dump(),
+              HasSubstr("resampled from 60 to 30 Hz"));
 
-  const ProgramResult counts = RunHoldfast(folder.Path(), "score held -r held held");
-  EXPECT_EQ(counts.exit_code, 1);
-  EXPECT_THAT(counts.err, HasSubstr("one reference for all"));
-  EXPECT_EQ(RunHoldfast(folder.Path(), "score held --exact maybe").exit_code, 2);
-  EXPECT_EQ(RunHoldfast(folder.Path(), "score").exit_code, 2);
-  EXPECT_EQ(RunHoldfast(folder.Path(), "score nowhere.npz").exit_code, 1);
-  EXPECT_EQ(RunHoldfast(folder.Path(), "score held -q --voxel 0 --exact off").exit_code, 1);
+  folder.Fails("score held -r held held", 1, "one reference for all");
+  folder.Run("score held --exact maybe", 2);
+  folder.Run("score", 2);
+  folder.Run("score nowhere.npz", 1);
+  folder.Run("score held -q --voxel 0 --exact off", 1);
   std::ofstream(folder / "there.json") << "kept";
-  EXPECT_EQ(RunHoldfast(folder.Path(), "score held -q -o there.json").exit_code, 1);
+  folder.Run("score held -q -o there.json", 1);
   EXPECT_EQ(ReadText(folder / "there.json"), "kept");
 }
 

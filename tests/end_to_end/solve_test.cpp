@@ -16,7 +16,6 @@
 #include "solver/markers/marked_person.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
@@ -24,17 +23,15 @@ namespace {
 using ::testing::Contains;
 using ::testing::HasSubstr;
 using testing::ProgramResult;
-using testing::RunHoldfast;
 
-TEST(SolveCommand, SolvesSomeoneWhoDrinks) {
+using SolveCommand = testing::ProgramTest;
+
+TEST_F(SolveCommand, SolvesSomeoneWhoDrinks) {
   const std::filesystem::path data = testing::DataFolder() / "adl" / "ADL009";
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "no recordings in " << data;
-  const testing::TemporaryFolder folder;
-  const ProgramResult result = RunHoldfast(
-      folder.Path(), "solve '" + (data / "ADL009DR1.csv.gz").string() + "' --static '" +
-                         (data / "ADL009_static.csv.gz").string() + "' -o drinks --json -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  const nlohmann::json summary =
+      folder.Json("solve '" + (data / "ADL009DR1.csv.gz").string() + "' --static '" +
+                  (data / "ADL009_static.csv.gz").string() + "' -o drinks -q");
   EXPECT_LT(summary["rms_mm"].get<double>(), 4.0);
   EXPECT_EQ(summary["world"]["up"], "z");
   EXPECT_NEAR(summary["world"]["facing_deg"].get<double>(), 0.0, 20.0);  // turned by 180 degrees
@@ -44,33 +41,26 @@ TEST(SolveCommand, SolvesSomeoneWhoDrinks) {
   EXPECT_EQ(clip.NumFrames(), summary["frames"].get<int>());
   EXPECT_EQ(summary["head"]["hand_deep_frames"], 0);
 
-  const ProgramResult fit = RunHoldfast(
-      folder.Path(), "fit drinks mug -o held --drink --start 100 --end 640 --no-report --json -q");
-  ASSERT_EQ(fit.exit_code, 0) << fit.err;
-  const nlohmann::json drink = nlohmann::json::parse(fit.out)["drink"];
+  const nlohmann::json drink =
+      folder.Json("fit drinks mug -o held --drink --start 100 --end 640 --no-report -q")["drink"];
   EXPECT_EQ(drink["hand"], "right");
   EXPECT_LT(drink["rim_from_mouth_mm"].get<double>(), 20.0);
   EXPECT_GT(drink["tilt_deg"].get<double>(), 60.0);
   EXPECT_LT(drink["lean_on_table_deg"].get<double>(), 2.0);
 
-  const auto render = [&](const std::string& options) {
-    return RunHoldfast(folder.Path(), "render " + options + " --frame 300 --size 160x120 -q");
-  };
-  EXPECT_EQ(render("drinks -o bare.png").exit_code, 0);
-  EXPECT_EQ(render("drinks -o marked.png --markers drinks").exit_code, 0);
+  const std::string render = "render drinks --frame 300 --size 160x120 -q -o ";
+  folder.Run(render + "bare.png");
+  folder.Run(render + "marked.png --markers drinks");
   EXPECT_NE(ReadFile(folder / "bare.png"), ReadFile(folder / "marked.png"));
-  const ProgramResult wrong = render("drinks -o wrong.png --markers held");
-  EXPECT_EQ(wrong.exit_code, 1);
-  EXPECT_THAT(wrong.err, HasSubstr("is not a folder written by 'holdfast solve'"));
+  folder.Fails(render + "wrong.png --markers held", 1,
+               "is not a folder written by 'holdfast solve'");
 }
 
-TEST(SolveCommand, SaysWhichNamesItDoesNotKnow) {
-  const testing::TemporaryFolder folder;
+TEST_F(SolveCommand, SaysWhichNamesItDoesNotKnow) {
   std::ofstream(folder / "two.csv") << "Trajectories\n100\n,,P:RLEB,,,P:RWRX,,\n"
                                        "Frame,Sub Frame,X,Y,Z,X,Y,Z\n,,mm,mm,mm,mm,mm,mm\n"
                                        "1,0,1,2,3,40,50,60\n2,0,1,2,3,40,50,60\n";
-  const ProgramResult result = RunHoldfast(folder.Path(), "solve two.csv -o out");
-  EXPECT_EQ(result.exit_code, 1);
+  const ProgramResult result = folder.Run("solve two.csv -o out", 1);
   EXPECT_THAT(result.err, HasSubstr("two.csv: no marker's name is known; the first is 'RLEB'"));
   EXPECT_THAT(result.err, HasSubstr("--markers"));
   EXPECT_FALSE(std::filesystem::exists(folder / "out"));
@@ -81,22 +71,18 @@ constexpr const char* kPillow =
     "pillow_right,0.1502,-0.1143,0.0950\n";
 
 // The first of twenty-one touches of a pillow, which stays where it is.
-TEST(SolveCommand, SolvesAHandThatTouchesAPillow) {
+TEST_F(SolveCommand, SolvesAHandThatTouchesAPillow) {
   const std::filesystem::path data = testing::DataFolder() / "markers" / "dfki_pillow";
   if (!std::filesystem::exists(data)) GTEST_SKIP() << "no recording in " << data;
-  const testing::TemporaryFolder folder;
   const std::string recording = ReadGzipText(data / "recording.tsv.gz");
   std::size_t end = 0;
   for (int line = 0; line < 12 + 500; ++line) end = recording.find('\n', end) + 1;
   std::ofstream(folder / "touch.tsv", std::ios::binary) << recording.substr(0, end);
   std::ofstream(folder / "pillow.csv") << kPillow;
-  const ProgramResult result =
-      RunHoldfast(folder.Path(),
-                  "solve touch.tsv -o solved --json -q --object-markers pillow.csv "
-                  "--object '" +
-                      (data / "pillow_small.stl").string() + "'");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  const nlohmann::json summary = folder.Json(
+      "solve touch.tsv -o solved -q --object-markers pillow.csv "
+      "--object '" +
+      (data / "pillow_small.stl").string() + "'");
   EXPECT_LT(summary["rms_mm"].get<double>(), 3.0);
   EXPECT_LT(summary["object"]["rms_mm"].get<double>(), 1.0);
   EXPECT_LT(summary["object"]["places_from_table_rms_mm"].get<double>(), 1.0);
@@ -108,9 +94,7 @@ TEST(SolveCommand, SolvesAHandThatTouchesAPillow) {
   EXPECT_LT((clip.object->trans.colwise() - clip.object->trans.col(0)).colwise().norm().maxCoeff(),
             0.015);
 
-  const ProgramResult refined = RunHoldfast(folder.Path(), "refine solved -o clean --json -q");
-  ASSERT_EQ(refined.exit_code, 0) << refined.err;
-  const nlohmann::json clean = nlohmann::json::parse(refined.out);
+  const nlohmann::json clean = folder.Json("refine solved -o clean -q");
   ASSERT_EQ(clean["touches"].size(), 1u);
   EXPECT_LT(clean["touches"][0]["begin"], 300);
   EXPECT_GT(clean["touches"][0]["end"], 390);
@@ -119,8 +103,7 @@ TEST(SolveCommand, SolvesAHandThatTouchesAPillow) {
   EXPECT_EQ(clean["after"]["frames_deeper_than_2_mm"], 0);
 }
 
-TEST(SolveCommand, SaysWhatAnObjectLacks) {
-  const testing::TemporaryFolder folder;
+TEST_F(SolveCommand, SaysWhatAnObjectLacks) {
   std::ofstream(folder / "one.csv") << "Trajectories\n100\n,,STRN,,,cup_a,,,cup_b,,\n"
                                        "Frame,Sub Frame,X,Y,Z,X,Y,Z,X,Y,Z\n,,mm,mm,mm\n"
                                        "1,0,1,2,3,40,50,60,,,\n2,0,1,2,3,40,50,60,,,\n";
@@ -135,10 +118,7 @@ TEST(SolveCommand, SaysWhatAnObjectLacks) {
       // Of the person there is one marker.
       {"--object-markers 'cup_*'", "fewer than 3 known markers are seen at a time"}};
   for (const auto& [options, fault] : faults) {
-    const ProgramResult result = RunHoldfast(folder.Path(), "solve one.csv -o out " + options);
-    EXPECT_EQ(result.exit_code, 1) << options;
-    EXPECT_THAT(result.err, HasSubstr(fault)) << options;
-    EXPECT_FALSE(std::filesystem::exists(folder / "out"));
+    folder.Fails("solve one.csv -o out " + options, 1, fault);
   }
 }
 
@@ -163,15 +143,13 @@ const std::vector<std::string> kStanding = {"LFHD", "RFHD", "LBHD", "RBHD", "C7"
                                             "STRN", "LSHO", "RSHO", "LELB", "RELB", "LWRA", "LWRB",
                                             "RWRA", "RWRB", "LASI", "RASI", "LPSI", "RPSI"};
 
-TEST(SolveCommand, WarnsOfNamesLeftOutAndBytesThatAreNotUtf8) {
-  const testing::TemporaryFolder folder;
+TEST_F(SolveCommand, WarnsOfNamesLeftOutAndBytesThatAreNotUtf8) {
   MarkerRecording recording = StandingMarkers(kStanding);
   recording.names[5] =
       "h\xfc"
       "fte";
   WriteC3d(recording, folder / "w\xe4lk.c3d");
-  const ProgramResult result = RunHoldfast(folder.Path(), "solve w\xe4lk.c3d -o out --json");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramResult result = folder.Run("solve w\xe4lk.c3d -o out --json");
   EXPECT_THAT(result.err, HasSubstr("names that are not UTF-8 are read as Latin-1: h\u00fc"
                                     "fte"));
   EXPECT_THAT(result.err, HasSubstr("warning: w\xe4lk.c3d: 1 of 20 markers are ignored because "
@@ -184,16 +162,13 @@ TEST(SolveCommand, WarnsOfNamesLeftOutAndBytesThatAreNotUtf8) {
   // The table adds the one name; the others are known as before.
   std::ofstream(folder / "names.csv") << "name,joint,vertex,cluster\nh\u00fc"
                                          "fte,spine2,,\n";
-  const ProgramResult added =
-      RunHoldfast(folder.Path(), "solve w\xe4lk.c3d -o out -f --json --markers names.csv");
-  ASSERT_EQ(added.exit_code, 0) << added.err;
+  const ProgramResult added = folder.Run("solve w\xe4lk.c3d -o out -f --json --markers names.csv");
   EXPECT_EQ(nlohmann::json::parse(added.out)["markers"].size(), 20u);
   EXPECT_EQ(added.err.find("warning"), std::string::npos) << added.err;
 }
 
 // Labels at random: no body fits, the result is there to be looked at and the exit code is 3.
-TEST(SolveCommand, FailsItsCheckWhereTheBodyIsFarFromTheMarkers) {
-  const testing::TemporaryFolder folder;
+TEST_F(SolveCommand, FailsItsCheckWhereTheBodyIsFarFromTheMarkers) {
   MarkerRecording recording = StandingMarkers(kStanding);
   for (int m = 0; m < recording.NumMarkers(); ++m) {
     for (int t = 0; t < recording.NumFrames(); ++t) {
@@ -203,8 +178,7 @@ TEST(SolveCommand, FailsItsCheckWhereTheBodyIsFarFromTheMarkers) {
     }
   }
   WriteC3d(recording, folder / "shaken.c3d");
-  const ProgramResult result = RunHoldfast(folder.Path(), "solve shaken.c3d -o out --json");
-  EXPECT_EQ(result.exit_code, 3) << result.err;
+  const ProgramResult result = folder.Run("solve shaken.c3d -o out --json", 3);
   EXPECT_THAT(result.err, HasSubstr("marker residual is "));
   EXPECT_GT(nlohmann::json::parse(result.out)["rms_mm"].get<double>(), 30.0);
   EXPECT_TRUE(std::filesystem::exists(folder / "out/clip.npz"));

@@ -10,17 +10,16 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "tests/support/program.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using testing::ProgramFolder;
 using testing::ProgramResult;
 using testing::ReadText;
 using testing::RunHoldfast;
-using testing::TemporaryFolder;
 
 // Nearest that the middle of the object's rim comes to the mouth, meters.
 double RimToMouth(const std::filesystem::path& result) {
@@ -41,11 +40,9 @@ double RimToMouth(const std::filesystem::path& result) {
 }
 
 TEST(Synthesize, APersonDrinksFromAMug) {
-  const TemporaryFolder folder;
-  const ProgramResult result = RunHoldfast(
-      folder.Path(), "synthesize --action drink --object mug -o drunk --json --samples 4 -q");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
-  const nlohmann::json summary = nlohmann::json::parse(result.out);
+  const ProgramFolder folder;
+  const nlohmann::json summary =
+      folder.Json("synthesize --action drink --object mug -o drunk --samples 4 -q");
   EXPECT_EQ(summary["synthesis"]["action"], "drink");
   EXPECT_EQ(summary["synthesis"]["object"], "mug");
   EXPECT_EQ(summary["synthesis"]["samples"].size(), 4u);
@@ -59,49 +56,40 @@ TEST(Synthesize, APersonDrinksFromAMug) {
   EXPECT_LT(RimToMouth(folder / "drunk"), 0.10);
 
   // Somebody who has a mug in the hand can go on from there.
-  const ProgramResult further = RunHoldfast(
-      folder.Path(),
+  folder.Run(
       "synthesize --action inspect --object mug --from drunk:0 --samples 2 --no-report -o seen -q");
-  EXPECT_EQ(further.exit_code, 0) << further.err;
   EXPECT_LT((ReadClip(folder / "seen/clip.npz").trans.col(0) - clip.trans.col(0)).norm(), 1e-3);
 }
 
 TEST(Synthesize, TheSameBytesOnAnyThreads) {
-  const TemporaryFolder folder;
+  const ProgramFolder folder;
   for (const char* threads : {"1", "2"}) {
-    const ProgramResult result =
-        RunHoldfast(folder.Path(),
-                    "synthesize 'The person lifts the cube' --start table --samples 3 "
-                    "--no-report -q --seed 4 --threads " +
-                        std::string(threads) + " -o out" + threads);
-    ASSERT_EQ(result.exit_code, 0) << result.err;
+    folder.Run(
+        "synthesize 'The person lifts the cube' --start table --samples 3 "
+        "--no-report -q --seed 4 --threads " +
+        std::string(threads) + " -o out" + threads);
   }
   EXPECT_EQ(ReadText(folder / "out1/clip.npz"), ReadText(folder / "out2/clip.npz"));
 }
 
 TEST(Synthesize, LeftHandsAndOtherBodiesHoldToo) {
-  const TemporaryFolder folder;
-  const ProgramResult result =
-      RunHoldfast(folder.Path(),
-                  "synthesize --action eat --object apple --hand left --betas 1.5,-0.5 --samples 2 "
-                  "--no-report -q -o eaten");
-  ASSERT_EQ(result.exit_code, 0) << result.err;
+  const ProgramFolder folder;
+  const ProgramResult result = folder.Run(
+      "synthesize --action eat --object apple --hand left --betas 1.5,-0.5 --samples 2 "
+      "--no-report -q -o eaten");
   const Clip clip = ReadClip(folder / "eaten/clip.npz");
   for (const std::uint8_t hands : clip.holding_hand) EXPECT_EQ(hands, kHoldsLeft);
   EXPECT_DOUBLE_EQ(clip.betas[0], 1.5);
   EXPECT_THAT(result.out, HasSubstr("\n  at the face "));
-  const nlohmann::json metrics = nlohmann::json::parse(ReadText(folder / "eaten/metrics.json"));
+  const nlohmann::json metrics = folder.ReadJson("eaten/metrics.json");
   EXPECT_EQ(metrics["summary"]["frames_in_contact_ratio"], 1.0);
   EXPECT_THAT(result.out, EndsWith("\n"));
 }
 
 TEST(Synthesize, SaysWhatIsWrong) {
-  const TemporaryFolder folder;
+  const ProgramFolder folder;
   const auto fails = [&](const std::string& arguments, int code, const std::string& message) {
-    const ProgramResult result = RunHoldfast(folder.Path(), "synthesize -o out " + arguments);
-    EXPECT_EQ(result.exit_code, code) << arguments << "\n" << result.err;
-    EXPECT_THAT(result.err, HasSubstr(message)) << arguments;
-    EXPECT_FALSE(std::filesystem::exists(folder / "out")) << arguments;
+    folder.Fails("synthesize -o out " + arguments, code, message);
   };
   fails("--action drnk --object mug", 1, "Did you mean 'drink'?");
   fails("--action fly --object mug", 1, "--action: no motion can be generated for 'fly'");

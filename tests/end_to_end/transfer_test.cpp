@@ -13,33 +13,30 @@
 #include "geometry/io/container/npz.h"
 #include "tests/support/program.h"
 #include "tests/support/robot_files.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using ::testing::HasSubstr;
+using testing::ProgramFolder;
 using testing::ProgramResult;
 using testing::ReadText;
-using testing::RunHoldfast;
-using testing::TemporaryFolder;
 
 // Ten frames of the demo with a held mug, made once.
-const TemporaryFolder& Held() {
-  static const TemporaryFolder folder;
+const ProgramFolder& Held() {
+  static const ProgramFolder folder;
   static const bool made =
-      RunHoldfast(folder.Path(), "fit demo_drink mug --end 10 -o held --quiet --no-report")
-          .exit_code == 0;
+      folder.Run("fit demo_drink mug --end 10 -o held --quiet --no-report").exit_code == 0;
   EXPECT_TRUE(made);
   return folder;
 }
 
-ProgramResult Transfer(const std::string& arguments) {
-  return RunHoldfast(Held().Path(), "transfer held --no-report " + arguments);
-}
+const std::string kTransfer = "transfer held --no-report ";
 
-nlohmann::json Metrics(const char* folder) {
-  return nlohmann::json::parse(ReadText(Held() / folder / "metrics.json"));
+void Transfer(const std::string& arguments) { Held().Run(kTransfer + arguments); }
+
+nlohmann::json Metrics(const std::string& folder) {
+  return Held().ReadJson(folder + "/metrics.json");
 }
 
 void ExpectClean(const char* folder) {
@@ -52,15 +49,15 @@ void ExpectClean(const char* folder) {
 
 TEST(Transfer, KeepsContactsOfAMugThatIsLargerOrSmaller) {
   for (const char* scale : {"0.8", "1.3", "1,1,1.3"}) {
-    ASSERT_EQ(Transfer("--scale " + std::string(scale) + " -o scaled -f -q").exit_code, 0);
+    Transfer("--scale " + std::string(scale) + " -o scaled -f -q");
     ExpectClean("scaled");
     EXPECT_EQ(Metrics("scaled")["following"]["kept"], "wrists");
   }
 }
 
 TEST(Transfer, GoesToAnotherMugByShape) {
-  ASSERT_EQ(Transfer("--scale 1.1,0.9,1.2 -o other -f -q").exit_code, 0);
-  ASSERT_EQ(Transfer("--object other/object.ply -o to_other -f -q").exit_code, 0);
+  Transfer("--scale 1.1,0.9,1.2 -o other -f -q");
+  Transfer("--object other/object.ply -o to_other -f -q");
   ExpectClean("to_other");
   const nlohmann::json map = Metrics("to_other")["map"];
   EXPECT_EQ(map["method"], "registered");
@@ -69,7 +66,7 @@ TEST(Transfer, GoesToAnotherMugByShape) {
 }
 
 TEST(Transfer, GivesTheObjectToAShorterPersonWhereItWas) {
-  ASSERT_EQ(Transfer("--betas -2,1 -o short -f -q").exit_code, 0);
+  Transfer("--betas -2,1 -o short -f -q");
   ExpectClean("short");
   const Clip clip = ReadClip(Held() / "short/clip.npz"),
              source = ReadClip(Held() / "held/clip.npz");
@@ -112,7 +109,7 @@ TEST(Transfer, AnotherBodyStandsOnItsOwnSoles) {
   WriteBroadBody(Held() / "bodies/holdfast_neutral.npz");
   for (const char* keep : {"object", "wrists"}) {
     const std::string arguments = " --body bodies/holdfast_neutral.npz -o broad -f -q --keep ";
-    ASSERT_EQ(Transfer(arguments + keep).exit_code, 0);
+    Transfer(arguments + keep);
     ExpectClean("broad");
     const nlohmann::json following = Metrics("broad")["following"];
     EXPECT_NEAR(following["leg_ratio"], 1.03, 0.003);
@@ -125,15 +122,15 @@ TEST(Transfer, AnotherBodyStandsOnItsOwnSoles) {
 }
 
 TEST(Transfer, SaysHowFarTheMapStretchesForAnotherKind) {
-  const ProgramResult result = Transfer("--object hammer -o hammer -f");
-  EXPECT_THAT(result.err, HasSubstr("differs much in shape from mug: the map stretches by up to"));
+  EXPECT_THAT(testing::RunHoldfast(Held().Path(), kTransfer + "--object hammer -o hammer -f").err,
+              HasSubstr("differs much in shape from mug: the map stretches by up to"));
 }
 
 TEST(Transfer, VariantsGoOnWhereTheyWereStoppedOnAnyNumberOfThreads) {
-  ASSERT_EQ(Transfer("--variants 4 -o four -q --threads 2").exit_code, 0);
-  ASSERT_EQ(Transfer("--variants 2 -o more -q --threads 1").exit_code, 0);
+  Transfer("--variants 4 -o four -q --threads 2");
+  Transfer("--variants 2 -o more -q --threads 1");
   const std::string two = ReadText(Held() / "more/manifest.jsonl");
-  ASSERT_EQ(Transfer("--variants 4 -o more -q --threads 1").exit_code, 0);
+  Transfer("--variants 4 -o more -q --threads 1");
   const std::string four = ReadText(Held() / "more/manifest.jsonl");
   EXPECT_EQ(four.substr(0, two.size()), two);
   EXPECT_EQ(four, ReadText(Held() / "four/manifest.jsonl"));
@@ -150,7 +147,7 @@ TEST(Transfer, VariantsGoOnWhereTheyWereStoppedOnAnyNumberOfThreads) {
     EXPECT_EQ(ReadText(Held() / "more" / file), ReadText(Held() / "four" / file)) << file;
   }
   EXPECT_EQ(kept, 4);
-  EXPECT_THAT(Transfer("--variants 4 -o more -q --seed 9").err, HasSubstr("another clip, options"));
+  Held().Fails(kTransfer + "--variants 4 -o more -q --seed 9", 1, "another clip, options");
 }
 
 // A robot whose two fingers do not bend keeps no contact: it is written, and told.
@@ -160,9 +157,7 @@ TEST(Transfer, ARobotThatKeepsNoContactIsExitCodeThree) {
     stiff.replace(at, 11, "upper=\"-0.0\"");
   }
   std::ofstream(Held() / "stiff.urdf") << stiff;
-  const ProgramResult result =
-      RunHoldfast(Held().Path(), "transfer held --robot stiff.urdf -o stiff -f");
-  EXPECT_EQ(result.exit_code, 3) << result.out << result.err;
+  const ProgramResult result = Held().Run("transfer held --robot stiff.urdf -o stiff -f", 3);
   EXPECT_THAT(result.err, HasSubstr("warning: contact is lost at "));
   EXPECT_THAT(result.err, HasSubstr("less than 50 % of the contacts are kept"));
   EXPECT_LT(Metrics("stiff")["transfer"]["contacts_kept_ratio"], 0.5);
@@ -170,16 +165,13 @@ TEST(Transfer, ARobotThatKeepsNoContactIsExitCodeThree) {
     EXPECT_TRUE(std::filesystem::exists(Held() / "stiff" / name)) << name;
   }
   testing::BoxHand{.coupled = true}.Write(Held() / "bends.urdf");
-  EXPECT_EQ(RunHoldfast(Held().Path(), "transfer held --robot bends.urdf -o bends -f -q").exit_code,
-            0);
+  Held().Run("transfer held --robot bends.urdf -o bends -f -q");
   EXPECT_GE(Metrics("bends")["transfer"]["contacts_kept_ratio"], 0.5);
 }
 
 TEST(Transfer, RefusesWhatIsNone) {
   const auto refused = [](const std::string& arguments, int exit_code, const char* why) {
-    const ProgramResult result = Transfer(arguments);
-    EXPECT_EQ(result.exit_code, exit_code) << arguments << '\n' << result.err;
-    EXPECT_THAT(result.err, HasSubstr(why)) << arguments;
+    Held().Fails(kTransfer + arguments, exit_code, why);
   };
   refused("-o x", 2, "Give a target");
   refused("--scale 0 -o x", 2, "--scale");
@@ -194,10 +186,7 @@ TEST(Transfer, RefusesWhatIsNone) {
   refused("--betas 1e9 -o x", 1, "--betas");
   std::ofstream(Held() / "map.txt") << "1\n2\n";
   refused("--object mug --map map.txt -o x", 1, "has 2 rows");
-  const ProgramResult bare = RunHoldfast(Held().Path(), "transfer demo_drink --scale 1.1 -o x");
-  EXPECT_EQ(bare.exit_code, 1);
-  EXPECT_THAT(bare.err, HasSubstr("has no object"));
-  EXPECT_FALSE(std::filesystem::exists(Held() / "x"));
+  Held().Fails("transfer demo_drink --scale 1.1 -o x", 1, "has no object");
 }
 
 }  // namespace

@@ -23,7 +23,6 @@ inline void Interrogate(const DataValue& value, bool with_numbers) {
   };
   Require(!value.Where().empty(), "a value knows where it is from");
   Require(!value.Describe().empty(), "a value can be described");
-  value.ClassName();
   ask([&] { value.Text(); });
   if (!with_numbers) return;
   bool gives_numbers = false;

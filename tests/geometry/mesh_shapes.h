@@ -140,6 +140,32 @@ inline TriangleMesh Together(const TriangleMesh& a, const TriangleMesh& b) {
   return mesh;
 }
 
+/// `mesh` with one face more.
+inline TriangleMesh WithFace(TriangleMesh mesh, int a, int b, int c) {
+  mesh.faces.conservativeResize(Eigen::NoChange, mesh.NumFaces() + 1);
+  mesh.faces.rightCols<1>() << a, b, c;
+  return mesh;
+}
+
+/// `mesh` with one vertex more, of no face.
+inline TriangleMesh WithVertex(TriangleMesh mesh, const Eigen::Vector3d& p) {
+  mesh.vertices.conservativeResize(Eigen::NoChange, mesh.NumVertices() + 1);
+  mesh.vertices.rightCols<1>() = p;
+  return mesh;
+}
+
+/// Every triangle with corners of its own, as an .stl file has them.
+inline TriangleMesh Exploded(const TriangleMesh& mesh) {
+  TriangleMesh loose;
+  loose.vertices.resize(3, 3 * mesh.NumFaces());
+  loose.faces.resize(3, mesh.NumFaces());
+  for (int i = 0; i < 3 * mesh.NumFaces(); ++i) {
+    loose.vertices.col(i) = mesh.vertices.col(mesh.faces(i % 3, i / 3));
+    loose.faces(i % 3, i / 3) = i;
+  }
+  return loose;
+}
+
 /// The same surface with its inside out.
 inline TriangleMesh InsideOut(TriangleMesh mesh) {
   mesh.faces.row(1).swap(mesh.faces.row(2));

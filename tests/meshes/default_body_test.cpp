@@ -13,13 +13,11 @@
 
 #include <Eigen/Geometry>
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
-#include <CGAL/Surface_mesh.h>
 #include <gtest/gtest.h>
 
 #include "geometry/body/body_model.h"
 #include "geometry/body/skeleton.h"
+#include "tests/meshes/self_intersection.h"
 
 namespace holdfast {
 namespace {
@@ -44,6 +42,11 @@ const BodySurface& Surface() {
 double MirrorPlane() { return Model().Template()(0, 0); }
 int NumMidline() {
   return static_cast<int>((Model().Template().row(0).array() == MirrorPlane()).count());
+}
+/// Vertices of either side: those of the left come next, then their mirror images in that order.
+int NumSide() { return (Model().NumVertices() - NumMidline()) / 2; }
+Matrix3Xd Shaped(int beta, double value) {
+  return Model().ShapedVertices(value * Eigen::VectorXd::Unit(10, beta));
 }
 Vector3d Mirrored(const Vector3d& point) {
   return {2 * MirrorPlane() - point.x(), point.y(), point.z()};
@@ -111,20 +114,6 @@ double FingerVolume(const Matrix3Xd& vertices, Side side, int finger) {
   return six_volumes / 6.0;
 }
 
-using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-
-bool Intersects(const Matrix3Xd& vertices, const Matrix3Xi& faces) {
-  CGAL::Surface_mesh<Kernel::Point_3> mesh;
-  std::vector<CGAL::SM_Vertex_index> ids;
-  for (Eigen::Index i = 0; i < vertices.cols(); ++i) {
-    ids.push_back(mesh.add_vertex({vertices(0, i), vertices(1, i), vertices(2, i)}));
-  }
-  for (Eigen::Index f = 0; f < faces.cols(); ++f) {
-    mesh.add_face(ids[faces(0, f)], ids[faces(1, f)], ids[faces(2, f)]);
-  }
-  return CGAL::Polygon_mesh_processing::does_self_intersect(mesh);
-}
-
 TEST(DefaultBody, HasTheSizeItPromises) {
   EXPECT_GE(Model().NumVertices(), 8000);
   EXPECT_LE(Model().NumVertices(), 12000);
@@ -180,8 +169,7 @@ TEST(DefaultBody, HasWellShapedTriangles) {
 
 TEST(DefaultBody, MirrorsItselfVertexByVertex) {
   const Matrix3Xd& v = Model().Template();
-  const int num_midline = NumMidline();
-  const int num_side = (Model().NumVertices() - num_midline) / 2;
+  const int num_midline = NumMidline(), num_side = NumSide();
   ASSERT_EQ(num_midline, 166);
   ASSERT_EQ(num_midline + 2 * num_side, Model().NumVertices());
   for (int i = 0; i < num_midline; ++i) ASSERT_EQ(v(0, i), MirrorPlane());
@@ -271,19 +259,15 @@ TEST(DefaultBody, RestsItsPelvisWhereSmplxDoes) {
   EXPECT_LT((pelvis - Vector3d(0.0031, -0.3514, 0.0120)).norm(), 1e-6);
   EXPECT_LT((pelvis - kEmbeddedRestPelvis).norm(), 1e-6);
   for (int k = 0; k < 10; ++k) {
-    const Matrix3Xd shaped = Model().ShapedVertices(2.0 * Eigen::VectorXd::Unit(10, k));
-    EXPECT_LT((Model().RestJoints(shaped).col(0) - pelvis).norm(), 0.003) << "beta " << k;
+    EXPECT_LT((Model().RestJoints(Shaped(k, 2.0)).col(0) - pelvis).norm(), 0.003) << "beta " << k;
   }
 }
 
 TEST(DefaultBody, EveryShapeCoefficientIsVisibleAndSymmetric) {
   const Matrix3Xd& mean = Model().Template();
-  const int num_midline = NumMidline();
-  const int num_side = (Model().NumVertices() - num_midline) / 2;
+  const int num_midline = NumMidline(), num_side = NumSide();
   for (int k = 0; k < 10; ++k) {
-    Eigen::VectorXd betas = Eigen::VectorXd::Zero(10);
-    betas[k] = 1;
-    const Matrix3Xd move = Model().ShapedVertices(betas) - mean;
+    const Matrix3Xd move = Shaped(k, 1.0) - mean;
     EXPECT_GT(move.colwise().norm().maxCoeff(), 0.003) << "beta " << k;
     EXPECT_LT(move.colwise().norm().maxCoeff(), 0.080) << "beta " << k;
     for (int i = num_midline; i < num_midline + num_side; ++i) {
@@ -294,18 +278,13 @@ TEST(DefaultBody, EveryShapeCoefficientIsVisibleAndSymmetric) {
 }
 
 TEST(DefaultBody, ShapeCoefficientsDoWhatTheyAreNamedFor) {
-  const auto joints = [&](int beta) {
-    Eigen::VectorXd betas = Eigen::VectorXd::Zero(10);
-    if (beta >= 0) betas[beta] = 2;
-    return Model().RestJoints(Model().ShapedVertices(betas));
-  };
   const auto distance = [](const Matrix3Xd& j, std::string_view a, std::string_view b) {
     return (j.col(*FindJoint(a)) - j.col(*FindJoint(b))).norm();
   };
-  const Matrix3Xd mean = joints(-1);
+  const Matrix3Xd mean = Model().RestJoints(Model().Template());
   // Ratio of a bone's length at +2 to the mean.
   const auto growth = [&](int beta, std::string_view a, std::string_view b) {
-    return distance(joints(beta), a, b) / distance(mean, a, b);
+    return distance(Model().RestJoints(Shaped(beta, 2.0)), a, b) / distance(mean, a, b);
   };
   EXPECT_NEAR(growth(0, "left_knee", "left_ankle"), 1.072, 0.005);     // height
   EXPECT_NEAR(growth(1, "left_knee", "left_ankle"), 1.0, 0.01);        // weight
@@ -323,17 +302,15 @@ TEST(DefaultBody, ShapeCoefficientsDoWhatTheyAreNamedFor) {
 
 TEST(DefaultBody, DoesNotIntersectItselfAtRestNorWithExtremeShapes) {
   const Matrix3Xi& faces = Model().Faces();
-  EXPECT_FALSE(Intersects(Model().Template(), faces));
+  EXPECT_FALSE(CutsItself({Model().Template(), faces}));
   for (const double value : {-3.0, 3.0}) {
     for (int k = 0; k < 10; ++k) {
-      Eigen::VectorXd betas = Eigen::VectorXd::Zero(10);
-      betas[k] = value;
-      const Matrix3Xd shaped = Model().ShapedVertices(betas);
+      const Matrix3Xd shaped = Shaped(k, value);
       EXPECT_GT(SignedVolume({shaped, faces}), 0.03);
       // The full test takes a third of a second a mesh: done for the coefficients that move skin
       // against skin (weight, fingers, hips, muscle).
       if (k == 1 || k == 6 || k == 7 || k == 9) {
-        EXPECT_FALSE(Intersects(shaped, faces)) << "beta " << k << " = " << value;
+        EXPECT_FALSE(CutsItself({shaped, faces})) << "beta " << k << " = " << value;
       }
     }
   }
@@ -369,7 +346,7 @@ TEST(DefaultBody, SingleBentJointsDoNotFoldTheSkin) {
       JointPose pose = JointPose::Zero();
       Curl(finger, k, 45, pose);
       Forward(hand, pose, Vector3d::Zero(), state);
-      EXPECT_FALSE(Intersects(state.vertices, hand.Faces()))
+      EXPECT_FALSE(CutsItself({state.vertices, hand.Faces()}))
           << kFingerNames[finger] << " joint " << k;
     }
   }
@@ -394,8 +371,7 @@ TEST(DefaultBody, MirroredPosesGiveMirroredBodies) {
   const JointPose pose = 0.5 * JointPose::Random();
   const Matrix3Xd body = Posed(pose);
   const Matrix3Xd mirrored = Posed(MirrorPose(pose));
-  const int num_midline = NumMidline();
-  const int num_side = (Model().NumVertices() - num_midline) / 2;
+  const int num_midline = NumMidline(), num_side = NumSide();
   for (int i = 0; i < num_midline + num_side; ++i) {
     const int other = i < num_midline ? i : i + num_side;
     ASSERT_LT((body.col(i) - Mirrored(mirrored.col(other))).norm(), 1e-5) << "vertex " << i;
@@ -435,7 +411,7 @@ TEST(DefaultBody, RelaxedHandsAreCurledAndMirrored) {
     }
   }
   const Matrix3Xd relaxed = Posed(AddHandMean(Model(), JointPose::Zero()));
-  EXPECT_FALSE(Intersects(relaxed, Model().Faces()));
+  EXPECT_FALSE(CutsItself({relaxed, Model().Faces()}));
 }
 
 }  // namespace

@@ -5,9 +5,6 @@
 #include <set>
 #include <string>
 
-#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
-#include <CGAL/Polygon_mesh_processing/self_intersections.h>
-#include <CGAL/Surface_mesh.h>
 #include <gtest/gtest.h>
 
 #include "geometry/io/mesh/load_object.h"
@@ -16,6 +13,7 @@
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/mesh_check.h"
 #include "geometry/mesh/surface_distance.h"
+#include "tests/meshes/self_intersection.h"
 
 namespace holdfast {
 namespace {
@@ -56,20 +54,6 @@ const Expected kObjects[] = {
 
 std::filesystem::path ObjectsFolder() {
   return std::filesystem::path(HOLDFAST_MESHES_DIR) / "objects";
-}
-
-bool CutsItself(const TriangleMesh& mesh) {
-  using Kernel = CGAL::Exact_predicates_inexact_constructions_kernel;
-  using Surface = CGAL::Surface_mesh<Kernel::Point_3>;
-  Surface surface;
-  for (const auto& point : mesh.vertices.colwise()) {
-    surface.add_vertex({point.x(), point.y(), point.z()});
-  }
-  for (const auto& face : mesh.faces.colwise()) {
-    surface.add_face(Surface::Vertex_index(face[0]), Surface::Vertex_index(face[1]),
-                     Surface::Vertex_index(face[2]));
-  }
-  return CGAL::Polygon_mesh_processing::does_self_intersect(surface);
 }
 
 void ExpectSound(const TriangleMesh& mesh) {

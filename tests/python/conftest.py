@@ -6,9 +6,15 @@ import holdfast
 
 
 @pytest.fixture(scope="session")
-def demo():
-    """Eight frames of the embedded motion with a mug in the hand; not to be changed."""
-    return holdfast.fit(holdfast.Clip.load("demo_drink")[:8], "mug").clip
+def held():
+    """Twelve frames of the embedded motion with a mug in the hand; not to be changed."""
+    return holdfast.fit(holdfast.Clip.load("demo_drink")[:12], "mug")
+
+
+@pytest.fixture(scope="session")
+def demo(held):
+    """Eight frames of its clip; not to be changed."""
+    return held.clip[:8]
 
 
 @pytest.fixture(scope="session")

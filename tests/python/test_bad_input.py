@@ -31,6 +31,10 @@ def demo():
     return holdfast.Clip(POSES, TRANS)
 
 
+def holding():
+    return demo().with_object(holdfast.ObjectTrack(TRANS, TRANS))
+
+
 def track(trans=TRANS, orient=TRANS, **options):
     made = holdfast.ObjectTrack(trans, orient, **options)
     return made.trans, made.orient, *(made.surface or ())
@@ -102,6 +106,8 @@ ROWS = {
     "Clip.trans": Array(lambda v: clip(trans=v), TRANS),
     "Clip.betas": Array(lambda v: clip(betas=v), BETAS, none=True),
     "Clip.holding_hand": Array(lambda v: clip(holding_hand=v), np.array([0, 1, 2, 3]), none=True),
+    "Clip.load.betas": Array(lambda v: holdfast.Clip.load("demo_drink", betas=v).poses, BETAS, none=True),
+    "import_motion.betas": Array(lambda v: holdfast.import_motion("demo_drink", betas=v).poses, BETAS, none=True),
     "Clip.betas.value": Array(lambda v: assigned("betas", v), BETAS),
     "Clip.holding_hand.value": Array(
         lambda v: assigned("holding_hand", v), np.array([0, 1, 2, 3]), none=True),
@@ -159,34 +165,23 @@ ROWS = {
     "offhand.clip": Person(lambda v: holdfast.offhand(v, "apple")),
     "offhand.object": Mesh(lambda v: holdfast.offhand(demo(), v), dear=True),
     "refine.clip": Person(lambda v: holdfast.refine(v, "apple")),
-    "refine.object": Mesh(
-        lambda v: holdfast.refine(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), v),
-        dear=True),
+    "refine.object": Mesh(lambda v: holdfast.refine(holding(), v), dear=True),
     "transfer_to_robot.clip": Person(lambda v: holdfast.transfer_to_robot(v, robot())),
     "transfer_to_robot.object": Mesh(
-        lambda v: holdfast.transfer_to_robot(
-            demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), robot(), object=v),
-        dear=True),
+        lambda v: holdfast.transfer_to_robot(holding(), robot(), object=v), dear=True),
     "transfer.clip": Person(lambda v: holdfast.transfer(v, scale=1.1)),
     "transfer.object": Mesh(
-        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), v,
-                                    from_object=CUBE),
-        none=True, dear=True),
+        lambda v: holdfast.transfer(holding(), v, from_object=CUBE), none=True, dear=True),
     "transfer.from_object": Mesh(
-        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)),
-                                    from_object=v),
-        none=True, dear=True),
+        lambda v: holdfast.transfer(holding(), from_object=v), none=True, dear=True),
     "transfer.scale": Array(
-        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)),
-                                    scale=factors(v), from_object=CUBE),
+        lambda v: holdfast.transfer(holding(), scale=factors(v), from_object=CUBE),
         POINT, none=True, dear=True),
     "transfer.map": Array(
-        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)), CUBE,
-                                    map=(v, CUBE[0]), from_object=CUBE),
+        lambda v: holdfast.transfer(holding(), CUBE, map=(v, CUBE[0]), from_object=CUBE),
         CUBE[0], dear=True),
     "transfer.betas": Array(
-        lambda v: holdfast.transfer(demo().with_object(holdfast.ObjectTrack(TRANS, TRANS)),
-                                    betas=v, from_object=CUBE),
+        lambda v: holdfast.transfer(holding(), betas=v, from_object=CUBE),
         BETAS, none=True, dear=True),
     "solve_markers.object": Mesh(
         lambda v: holdfast.solve_markers(

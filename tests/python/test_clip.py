@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import holdfast
+from support import refused
 
 
 def test_a_clip_of_arrays(random):
@@ -46,22 +47,14 @@ def test_wrong_arrays_are_said():
     poses, trans = np.zeros((4, 165)), np.zeros((4, 3))
     with pytest.raises(ValueError, match=r"poses: expected .* \(n, 165\), got \(4, 164\)"):
         holdfast.Clip(poses[:, :164], trans)
-    with pytest.raises(ValueError, match=r"trans: expected .* \(4, 3\), got \(3, 3\)"):
-        holdfast.Clip(poses, trans[:3])
-    with pytest.raises(ValueError, match="NaN"):
-        holdfast.Clip(np.full((4, 165), np.nan), trans)
-    with pytest.raises(ValueError, match="one frame or more"):
-        holdfast.Clip(poses[:0], trans[:0])
-    with pytest.raises(TypeError, match="poses"):
-        holdfast.Clip(None, trans)
-    with pytest.raises(TypeError, match="dtype"):
-        holdfast.Clip(poses + 1j, trans)
-    with pytest.raises(ValueError, match="frame_rate"):
-        holdfast.Clip(poses, trans, frame_rate=0.0)
-    with pytest.raises(ValueError, match="holding_hand"):
-        holdfast.Clip(poses, trans, holding_hand=[1, 2])
-    with pytest.raises(ValueError, match="4: expected 0 nobody"):
-        holdfast.Clip(poses, trans, holding_hand=[1, 2, 3, 4])
+    refused(ValueError, r"trans: expected .* \(4, 3\), got \(3, 3\)", holdfast.Clip, poses, trans[:3])
+    refused(ValueError, "NaN", holdfast.Clip, np.full((4, 165), np.nan), trans)
+    refused(ValueError, "one frame or more", holdfast.Clip, poses[:0], trans[:0])
+    refused(TypeError, "poses", holdfast.Clip, None, trans)
+    refused(TypeError, "dtype", holdfast.Clip, poses + 1j, trans)
+    refused(ValueError, "frame_rate", holdfast.Clip, poses, trans, frame_rate=0.0)
+    refused(ValueError, "holding_hand", holdfast.Clip, poses, trans, holding_hand=[1, 2])
+    refused(ValueError, "4: expected 0 nobody", holdfast.Clip, poses, trans, holding_hand=[1, 2, 3, 4])
 
 
 def test_object_track():
@@ -98,8 +91,7 @@ def test_slices_and_other_frame_rates(demo):
             clip[bad]
     half = clip.resample(clip.frame_rate / 2)
     assert abs(len(half) - len(clip) / 2) <= 1
-    with pytest.raises(ValueError):
-        clip.resample(-1.0)
+    refused(ValueError, "", clip.resample, -1.0)
 
 
 def test_copy_is_deep(demo):
@@ -120,20 +112,10 @@ def test_saved_and_loaded(demo, tmp_path):
 
 
 def test_what_cannot_be_loaded_is_said(tmp_path):
-    with pytest.raises(holdfast.Error, match="no_such_clip"):
-        holdfast.Clip.load("no_such_clip")
+    refused(holdfast.Error, "no_such_clip", holdfast.Clip.load, "no_such_clip")
     empty = tmp_path / "empty.npz"
     empty.write_bytes(b"")
-    with pytest.raises(ValueError, match="empty.npz"):
-        holdfast.Clip.load(str(empty))
-
-
-def test_notes_are_logged(demo, tmp_path, caplog):
-    path = tmp_path / "plain.npz"
-    np.savez(path, poses=demo.poses, trans=demo.trans, mocap_frame_rate=30.0)
-    with caplog.at_level(logging.INFO, "holdfast"):
-        clip = holdfast.import_motion(str(path))
-    assert len(clip) == len(demo)
+    refused(ValueError, "empty.npz", holdfast.Clip.load, str(empty))
 
 
 def test_smplx_arguments(demo):
@@ -186,7 +168,7 @@ def test_what_may_be_wrong_in_a_file_is_logged_as_a_warning(demo, tmp_path, capl
     np.savez(path, poses=demo.poses, trans=demo.trans)
     with caplog.at_level(logging.WARNING, "holdfast"):
         clip = holdfast.import_motion(path)
-    assert clip.frame_rate == 30
+    assert clip.frame_rate == 30 and len(clip) == len(demo)
     assert any("no frame rate" in record.message for record in caplog.records)
 
 
@@ -200,8 +182,7 @@ def test_a_hand_in_matrices_is_imported(tmp_path):
         betas=np.zeros((5, 10)),
     )
     # Its own model is needed to load it as a clip.
-    with pytest.raises(holdfast.Error, match="hand alone"):
-        holdfast.import_motion(path)
+    refused(holdfast.Error, "hand alone", holdfast.import_motion, path)
 
 
 def test_a_pair_of_files_is_one_clip():

@@ -1,6 +1,5 @@
 # SPDX-License-Identifier: MIT
 import csv
-import json
 import math
 
 import numpy as np
@@ -8,6 +7,7 @@ import pytest
 
 import holdfast
 from holdfast.evaluate import naturalness
+from support import refused, results
 
 
 def carried(frames, step=(0.0, 0.0), subject=""):
@@ -173,10 +173,6 @@ def run(*arguments):
     assert naturalness.main([*map(str, arguments), "--jobs", "1"]) == 0
 
 
-def results(folder):
-    return json.loads((folder / "evaluation.json").read_text())
-
-
 def test_sets_side_by_side(sets, tmp_path, capsys):
     run(sets / "captured", "--against", f"ours={sets / 'rushed'}", "-o", tmp_path / "out")
     text = capsys.readouterr().out
@@ -228,14 +224,12 @@ def test_reaches_are_made_from_a_list(sets, tmp_path):
                         ("clip,frame,ahead,left,up\na.npz,-1,1,0,1\n", ":2: is not a clip and four numbers"),
                         ("clip,frame,ahead,left,up\na.npz,0,1,0,1\n", "names a clip that does not exist")):
         listed.write_text(text)
-        with pytest.raises(holdfast.Error, match=words):
-            naturalness.read_reaches(listed, sets)
+        refused(holdfast.Error, words, naturalness.read_reaches, listed, sets)
 
 
 def test_what_is_wrong_is_said(sets, tmp_path):
     def fault(words, *arguments):
-        with pytest.raises(holdfast.Error, match=words):
-            run(*arguments, "-o", tmp_path / "out")
+        refused(holdfast.Error, words, run, *arguments, "-o", tmp_path / "out")
 
     (tmp_path / "empty").mkdir()
     (tmp_path / "broken.npz").write_text("no archive")
@@ -245,5 +239,4 @@ def test_what_is_wrong_is_said(sets, tmp_path):
     fault("is not a set", sets / "captured", "--against", "ours=")
     fault("name of the reference", sets / "captured", "--against", sets / "captured")
     fault("none of its 1 motions", sets / "captured", "--against", sets / "rushed/samples/02.npz", "--moving-only")
-    with pytest.raises(SystemExit):
-        run(sets / "captured", "-o", tmp_path / "out", "--way", -1)
+    refused(SystemExit, "", run, sets / "captured", "-o", tmp_path / "out", "--way", -1)

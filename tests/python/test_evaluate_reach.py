@@ -6,6 +6,7 @@ import pytest
 
 import holdfast
 from holdfast.evaluate import _study, reach
+from support import refused, results
 
 
 @pytest.fixture
@@ -61,8 +62,7 @@ def test_a_motion_is_measured():
     broken = reach.measure(breaks, (2.1, 0.0, 1.0))
     assert broken["diverged"] and broken["reached_frame"] == 0
     assert reach.success([broken])["success_ratio"] == 1 and reach.success([broken])["rests_ratio"] == 0
-    with pytest.raises(holdfast.Error, match="finite"):
-        reach.measure(np.full((2, 22, 3), np.nan))
+    refused(holdfast.Error, "finite", reach.measure, np.full((2, 22, 3), np.nan))
 
 
 def test_goals_are_about_the_start_as_the_paper_has_them():
@@ -95,8 +95,7 @@ def test_starts_are_of_as_many_people_as_there_are():
     again = clips[::-1]
     assert {again[i][0] for i in reach.choose_start_clips(again)} == names
     assert len(reach.choose_start_clips(clips, 2)) == 2
-    with pytest.raises(holdfast.Error, match="16 are needed"):
-        reach.choose_start_clips(clips, 16)
+    refused(holdfast.Error, "16 are needed", reach.choose_start_clips, clips, 16)
 
 
 def test_tracks_move_as_they_are_told_to():
@@ -130,14 +129,9 @@ def test_motions_do_not_depend_on_their_batch():
     adam = holdfast.reach_motions("vae-opt-adam", *(a[:1] for a in arguments), frames=12)[0]
     assert len(adam["closest_m"]) == len(adam["seconds_at"]) == 201
     assert adam["solves"][0][0] == "ADAM"
-    with pytest.raises(ValueError, match="method"):
-        holdfast.reach_motions("legs", *arguments)
+    refused(ValueError, "method", holdfast.reach_motions, "legs", *arguments)
     with pytest.raises(ValueError, match="goals"):
         holdfast.reach_motions("intention", *arguments[:2], [[0, 0]] * 2, *arguments[3:])
-
-
-def results(folder):
-    return json.loads((folder / "evaluation.json").read_text())
 
 
 def run(*arguments):
@@ -164,8 +158,7 @@ def test_the_protocol_goes_on_where_it_was(tmp_path, small_grid, capsys):
     before = {name: (tmp_path / "whole" / name).read_bytes() for name in ("evaluation.json", "evaluation.md")}
     run("-o", tmp_path / "whole", *told)
     assert before == {name: (tmp_path / "whole" / name).read_bytes() for name in before}
-    with pytest.raises(holdfast.Error, match="a different configuration"):
-        run("-o", tmp_path / "whole", *told, "--seed", 2)
+    refused(holdfast.Error, "a different configuration", run, "-o", tmp_path / "whole", *told, "--seed", 2)
     run("-o", tmp_path / "whole", *told, "--seed", 2, "--force", "--no-ablations")
     assert [row["variant"] for row in results(tmp_path / "whole")["runs"]] == ["full", "refitted"]
 
@@ -190,12 +183,10 @@ def test_methods_side_by_side_from_captured_clips(tmp_path, small_grid):
     assert json.loads((tmp_path / "out" / "timing.json").read_text())["vae-opt-adam"]["seconds_mean"] > 0
     with pytest.raises(holdfast.Error, match="6 are needed"):
         run("-o", tmp_path / "few", "--starts", tmp_path / "held_out" / "clip_0.npz")
-    with pytest.raises(holdfast.Error, match="contains no clip"):
-        run("-o", tmp_path / "few", "--starts", tmp_path / "out")
+    refused(holdfast.Error, "contains no clip", run, "-o", tmp_path / "few", "--starts", tmp_path / "out")
     with pytest.raises(holdfast.Error, match="is not an ablation"):
         run("-o", tmp_path / "few", "--ablation-weights", "legs=other.safetensors")
-    with pytest.raises(SystemExit):
-        run("-o", tmp_path / "few", "--methods", "legs")
+    refused(SystemExit, "", run, "-o", tmp_path / "few", "--methods", "legs")
 
 
 def test_goals_that_move_are_followed(tmp_path, monkeypatch):

@@ -7,6 +7,7 @@ import pytest
 
 import holdfast
 from holdfast.evaluate import synthesis
+from support import refused, results
 
 
 def write_recognizer(path, seed=1):
@@ -68,8 +69,7 @@ def test_a_case_is_continued_from_its_first_key_frames(data):
     short = holdfast.Clip.load(path)[:10]
     short.save(data / "short.npz", force=True)
     assert holdfast.action_case(str(data / "short.npz")) is None
-    with pytest.raises(holdfast.Error, match="nowhere"):
-        holdfast.action_case("nowhere.npz")
+    refused(holdfast.Error, "nowhere", holdfast.action_case, "nowhere.npz")
 
 
 def test_measures_of_one_motion():
@@ -125,20 +125,14 @@ def test_the_classifier_sees_each_motion_alone(data):
     alone, label = recognizer(joints[2:3])
     np.testing.assert_allclose(alone[0], features[2], atol=1e-7)
     assert label[0] == labels[2] and recognizer.notes["held_out"] == "s10"
-    with pytest.raises(holdfast.Error, match="not finite"):
-        recognizer(np.full((1, 15, 22, 3), np.nan))
+    refused(holdfast.Error, "not finite", recognizer, np.full((1, 15, 22, 3), np.nan))
     (data / "bad.safetensors").write_bytes(b"\x08\0\0\0\0\0\0\0{\"a\": 1}")
-    with pytest.raises(holdfast.Error, match="not an action classifier"):
-        synthesis.Recognizer(data / "bad.safetensors")
+    refused(holdfast.Error, "not an action classifier", synthesis.Recognizer, data / "bad.safetensors")
 
 
 def run(data, *arguments):
     return synthesis.main(["--data", str(data / "set"), "--recognizer", str(data / "recognizer.safetensors"),
                            "--jobs", "1", *map(str, arguments)])
-
-
-def results(folder):
-    return json.loads((folder / "evaluation.json").read_text())
 
 
 def test_both_tables_with_the_real_motion_first(data, tmp_path, capsys):
@@ -175,14 +169,12 @@ def test_both_tables_with_the_real_motion_first(data, tmp_path, capsys):
     motions.write_text("".join(lines[:-1]))
     assert run(data, *told) == 0
     assert results(tmp_path / "out") == out
-    with pytest.raises(holdfast.Error, match="a different configuration"):
-        run(data, *told, "--seed", 2)
+    refused(holdfast.Error, "a different configuration", run, data, *told, "--seed", 2)
 
 
 def test_what_makes_no_sense_is_refused(data, tmp_path):
     def fault(words, *arguments):
-        with pytest.raises(holdfast.Error, match=words):
-            run(data, *arguments, "-o", tmp_path / "out")
+        refused(holdfast.Error, words, run, data, *arguments, "-o", tmp_path / "out")
 
     fault("is not NAME=FILE", "--weights", "full.safetensors")
     fault("is not NAME=FILE", "--weights", "full@=full.safetensors")
@@ -190,5 +182,4 @@ def test_what_makes_no_sense_is_refused(data, tmp_path):
     fault("the name of another row", "--weights", "real=")
     fault("recognizer.safetensors", "--weights", f"full={data / 'recognizer.safetensors'}")
     fault("no clip is of these subjects. Choose from s1, s10", "--held-out", "s7")
-    with pytest.raises(SystemExit):
-        run(data, "--objects", "thrown", "-o", tmp_path / "out")
+    refused(SystemExit, "", run, data, "--objects", "thrown", "-o", tmp_path / "out")

@@ -3,6 +3,7 @@ import numpy as np
 import pytest
 
 import holdfast
+from support import refused
 
 
 def reach(goals, **options):
@@ -64,19 +65,14 @@ def test_reach_too_high_is_missed():
     ],
 )
 def test_reach_refuses_what_is_wrong(goals, options):
-    with pytest.raises(ValueError):
-        holdfast.reach(goals, **options)
+    refused(ValueError, "", holdfast.reach, goals, **options)
 
 
 def test_reach_type_errors_and_stop():
-    with pytest.raises(TypeError):
-        holdfast.reach(None)
-    with pytest.raises(TypeError):
-        holdfast.reach([1.0, 1.0, 1.0], obstacles=3)
-    with pytest.raises(ValueError):
-        holdfast.reach([1.0, 1.0, 1.0], samples=0)
-    with pytest.raises(holdfast.Stopped):
-        reach([1.0, 1.0, 1.0], progress=lambda stage, done, total: False)
+    refused(TypeError, "", holdfast.reach, None)
+    refused(TypeError, "", holdfast.reach, [1.0, 1.0, 1.0], obstacles=3)
+    refused(ValueError, "", holdfast.reach, [1.0, 1.0, 1.0], samples=0)
+    refused(holdfast.Stopped, "", reach, [1.0, 1.0, 1.0], progress=lambda stage, done, total: False)
 
 
 def test_synthesize_and_fit():
@@ -112,8 +108,7 @@ def test_synthesize_and_fit():
     ],
 )
 def test_synthesize_refuses_what_is_wrong(action, options):
-    with pytest.raises(ValueError):
-        holdfast.synthesize(action, "mug", **options)
+    refused(ValueError, "", holdfast.synthesize, action, "mug", **options)
 
 
 def test_reach_takes_an_object():
@@ -132,8 +127,7 @@ def test_reach_takes_an_object():
     assert len(taken.per_frame["object_tilt_deg"]) == len(clip) == taken.quality["frames"]
     assert taken.table[0][:, 2].max() == pytest.approx(0.8, abs=1e-6)
     assert isinstance(taken.warnings, list) and taken.take["grasp"]["style"]
-    with pytest.raises(holdfast.Stopped):
-        reach(places, object="mug", progress=lambda *_: False)
+    refused(holdfast.Stopped, "", reach, places, object="mug", progress=lambda *_: False)
 
 
 @pytest.mark.parametrize("options", [
@@ -142,8 +136,7 @@ def test_reach_takes_an_object():
     {"object_yaw_deg": 3.0}, {"object_scale": 2.0},
 ])
 def test_reach_refuses_a_wrong_take(options):
-    with pytest.raises(ValueError):
-        holdfast.reach([[0.3, -1.3, 0.8]], **options)
+    refused(ValueError, "", holdfast.reach, [[0.3, -1.3, 0.8]], **options)
 
 
 def test_a_goal_that_moves_is_followed_frame_by_frame():
@@ -161,9 +154,6 @@ def test_a_goal_that_moves_is_followed_frame_by_frame():
     clip = follower.clip
     assert len(clip) == 13
     assert np.allclose(clip.trans[-1], trans)
-    with pytest.raises(holdfast.Error, match="above the ground"):
-        follower.step((0, 0, -1))
-    with pytest.raises(holdfast.Error, match="1 m"):
-        follower.push((5, 0, 0))
-    with pytest.raises(ValueError, match="candidates"):
-        holdfast.GoalFollower(candidates=0)
+    refused(holdfast.Error, "above the ground", follower.step, (0, 0, -1))
+    refused(holdfast.Error, "1 m", follower.push, (5, 0, 0))
+    refused(ValueError, "candidates", holdfast.GoalFollower, candidates=0)

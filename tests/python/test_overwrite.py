@@ -7,6 +7,7 @@ import pytest
 
 import holdfast
 from box_hand import write_box_hand
+from support import refused
 
 RECORDING = {"names": ["LWRA", "RWRA"], "positions": np.zeros((3, 2, 3)), "rate_hz": 100.0}
 
@@ -61,8 +62,7 @@ def test_what_exists_is_kept_without_force(held, robot, has_player, tmp_path):
         assert written, name
         for path in written:
             path.write_bytes(b"mine")
-        with pytest.raises(holdfast.Error, match="exists already.*force=True"):
-            write(*before, folder / file, **after)
+        refused(holdfast.Error, "exists already.*force=True", write, *before, folder / file, **after)
         assert all(path.read_bytes() == b"mine" for path in written), name
         write(*before, folder / file, **after, force=True)
         assert all(path.read_bytes() != b"mine" for path in written), name
@@ -73,9 +73,7 @@ def test_one_file_of_several_is_enough(held, robot, tmp_path):
     with pytest.raises(holdfast.Error, match="no_1.png: exists already"):
         holdfast.render(held.clip, tmp_path / "no_%d.png", size=(8, 8))
     (tmp_path / "object.ply").write_bytes(b"mine")
-    with pytest.raises(holdfast.Error, match="object.ply: exists already"):
-        held.save(tmp_path)
+    refused(holdfast.Error, "object.ply: exists already", held.save, tmp_path)
     (tmp_path / "scene_assets").mkdir()
-    with pytest.raises(holdfast.Error, match="scene_assets: exists already"):
-        robot.save_scene(tmp_path / "scene.xml")
+    refused(holdfast.Error, "scene_assets: exists already", robot.save_scene, tmp_path / "scene.xml")
     assert sorted(path.name for path in tmp_path.iterdir()) == ["no_1.png", "object.ply", "scene_assets"]

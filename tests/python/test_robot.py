@@ -4,6 +4,7 @@ import pytest
 
 import holdfast
 from box_hand import write_box_hand
+from support import refused
 
 @pytest.fixture(scope="module")
 def urdf(tmp_path_factory):
@@ -18,14 +19,11 @@ def test_robot_hand(urdf, tmp_path):
     assert parts["thumb1"] == "digit_x_0" and parts["pinky3"] == "digit_3_2"
     for text in ("", "<robot", "<robot name='a'><link name='b'/></robot>"):
         (tmp_path / "bad.urdf").write_text(text)
-        with pytest.raises(holdfast.Error):
-            holdfast.RobotHand(tmp_path / "bad.urdf")
-    with pytest.raises(holdfast.Error, match="does not exist"):
-        holdfast.RobotHand(tmp_path / "none.urdf")
+        refused(holdfast.Error, "", holdfast.RobotHand, tmp_path / "bad.urdf")
+    refused(holdfast.Error, "does not exist", holdfast.RobotHand, tmp_path / "none.urdf")
 
 
-def test_transfer_to_robot(urdf, tmp_path):
-    held = holdfast.fit(holdfast.Clip.load("demo_drink")[:12], "mug")
+def test_transfer_to_robot(held, urdf, tmp_path):
     moved = holdfast.transfer_to_robot(held, urdf)
     assert isinstance(moved, holdfast.RobotTransfer)
     frames = len(held.clip)
@@ -37,7 +35,5 @@ def test_transfer_to_robot(urdf, tmp_path):
     moved.save(tmp_path / "robot.npz")
     names = str(np.load(tmp_path / "robot.npz")["joint_names"]).split(",")
     assert len(names) == 15
-    with pytest.raises(holdfast.Error, match="right hand"):
-        holdfast.transfer_to_robot(held, urdf, hand="left")
-    with pytest.raises(holdfast.Stopped):
-        holdfast.transfer_to_robot(held, urdf, progress=lambda *_: False)
+    refused(holdfast.Error, "right hand", holdfast.transfer_to_robot, held, urdf, hand="left")
+    refused(holdfast.Stopped, "", holdfast.transfer_to_robot, held, urdf, progress=lambda *_: False)

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import holdfast
+from support import refused
 
 
 @pytest.fixture(scope="module")
@@ -36,11 +37,7 @@ def test_another_person_has_the_object_where_it_was(held):
 
 def test_what_is_no_scale_and_no_map_is_refused(held):
     for scale in (0.0, -1.0, float("nan"), 1e9):
-        with pytest.raises(ValueError):
-            holdfast.transfer(held.clip, scale=scale)
-    with pytest.raises(ValueError, match="map: needs object"):
-        holdfast.transfer(held.clip, map=(np.eye(3), np.eye(3)))
-    with pytest.raises(TypeError, match="map: expected"):
-        holdfast.transfer(held.clip, "mug", map=3)
-    with pytest.raises(holdfast.Error, match="has no object"):
-        holdfast.transfer("demo_drink", scale=1.1)
+        refused(ValueError, "", holdfast.transfer, held.clip, scale=scale)
+    refused(ValueError, "map: needs object", holdfast.transfer, held.clip, map=(np.eye(3), np.eye(3)))
+    refused(TypeError, "map: expected", holdfast.transfer, held.clip, "mug", map=3)
+    refused(holdfast.Error, "has no object", holdfast.transfer, "demo_drink", scale=1.1)

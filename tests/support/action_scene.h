@@ -69,12 +69,6 @@ inline ActionSequence ComposedSequence(int which, int style, const std::string& 
   return sequence;
 }
 
-inline std::vector<ActionSequence> ComposedSequences(int count) {
-  std::vector<ActionSequence> all;
-  for (int k = 0; k < count; ++k) all.push_back(ComposedSequence(k, k));
-  return all;
-}
-
 /// A folder as `make-actions` writes it: <folder>/<subject>/<object>_<action>_<n>.npz.
 inline void WriteComposedSet(const std::filesystem::path& folder, int per_subject,
                              const std::vector<std::string>& subjects = {"s1", "s2", "s10"}) {

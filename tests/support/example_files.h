@@ -21,6 +21,7 @@
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/embedded.h"
 #include "geometry/io/container/npz.h"
+#include "geometry/io/container/safetensors.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "solver/actions/action_clip.h"
 #include "solver/markers/marked_person.h"
@@ -325,7 +326,13 @@ class ExampleFiles {
          Run("make-reach-data mocap -o reaches --hours 0.02 --held-out cmu_08,cmu_39");
        }},
       {"recognizer.safetensors",
-       [](const Path& path) { imos::WriteRecognizer(imos::RandomRecognizer(1), path); }},
+       [](const Path& path) {
+         SafetensorsWriter writer;
+         for (const auto& [name, tensor] : imos::RandomRecognizer(1)) {
+           writer.AddFloat32(name, tensor.shape, tensor.values);
+         }
+         writer.Write(path);
+       }},
       {"arms.p", Fixture("imos/arms.p")},
       {"body.p", Fixture("imos/body.p")},
       {"exp_80_001600.p", Fixture("imos/arms.p")},

@@ -26,6 +26,13 @@ inline Eigen::Matrix3Xd EllipsoidPoints(int count) {
   return points;
 }
 
+/// A hand of the embedded body.
+inline const HandModel& DefaultHand(Side side) {
+  static const HandModel right(BodyModel::Default(), {}, Side::kRight);
+  static const HandModel left(BodyModel::Default(), {}, Side::kLeft);
+  return side == Side::kRight ? right : left;
+}
+
 /// A person with a bent arm and curled fingers, and an object in the palm.
 struct HandScene {
   explicit HandScene(Side side = Side::kRight)

@@ -18,6 +18,7 @@
 
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/clip.h"
+#include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/npz.h"
 #include "tests/support/synthetic_body.h"
 #include "tests/support/temporary_folder.h"
@@ -130,8 +131,24 @@ class HostileFolder {
     return writer;
   }
 
-  void AddClip(const std::string& stem, const std::function<void(NpzWriter&)>& change,
-               bool may_pass = false, std::size_t frames = 3) {
+  using Change = std::function<void(NpzWriter&)>;
+
+  static Change Doubles(const char* key, std::vector<std::size_t> shape,
+                        std::vector<double> values) {
+    return [=](NpzWriter& w) { w.AddFloat64(key, shape, values); };
+  }
+
+  // `value` amid harmless numbers.
+  static Change Filled(const char* key, std::vector<std::size_t> shape, double value = 0.1) {
+    std::size_t count = 1;
+    for (const std::size_t n : shape) count *= n;
+    std::vector<double> values(count, 0.1);
+    values[count / 2] = value;
+    return Doubles(key, shape, values);
+  }
+
+  void AddClip(const std::string& stem, const Change& change, bool may_pass = false,
+               std::size_t frames = 3) {
     NpzWriter writer = ClipMembers(frames);
     change(writer);
     writer.Write(folder_ / (stem + ".npz"));
@@ -140,47 +157,33 @@ class HostileFolder {
 
   void AddClips() {
     constexpr double kInfinity = std::numeric_limits<double>::infinity();
-    const auto one = [&](const std::string& stem, const char* key, std::size_t columns,
-                         double value, bool may_pass = false) {
-      const auto change = [=](NpzWriter& w) {
-        std::vector<double> values(3 * columns, 0.1);
-        values[columns] = value;
-        w.AddFloat64(key, {3, columns}, values);
-      };
-      AddClip(stem, change, may_pass);
-    };
-    for (const auto& [key, columns] : {std::pair{"trans", 3},
-                                       {"root_orient", 3},
-                                       {"pose_body", 63},
-                                       {"pose_hand", 90},
-                                       {"object_trans", 3},
-                                       {"object_orient", 3}}) {
-      one(std::string("nan_") + key, key, columns, NAN);
-      one(std::string("infinite_") + key, key, columns, kInfinity);
-      one(std::string("1e300_") + key, key, columns, 1e300);
-      one(std::string("1e30_") + key, key, columns, -1e30);
+    for (const auto& [key, columns] : {std::pair{"trans", 3U},
+                                       {"root_orient", 3U},
+                                       {"pose_body", 63U},
+                                       {"pose_hand", 90U},
+                                       {"object_trans", 3U},
+                                       {"object_orient", 3U}}) {
       // Just within the ranges: nobody does that, but it is not refused.
-      const bool meters = std::string_view(key).ends_with("trans");
-      one(std::string("edge_") + key, key, columns, meters ? -1e5 : 1e3, true);
+      const double edge = std::string_view(key).ends_with("trans") ? -1e5 : 1e3;
+      for (const auto& [prefix, value] : {std::pair{"nan_", double(NAN)},
+                                          {"infinite_", kInfinity},
+                                          {"1e300_", 1e300},
+                                          {"1e30_", -1e30},
+                                          {"edge_", edge}}) {
+        AddClip(std::string(prefix) + key, Filled(key, {3, columns}, value), value == edge);
+      }
     }
     for (const double rate : {0.0, -30.0, 1e-9, 1e-300, 1e300, kInfinity, double(NAN)}) {
-      AddClip("rate_" + std::to_string(clips_.size()),
-              [=](NpzWriter& w) { w.AddFloat64("mocap_frame_rate", {}, {rate}); });
+      AddClip("rate_" + std::to_string(clips_.size()), Doubles("mocap_frame_rate", {}, {rate}));
     }
     for (const double rate : {1.0, 1e4}) {
-      AddClip(
-          "edge_rate_" + std::to_string(clips_.size()),
-          [=](NpzWriter& w) { w.AddFloat64("mocap_frame_rate", {}, {rate}); }, true);
+      AddClip("edge_rate_" + std::to_string(clips_.size()), Doubles("mocap_frame_rate", {}, {rate}),
+              true);
     }
-    AddClip(
-        "edge_betas",
-        [](NpzWriter& w) {
-          w.AddFloat64("betas", {2}, {1e3, -1e3});
-        },
-        true);
-    AddClip("rate_of_two", [](NpzWriter& w) { w.AddFloat64("mocap_frame_rate", {2}, {30, 30}); });
-    AddClip("betas_1e300", [](NpzWriter& w) { w.AddFloat64("betas", {2}, {1e300, 0}); });
-    AddClip("betas_nan", [](NpzWriter& w) { w.AddFloat64("betas", {2}, {0, NAN}); });
+    AddClip("edge_betas", Doubles("betas", {2}, {1e3, -1e3}), true);
+    AddClip("rate_of_two", Doubles("mocap_frame_rate", {2}, {30, 30}));
+    AddClip("betas_1e300", Doubles("betas", {2}, {1e300, 0}));
+    AddClip("betas_nan", Doubles("betas", {2}, {0, NAN}));
     AddClip("text_for_trans", [](NpzWriter& w) { w.AddText("trans", "hello"); });
     AddClip("objects_for_trans", [](NpzWriter& w) {
       w.Add("trans", NpyArray{'O', 8, false, false, {3, 3}, std::vector<std::byte>(72)});
@@ -188,22 +191,14 @@ class HostileFolder {
     AddClip("complex_trans", [](NpzWriter& w) {
       w.Add("trans", NpyArray{'c', 16, false, false, {3, 3}, std::vector<std::byte>(144)});
     });
-    AddClip("wide_pose", [](NpzWriter& w) {
-      w.AddFloat64("pose_body", {3, 66}, std::vector<double>(198));
-    });
-    AddClip("scalar_trans", [](NpzWriter& w) { w.AddFloat64("trans", {}, {1.0}); });
-    AddClip("unequal", [](NpzWriter& w) {
-      w.AddFloat64("pose_body", {4, 63}, std::vector<double>(252));
-    });
-    AddClip("object_of_other_length", [](NpzWriter& w) {
-      w.AddFloat64("object_trans", {2, 3}, std::vector<double>(6));
-    });
+    AddClip("wide_pose", Filled("pose_body", {3, 66}));
+    AddClip("scalar_trans", Doubles("trans", {}, {1.0}));
+    AddClip("unequal", Filled("pose_body", {4, 63}));
+    AddClip("object_of_other_length", Filled("object_trans", {2, 3}));
     AddClip(
         "no_frames", [](NpzWriter&) {}, false, 0);
     AddClip("nine_hands", [](NpzWriter& w) { w.AddUint8("holding_hand", {3}, {1, 9, 0}); });
-    AddClip("huge_template", [](NpzWriter& w) {
-      w.AddFloat64("v_template", {2, 3}, {0, 0, 0, 1e300, 0, 0});
-    });
+    AddClip("huge_template", Filled("v_template", {2, 3}, 1e300));
     AddClip("labels_of_300", [](NpzWriter& w) {
       w.AddInt64("contact_object", {3, 1}, {0, 300, 0});
     });
@@ -224,8 +219,7 @@ class HostileFolder {
                               std::string("\0\0\0\0\0\0\x3e\x40", 8)}}),
         clips_);
     ClipMembers().Write(folder_ / "whole.npz");
-    std::ifstream in(folder_ / "whole.npz", std::ios::binary);
-    const std::string bytes{std::istreambuf_iterator<char>(in), {}};
+    const std::string bytes = ReadFile(folder_ / "whole.npz");
     Raw("half.npz", bytes.substr(0, bytes.size() / 2), clips_);
     Raw("without_end.npz", bytes.substr(0, bytes.size() - 10), clips_);
     std::string damaged = bytes;
@@ -321,31 +315,22 @@ class HostileFolder {
   void AddModels() {
     const SyntheticBody body(60);
     body.Write(folder_ / "sound_model.npz");
-    const auto model = [&](const std::string& stem, const std::function<void(NpzWriter&)>& change) {
+    const auto model = [&](const std::string& stem, const Change& change) {
       body.Write(folder_ / (stem + "_model.npz"), {}, change);
       models_.push_back({stem + "_model.npz"});
     };
-    const auto filled = [](const char* key, std::vector<std::size_t> shape, double value) {
-      return [=](NpzWriter& w) {
-        std::size_t count = 1;
-        for (const std::size_t n : shape) count *= n;
-        std::vector<double> values(count, 0.1);
-        values[count / 2] = value;
-        w.AddFloat64(key, shape, values);
-      };
-    };
-    model("nan", filled("v_template", {60, 3}, NAN));
-    model("1e300", filled("v_template", {60, 3}, 1e300));
-    model("1e30_shapes", filled("shapedirs", {60, 3, 20}, 1e30));
-    model("nan_poses", filled("posedirs", {60, 3, 486}, NAN));
-    model("1e300_weights", filled("weights", {60, 55}, 1e300));
-    model("1e300_joints", filled("J_regressor", {55, 60}, 1e300));
-    model("1e300_hands", filled("hands_meanl", {45}, 1e300));
-    model("narrow_weights", filled("weights", {60, 24}, 0.1));
-    model("short_template", filled("v_template", {30, 3}, 0.1));
-    model("half_corners", filled("f", {1, 3}, 1.5));
-    model("far_corners", filled("f", {1, 3}, 1e6));
-    model("no_vertices", [](NpzWriter& w) { w.AddFloat64("v_template", {0, 3}, {}); });
+    model("nan", Filled("v_template", {60, 3}, NAN));
+    model("1e300", Filled("v_template", {60, 3}, 1e300));
+    model("1e30_shapes", Filled("shapedirs", {60, 3, 20}, 1e30));
+    model("nan_poses", Filled("posedirs", {60, 3, 486}, NAN));
+    model("1e300_weights", Filled("weights", {60, 55}, 1e300));
+    model("1e300_joints", Filled("J_regressor", {55, 60}, 1e300));
+    model("1e300_hands", Filled("hands_meanl", {45}, 1e300));
+    model("narrow_weights", Filled("weights", {60, 24}, 0.1));
+    model("short_template", Filled("v_template", {30, 3}, 0.1));
+    model("half_corners", Filled("f", {1, 3}, 1.5));
+    model("far_corners", Filled("f", {1, 3}, 1e6));
+    model("no_vertices", Doubles("v_template", {0, 3}, {}));
     model("own_parents", [](NpzWriter& w) {
       std::vector<std::int64_t> tree(2 * kNumJoints);
       for (int j = 0; j < 2 * kNumJoints; ++j) tree[static_cast<std::size_t>(j)] = j % kNumJoints;
@@ -380,20 +365,18 @@ class HostileFolder {
       Raw(stem + ".bvh", text, motions_);
     };
     Write("whole.bvh", Bvh("10", "1", "0.033", "0"));
-    bvh("offset_1e300", Bvh("1e300", "1", "0.033", "0"));
-    bvh("offset_nan", Bvh("nan", "1", "0.033", "0"));
-    bvh("offset_1e30", Bvh("1e30", "1", "0.033", "0"));
-    bvh("angle_nan", Bvh("10", "1", "0.033", "nan"));
-    bvh("angle_inf", Bvh("10", "1", "0.033", "inf"));
-    bvh("angle_text", Bvh("10", "1", "0.033", "hello"));
-    bvh("time_1e9", Bvh("10", "1", "1e9", "0"));
-    bvh("time_1e-9", Bvh("10", "1", "1e-9", "0"));
-    bvh("time_0", Bvh("10", "1", "0", "0"));
-    bvh("time_minus", Bvh("10", "1", "-0.03", "0"));
-    bvh("time_nan", Bvh("10", "1", "nan", "0"));
-    bvh("frames_1e9", Bvh("10", "1000000000", "0.033", "0"));
-    bvh("frames_minus", Bvh("10", "-1", "0.033", "0"));
-    bvh("frames_0", Bvh("10", "0", "0.033", "0"));
+    for (const std::string offset : {"1e300", "nan", "1e30"}) {
+      bvh("offset_" + offset, Bvh(offset, "1", "0.033", "0"));
+    }
+    for (const std::string angle : {"nan", "inf", "text"}) {
+      bvh("angle_" + angle, Bvh("10", "1", "0.033", angle));
+    }
+    for (const std::string time : {"1e9", "1e-9", "0", "-0.03", "nan"}) {
+      bvh("time_" + time, Bvh("10", "1", time, "0"));
+    }
+    for (const std::string frames : {"1000000000", "-1", "0"}) {
+      bvh("frames_" + frames, Bvh("10", frames, "0.033", "0"));
+    }
     bvh("no_motion", "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0 0\n}\n");
     bvh("open", "HIERARCHY\nROOT Hips\n{\n OFFSET 0 0");
     std::string deep =

@@ -118,8 +118,13 @@ inline Given<double> RandomGiven(const Config& config, int samples, int frames,
 
 template <typename Real>
 void Roll(Rollout<Real>& rollout, const Given<Real>& given, int noise_size) {
-  rollout.Begin(given.conditions,
-                std::span<const KeyFrame<Real>, kHistory>(given.history.data(), kHistory));
+  rollout.Begin(given.conditions);
+  for (int f = 0; f < kHistory; ++f) {
+    const KeyFrame<Real>& frame = given.history[f];
+    for (int i = 0; i < given.NumSamples(); ++i) {
+      rollout.SetHistory(f, i, frame.pose.col(i), frame.root.col(i), frame.object.col(i));
+    }
+  }
   for (std::size_t f = kHistory; f < given.objects.size(); ++f) {
     const auto row = static_cast<Eigen::Index>(f - kHistory) * noise_size;
     rollout.Step(given.noise.middleRows(row, noise_size));

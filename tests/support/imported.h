@@ -10,6 +10,7 @@
 #include "geometry/import/import_file.h"
 #include "geometry/io/container/npz.h"
 #include "geometry/rotation.h"
+#include "tests/support/error_text.h"
 
 namespace holdfast::testing {
 
@@ -20,9 +21,20 @@ inline std::filesystem::path Fixture(const std::string& name) {
 /// Imports a file of tests/fixtures, its world and its frame rate left as they are.
 inline ImportedFile Import(const std::filesystem::path& path, ImportFileOptions options = {}) {
   static const std::shared_ptr<const BodyModel> body = BodyModel::Default();
-  options.parameters.find_ground = false;
+  options.parameters.keep_ground = true;
   options.parameters.body = body;
   return ImportFile(path, options);
+}
+
+inline std::string ImportFault(const std::filesystem::path& path,
+                               const ImportFileOptions& options = {}) {
+  return ErrorText([&] { Import(path, options); });
+}
+
+/// Largest difference of the entries of two matrices.
+template <typename A, typename B>
+double MaxDifference(const A& a, const B& b) {
+  return (a - b).cwiseAbs().maxCoeff();
 }
 
 /// What the codes that write these files would make of them (make_parameters.py): numbers of one

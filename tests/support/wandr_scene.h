@@ -3,18 +3,87 @@
 
 #include <cmath>
 #include <cstdint>
+#include <filesystem>
+#include <utility>
 #include <variant>
+#include <vector>
 
 #include <Eigen/Core>
 
 #include "generator/nn/random_stream.h"
 #include "generator/scripted/reach_motion.h"
+#include "generator/wandr/motion_states.h"
+#include "generator/wandr/network.h"
 #include "generator/wandr/pose.h"
-#include "generator/wandr/wandr.h"
+#include "generator/wandr/rollout.h"
 #include "geometry/body/body_model.h"
+#include "geometry/io/container/safetensors.h"
 #include "geometry/rotation.h"
 
-/// Poses, statistics and starts for tests of the WANDR generator.
+/// Networks, poses, statistics and starts for tests of the WANDR generator.
+namespace holdfast::wandr {
+
+inline constexpr int kLatentSize = 64;  ///< of the published networks
+
+/// Random weights of the published architecture, by the paper's widths if `hidden` is empty.
+inline NetworkWeights RandomNetwork(IntentionLayout layout, std::uint64_t seed,
+                                    const Statistics& statistics = {},
+                                    int latent_size = kLatentSize,
+                                    const std::vector<int>& hidden = {}) {
+  const int condition = ConditionSize(layout);
+  const auto make = [&](int input, int output, std::uint64_t which) {
+    return nn::RandomMlp(input, hidden.empty() ? nn::TaperedWidths(input, output) : hidden, output,
+                         2 * seed + which);
+  };
+  NetworkWeights weights;
+  weights.layout = layout;
+  weights.decoder = make(latent_size + condition, kStateSize, 0);
+  weights.encoder = make(kStateSize + condition, 2 * latent_size, 1);
+  weights.statistics = statistics;
+  return weights;
+}
+
+/// The same with residual networks of `blocks` blocks of `width` values.
+inline NetworkWeights RandomResidualNetwork(IntentionLayout layout, std::uint64_t seed,
+                                            const Statistics& statistics, int latent_size,
+                                            int width, int blocks) {
+  const int condition = ConditionSize(layout);
+  NetworkWeights weights;
+  weights.layout = layout;
+  weights.decoder =
+      nn::RandomResidual(latent_size + condition, latent_size, width, blocks, kStateSize, 2 * seed);
+  weights.encoder =
+      nn::RandomResidual(kStateSize + condition, 0, width, blocks, 2 * latent_size, 2 * seed + 1);
+  weights.statistics = statistics;
+  return weights;
+}
+
+/// Writes a file as training does; `half` stores float16, but for the statistics.
+inline void WriteNetwork(const NetworkWeights& weights, const std::filesystem::path& path,
+                         bool half = false) {
+  nn::TensorMap tensors;
+  nn::AddTensors(weights.decoder, "decoder", tensors);
+  if (weights.encoder) nn::AddTensors(*weights.encoder, "encoder", tensors);
+  AddTensors(weights.statistics, tensors);
+  SafetensorsWriter writer;
+  for (const auto& [name, tensor] : tensors) {
+    if (half && !name.starts_with("statistics.")) {
+      writer.AddFloat16(name, tensor.shape, tensor.values);
+    } else {
+      writer.AddFloat32(name, tensor.shape, tensor.values);
+    }
+  }
+  SafetensorsMetadata metadata(weights.notes.begin(), weights.notes.end());
+  metadata["format"] = "wandr-1";
+  metadata["intention"] = weights.layout == IntentionLayout::kPaper     ? "paper"
+                          : weights.layout == IntentionLayout::kFlagged ? "flagged"
+                                                                        : "bounded";
+  writer.SetMetadata(std::move(metadata));
+  writer.Write(path);
+}
+
+}  // namespace holdfast::wandr
+
 namespace holdfast::wandr::testing {
 
 inline const BodyMeasures& DefaultBody() {

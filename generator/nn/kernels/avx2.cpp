@@ -4,14 +4,12 @@
 
 namespace holdfast::kernels {
 
-template <>
-LayerLoops<float> Avx2LayerLoops<float>() {
-  return LoopsOf<VectorShape<float, 32, 2, 6, 8>>();
+template <typename Real>
+LayerLoops<Real> Avx2LayerLoops() {
+  return LoopsOf<VectorShape<Real, 32, 2, 6, 8>>();
 }
-template <>
-LayerLoops<double> Avx2LayerLoops<double>() {
-  return LoopsOf<VectorShape<double, 32, 2, 6, 8>>();
-}
+template LayerLoops<float> Avx2LayerLoops<float>();
+template LayerLoops<double> Avx2LayerLoops<double>();
 
 }  // namespace holdfast::kernels
 #endif

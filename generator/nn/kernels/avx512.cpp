@@ -4,14 +4,12 @@
 
 namespace holdfast::kernels {
 
-template <>
-LayerLoops<float> Avx512LayerLoops<float>() {
-  return LoopsOf<VectorShape<float, 64, 4, 6, 4>>();
+template <typename Real>
+LayerLoops<Real> Avx512LayerLoops() {
+  return LoopsOf<VectorShape<Real, 64, 4, 6, sizeof(Real) == 4 ? 4 : 8>>();
 }
-template <>
-LayerLoops<double> Avx512LayerLoops<double>() {
-  return LoopsOf<VectorShape<double, 64, 4, 6, 8>>();
-}
+template LayerLoops<float> Avx512LayerLoops<float>();
+template LayerLoops<double> Avx512LayerLoops<double>();
 
 }  // namespace holdfast::kernels
 #endif

@@ -4,13 +4,11 @@
 
 namespace holdfast::kernels {
 
-template <>
-LayerLoops<float> GenericLayerLoops<float>() {
-  return LoopsOf<VectorShape<float, 16, 2, 4, 8>>();
+template <typename Real>
+LayerLoops<Real> GenericLayerLoops() {
+  return LoopsOf<VectorShape<Real, 16, 2, 4, 8>>();
 }
-template <>
-LayerLoops<double> GenericLayerLoops<double>() {
-  return LoopsOf<VectorShape<double, 16, 2, 4, 8>>();
-}
+template LayerLoops<float> GenericLayerLoops<float>();
+template LayerLoops<double> GenericLayerLoops<double>();
 
 }  // namespace holdfast::kernels

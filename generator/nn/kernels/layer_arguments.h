@@ -86,18 +86,6 @@ struct NormalizeArguments {
   long y_stride;
 };
 
-/// Y += bias + X. Either may be null (zero).
-template <typename Real>
-struct SumArguments {
-  Real* y;
-  long y_stride;
-  int padded_rows;
-  int num_columns;
-  const Real* bias;
-  const Real* x;
-  long x_stride;
-};
-
 /// Y = silu(X) = X / (1 + exp(-X)).
 template <typename Real>
 struct SiluArguments {
@@ -122,8 +110,8 @@ struct SiluBackwardArguments {
   int gradients_per_column;
 };
 
-/// Y = leaky(Y + bias + X), where leaky(v) is v if positive and slope v otherwise. X and bias may
-/// be null (zero).
+/// Y = leaky(Y + bias + X), where leaky(v) is v if positive and slope v otherwise; with a slope of
+/// 1 it is v itself. X and bias may be null (zero).
 template <typename Real>
 struct LeakyArguments {
   Real* y;
@@ -136,20 +124,6 @@ struct LeakyArguments {
   Real slope;
 };
 
-/// Turns the gradient of Y = leaky(X) into that of X. Y has the same signs as X. Column j belongs
-/// to column j / gradients_per_column.
-template <typename Real>
-struct LeakyBackwardArguments {
-  Real* gradient;
-  long gradient_stride;
-  const Real* y;
-  long y_stride;
-  int padded_rows;
-  int num_columns;  ///< of `gradient`
-  int gradients_per_column;
-  Real slope;
-};
-
 /// Loops compiled for one instruction set.
 template <typename Real>
 struct LayerLoops {
@@ -158,11 +132,9 @@ struct LayerLoops {
   void (*finish)(const FinishArguments<Real>&);
   void (*norm_backward)(const NormBackwardArguments<Real>&);
   void (*normalize)(const NormalizeArguments<Real>&);
-  void (*sum)(const SumArguments<Real>&);
   void (*silu)(const SiluArguments<Real>&);
   void (*silu_backward)(const SiluBackwardArguments<Real>&);
   void (*leaky)(const LeakyArguments<Real>&);
-  void (*leaky_backward)(const LeakyBackwardArguments<Real>&);
 };
 
 template <typename Real>
@@ -171,18 +143,5 @@ template <typename Real>
 LayerLoops<Real> Avx2LayerLoops();
 template <typename Real>
 LayerLoops<Real> Avx512LayerLoops();
-
-template <>
-LayerLoops<float> GenericLayerLoops<float>();
-template <>
-LayerLoops<double> GenericLayerLoops<double>();
-template <>
-LayerLoops<float> Avx2LayerLoops<float>();
-template <>
-LayerLoops<double> Avx2LayerLoops<double>();
-template <>
-LayerLoops<float> Avx512LayerLoops<float>();
-template <>
-LayerLoops<double> Avx512LayerLoops<double>();
 
 }  // namespace holdfast::kernels

@@ -3,7 +3,13 @@
 
 #include "generator/nn/kernels/layer_arguments.h"
 
-// Additional loops of residual networks, with internal linkage for the reason given below.
+// Loops of a layer, written once with the compiler's vector types. Included by one source file per
+// instruction set, each compiled with its own flags. Everything here has internal linkage, so that
+// the linker cannot select a function built for a newer processor.
+
+#if defined(__FMA__) || defined(__AVX512F__)
+#include <immintrin.h>
+#endif
 
 namespace holdfast::kernels {
 namespace {
@@ -66,20 +72,6 @@ void Normalize(const NormalizeArguments<typename S::Real>& in) {
 }
 
 template <typename S>
-void Sum(const SumArguments<typename S::Real>& in) {
-  for (int j = 0; j < in.num_columns; ++j) {
-    const typename S::Real* x = in.x ? in.x + j * in.x_stride : nullptr;
-    typename S::Real* y = in.y + j * in.y_stride;
-    for (int i = 0; i < in.padded_rows; i += S::kWidth) {
-      typename S::Vector v = S::Load(y + i);
-      if (in.bias) v += S::Load(in.bias + i);
-      if (x) v += S::Load(x + i);
-      S::Store(y + i, v);
-    }
-  }
-}
-
-template <typename S>
 void Silu(const SiluArguments<typename S::Real>& in) {
   using Real = typename S::Real;
   for (int j = 0; j < in.num_columns; ++j) {
@@ -120,32 +112,6 @@ void Leaky(const LeakyArguments<typename S::Real>& in) {
     }
   }
 }
-
-template <typename S>
-void LeakyBackward(const LeakyBackwardArguments<typename S::Real>& in) {
-  for (int j = 0; j < in.num_columns; ++j) {
-    const typename S::Real* y = in.y + j / in.gradients_per_column * in.y_stride;
-    typename S::Real* g = in.gradient + j * in.gradient_stride;
-    for (int i = 0; i < in.padded_rows; i += S::kWidth) {
-      const typename S::Vector gradient = S::Load(g + i);
-      S::Store(g + i, S::Load(y + i) > 0 ? gradient : gradient * in.slope);
-    }
-  }
-}
-
-}  // namespace
-}  // namespace holdfast::kernels
-
-// Loops of a layer, written once with the compiler's vector types. Included by one source file per
-// instruction set, each compiled with its own flags. Everything here has internal linkage, so that
-// the linker cannot select a function built for a newer processor.
-
-#if defined(__FMA__) || defined(__AVX512F__)
-#include <immintrin.h>
-#endif
-
-namespace holdfast::kernels {
-namespace {
 
 /// Vectors of `kBytes`. Tiles of kTileVectors x kTileColumns sums stay in registers. A single
 /// column uses kSingleVectors sums, since more sums hide the latency of the additions.
@@ -343,8 +309,8 @@ void NormBackward(const NormBackwardArguments<typename S::Real>& in) {
 
 template <typename S>
 LayerLoops<typename S::Real> LoopsOf() {
-  return {&Product<S>, &Moments<S>, &Finish<S>,       &NormBackward<S>, &Normalize<S>,
-          &Sum<S>,     &Silu<S>,    &SiluBackward<S>, &Leaky<S>,        &LeakyBackward<S>};
+  return {&Product<S>,   &Moments<S>, &Finish<S>,       &NormBackward<S>,
+          &Normalize<S>, &Silu<S>,    &SiluBackward<S>, &Leaky<S>};
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
-// Included by one file per instruction set, which defines HOLDFAST_LANES (doubles per vector) and
-// HOLDFAST_MULTIPLY_ADD(a, b, c) (a b + c for a float a and vectors b, c of twice as many floats).
+// Included by one file per instruction set, which defines HOLDFAST_LANES (doubles per vector),
+// HOLDFAST_MULTIPLY_ADD(a, b, c) (a b + c for a float a and vectors b, c of twice as many floats),
+// and the names of the loops, HOLDFAST_POSE_TILE and HOLDFAST_ADJOINT_TILE.
 #pragma once
 
 #include "geometry/body/kernels/skinning_arguments.h"
@@ -63,29 +64,6 @@ void Skin(const SkinningArguments& in, int vertex, const double* posed_rest, dou
   }
 }
 
-void PoseTile(const SkinningArguments& in, int begin, int end, long* next, float* offsets,
-              double* posed_rest, double* vertices) {
-  const long numbers = 3 * (end - begin) * in.frames;
-  for (long k = 0; k < numbers; ++k) offsets[k] = 0.0f;
-  for (int b = 0; b < in.num_blocks; ++b) {
-    const long first = next[b];
-    PassTile(in.blocks[b], end, next[b]);
-    if (in.blocks[b].feature != nullptr) {
-      AddPoseDirs(in, in.blocks[b], begin, first, next[b], offsets);
-    }
-  }
-  for (int r = 3 * begin; r < 3 * end; ++r) {
-    const long row = (r - 3 * begin) * in.frames;
-    for (long f = 0; f < in.frames; ++f) {
-      posed_rest[row + f] = in.rest[r] + static_cast<double>(offsets[row + f]);
-    }
-  }
-  for (int i = begin; i < end; ++i) {
-    const long at = 3 * (i - begin) * in.frames;
-    Skin(in, i, posed_rest + at, vertices + at);
-  }
-}
-
 void SkinAdjoint(const SkinningArguments& in, int vertex, const double* posed_rest,
                  const double* d_vertex, double* out, const SkinningGradient& sums) {
   const long n = in.frames;
@@ -130,9 +108,34 @@ void PoseDirsAdjoint(const SkinningArguments& in, const SkinningArguments::Block
   }
 }
 
-void AdjointTile(const SkinningArguments& in, int begin, int end, long* next,
-                 const double* posed_rest, const double* d_vertices, double* d_posed_rest,
-                 const SkinningGradient& sums) {
+}  // namespace
+
+void HOLDFAST_POSE_TILE(const SkinningArguments& in, int begin, int end, long* next, float* offsets,
+                        double* posed_rest, double* vertices) {
+  const long numbers = 3 * (end - begin) * in.frames;
+  for (long k = 0; k < numbers; ++k) offsets[k] = 0.0f;
+  for (int b = 0; b < in.num_blocks; ++b) {
+    const long first = next[b];
+    PassTile(in.blocks[b], end, next[b]);
+    if (in.blocks[b].feature != nullptr) {
+      AddPoseDirs(in, in.blocks[b], begin, first, next[b], offsets);
+    }
+  }
+  for (int r = 3 * begin; r < 3 * end; ++r) {
+    const long row = (r - 3 * begin) * in.frames;
+    for (long f = 0; f < in.frames; ++f) {
+      posed_rest[row + f] = in.rest[r] + static_cast<double>(offsets[row + f]);
+    }
+  }
+  for (int i = begin; i < end; ++i) {
+    const long at = 3 * (i - begin) * in.frames;
+    Skin(in, i, posed_rest + at, vertices + at);
+  }
+}
+
+void HOLDFAST_ADJOINT_TILE(const SkinningArguments& in, int begin, int end, long* next,
+                           const double* posed_rest, const double* d_vertices, double* d_posed_rest,
+                           const SkinningGradient& sums) {
   for (int i = begin; i < end; ++i) {
     const long at = 3 * (i - begin) * in.frames;
     SkinAdjoint(in, i, posed_rest + at, d_vertices + at, d_posed_rest + at, sums);
@@ -145,5 +148,4 @@ void AdjointTile(const SkinningArguments& in, int begin, int end, long* next,
   }
 }
 
-}  // namespace
 }  // namespace holdfast::kernels

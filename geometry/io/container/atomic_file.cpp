@@ -19,23 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Removes the temporary file unless it was renamed.
-class TemporaryFile {
- public:
-  explicit TemporaryFile(fs::path path) : path_(std::move(path)) {}
-  ~TemporaryFile() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove(path_, ignored);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  const fs::path& Path() const { return path_; }
-  void Release() { path_.clear(); }
-
- private:
-  fs::path path_;
-};
-
 void FlushToDisk(const fs::path& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY);
   if (descriptor < 0) {
@@ -66,16 +49,20 @@ void WriteAtomically(const fs::path& path, const std::function<void(const fs::pa
     throw Error(path.string(), "is a folder, but a file is to be written", "Choose a file name");
   }
   // Keep the extension: some writers choose the format by it.
-  TemporaryFile temporary(folder / fmt::format(".{}.tmp{}{}", path.stem().string(), ::getpid(),
-                                               path.extension().string()));
-  write(temporary.Path());
-  FlushToDisk(temporary.Path());
-  fs::rename(temporary.Path(), path, error);
-  if (error) {
-    throw Error(path.string(), fmt::format("could not be replaced ({})", error.message()),
-                "Check the permissions of the folder");
+  const fs::path temporary = folder / fmt::format(".{}.tmp{}{}", path.stem().string(), ::getpid(),
+                                                  path.extension().string());
+  try {
+    write(temporary);
+    FlushToDisk(temporary);
+    fs::rename(temporary, path, error);
+    if (error) {
+      throw Error(path.string(), fmt::format("could not be replaced ({})", error.message()),
+                  "Check the permissions of the folder");
+    }
+  } catch (...) {
+    fs::remove(temporary, error);
+    throw;
   }
-  temporary.Release();
 }
 
 void WriteAtomically(const fs::path& path, std::string_view content) {

@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
+#include <memory>
 #include <span>
 #include <utility>
 
@@ -103,7 +104,15 @@ std::string ByteSource::Text(std::size_t limit_bytes) const {
     throw Error(name_, fmt::format("is larger than {} bytes", limit_bytes),
                 "Check that it is the right file");
   }
-  return Head(static_cast<std::size_t>(size_));
+  return Head(size_);
+}
+
+std::uint64_t FromLittleEndian(std::string_view bytes) {
+  std::uint64_t value = 0;
+  for (std::size_t i = bytes.size(); i-- > 0;) {
+    value = value << 8 | static_cast<unsigned char>(bytes[i]);
+  }
+  return value;
 }
 
 std::string Checksum(std::string_view bytes) {
@@ -114,11 +123,7 @@ std::string Checksum(std::string_view bytes) {
   return fmt::format("{:016x}", hash);
 }
 
-std::string Checksum(const ByteSource& source) {
-  std::string bytes(source.Size(), '\0');
-  source.ReadAt(0, std::as_writable_bytes(std::span(bytes)));
-  return Checksum(bytes);
-}
+std::string Checksum(const ByteSource& source) { return Checksum(source.Head(source.Size())); }
 
 namespace {
 
@@ -126,16 +131,6 @@ constexpr std::size_t kGzipPieceBytes = std::size_t{64} << 10;
 constexpr std::size_t kAlwaysBytes = std::size_t{48} << 20;
 constexpr int kGzipOnly = 16;  // added to zlib's window size
 constexpr std::string_view kMagic = "\x1f\x8b";
-
-struct Inflater {
-  Inflater() { good = inflateInit2(&state, MAX_WBITS + kGzipOnly) == Z_OK; }
-  ~Inflater() { inflateEnd(&state); }
-  Inflater(const Inflater&) = delete;
-  Inflater& operator=(const Inflater&) = delete;
-
-  z_stream state{};
-  bool good = false;
-};
 
 // Calls `take` with consecutive unpacked pieces until it returns false. A file may consist of
 // several gzip members.
@@ -145,9 +140,9 @@ void Unpack(const ByteSource& source, Take&& take) {
     return Error(source.Name(), fmt::format("holds damaged gzip data ({})", detail),
                  "Fetch the file again");
   };
-  Inflater inflater;
-  if (!inflater.good) throw damaged("no memory to unpack it");
-  z_stream& state = inflater.state;
+  z_stream state{};
+  if (inflateInit2(&state, MAX_WBITS + kGzipOnly) != Z_OK) throw damaged("no memory to unpack it");
+  const std::unique_ptr<z_stream, decltype(&inflateEnd)> end_inflate(&state, &inflateEnd);
   std::vector<std::byte> packed(kGzipPieceBytes), piece(kGzipPieceBytes);
   std::uint64_t at = 0;
   bool at_end = false;

@@ -40,6 +40,9 @@ class ByteSource {
   const std::byte* memory_ = nullptr;
 };
 
+/// Little-endian number of at most eight bytes.
+std::uint64_t FromLittleEndian(std::string_view bytes);
+
 /// 64-bit FNV-1a hash (Fowler, Noll & Vo) as text.
 std::string Checksum(std::string_view bytes);
 /// Same for all bytes of a source.

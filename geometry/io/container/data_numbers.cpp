@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/container/data_numbers.h"
-
 #include <algorithm>
 #include <cstring>
-#include <limits>
 #include <ranges>
 
 #include <fmt/format.h>
@@ -17,6 +14,8 @@
 
 namespace holdfast {
 namespace {
+
+constexpr std::size_t kMaxSteps = 64;
 
 [[noreturn]] void FailUneven(const std::string& where) {
   throw Error(where, "holds lists of unequal length, or of numbers and lists, not one array",
@@ -114,6 +113,211 @@ float FromBrainFloat(const std::byte* bytes, bool big_endian) {
   return value;
 }
 
+[[noreturn]] void Fail(const std::string& where, std::string_view problem) {
+  throw Error(where, problem, "The file is damaged: get it from its source again");
+}
+
+// Throws Error if the field does not exist.
+NodeIndex RequireField(const DataStore& store, NodeIndex index, std::string_view name,
+                       const std::string& where) {
+  if (const auto field = FindField(store, index, name)) return *field;
+  const ObjectNode* object = ObjectAt(store, index);
+  throw Error(where,
+              fmt::format("is a {} without '{}'", object ? object->class_name : "dict", name),
+              "The file is damaged, or of an unknown version");
+}
+
+// Numbers of a field that is itself an array or a list of numbers, not another instance, so that
+// nested instances cause no recursion. Throws Error for anything else.
+NpyMember PlainNumbers(const DataStore& store, NodeIndex index, const std::string& where) {
+  if (ObjectAt(store, index) != nullptr) {
+    throw Error(where,
+                fmt::format("is a {} where an array is needed", ObjectAt(store, index)->class_name),
+                "Save its value as an array");
+  }
+  return GatherNumbers(store, index, where);
+}
+
+// "csc", "csr" or "coo" for a scipy.sparse matrix (or array) of that format; else empty.
+std::string_view SparseFormat(const DataStore& store, NodeIndex index) {
+  const ObjectNode* object = ObjectAt(store, index);
+  if (object == nullptr || !object->class_name.starts_with("scipy.sparse.")) return {};
+  std::string_view name(object->class_name);
+  name.remove_prefix(name.rfind('.') + 1);
+  const std::string_view format = name.substr(0, 3), rest = name.substr(format.size());
+  const bool known = (format == "csc" || format == "csr" || format == "coo") &&
+                     (rest == "_matrix" || rest == "_array");
+  return known ? format : std::string_view();
+}
+
+[[noreturn]] void FailMatrix(const std::string& where, std::string_view problem) {
+  throw Error(where, fmt::format("is a sparse matrix whose {}", problem),
+              "The file is damaged: get it from its source again");
+}
+
+std::vector<std::int64_t> Integers(const DataStore& store, NodeIndex object, std::string_view name,
+                                   const std::string& where) {
+  return PlainNumbers(store, RequireField(store, object, name, where),
+                      fmt::format("{}[{}]", where, name))
+      .AsIntegers();
+}
+
+// Returns the dense matrix, float64, in C order; duplicate entries are summed. Throws Error if the
+// parts are inconsistent or the dense matrix exceeds the memory limit of the file.
+NpyArray SparseToDense(const DataStore& store, NodeIndex index, const std::string& where) {
+  const std::string_view format = SparseFormat(store, index);
+  // `_shape` since 2007; `shape` in files written by hand.
+  const auto shape_field = FindField(store, index, "_shape");
+  const std::vector<std::int64_t> shape =
+      Integers(store, index, shape_field ? "_shape" : "shape", where);
+  if (shape.size() != 2 || shape[0] < 0 || shape[1] < 0)
+    FailMatrix(where, "shape is not two sizes");
+  const auto rows = static_cast<std::size_t>(shape[0]);
+  const auto columns = static_cast<std::size_t>(shape[1]);
+  if (columns != 0 && rows > store.MemoryLimit() / sizeof(double) / columns) {
+    throw Error(
+        where,
+        fmt::format("is a sparse {} x {} matrix, too large to be filled with zeros", rows, columns),
+        "Save a smaller one");
+  }
+  const std::vector<double> values =
+      PlainNumbers(store, RequireField(store, index, "data", where), where + "[data]").AsDoubles();
+  std::vector<double> dense(rows * columns, 0.0);
+  const auto add = [&](std::int64_t row, std::int64_t column, double value) {
+    if (row < 0 || column < 0 || row >= shape[0] || column >= shape[1]) {
+      FailMatrix(where, "entries lie outside it");
+    }
+    dense[static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)] += value;
+  };
+  if (format == "coo") {
+    const std::vector<std::int64_t> row = Integers(store, index, "row", where);
+    const std::vector<std::int64_t> column = Integers(store, index, "col", where);
+    if (row.size() != values.size() || column.size() != values.size()) {
+      FailMatrix(where, "rows, columns and values differ in number");
+    }
+    for (std::size_t i = 0; i < values.size(); ++i) add(row[i], column[i], values[i]);
+  } else {
+    const std::vector<std::int64_t> start = Integers(store, index, "indptr", where);
+    const std::vector<std::int64_t> place = Integers(store, index, "indices", where);
+    const std::size_t lines = format == "csc" ? columns : rows;
+    const auto known = static_cast<std::int64_t>(std::min(place.size(), values.size()));
+    if (start.size() != lines + 1 || start.front() != 0)
+      FailMatrix(where, "indptr does not fit its shape");
+    for (std::size_t line = 0; line < lines; ++line) {
+      if (start[line + 1] < start[line] || start[line + 1] > known) {
+        FailMatrix(where, "indptr does not fit its indices");
+      }
+      for (std::int64_t i = start[line]; i < start[line + 1]; ++i) {
+        const auto across = static_cast<std::int64_t>(line);
+        const std::int64_t along = place[i];
+        const double value = values[i];
+        format == "csc" ? add(along, across, value) : add(across, along, value);
+      }
+    }
+  }
+  return MakeNpyArray('f', {rows, columns}, dense);
+}
+
+bool IsClass(const ObjectNode& object, std::string_view module, std::string_view name) {
+  const std::string_view all(object.class_name);
+  return all.starts_with("chumpy.") && all.size() > name.size() && all.ends_with(name) &&
+         all[all.size() - name.size() - 1] == '.' && all.find(module) != std::string_view::npos;
+}
+
+// Sizes of `count` numbers in a shape in which one size may be -1.
+std::vector<std::size_t> Reshaped(std::size_t count, const std::vector<std::int64_t>& newshape,
+                                  const std::string& where) {
+  std::size_t known = 1;
+  std::size_t unknown = 0;
+  for (const std::int64_t n : newshape) {
+    if (n == -1) {
+      ++unknown;
+    } else if (n < 0 || (n != 0 && known > SIZE_MAX / static_cast<std::size_t>(n))) {
+      Fail(where, "is reshaped to an impossible shape");
+    } else {
+      known *= static_cast<std::size_t>(n);
+    }
+  }
+  const bool fits = unknown == 0   ? known == count
+                    : unknown == 1 ? known != 0 && count % known == 0
+                                   : false;
+  if (!fits) Fail(where, fmt::format("has {} numbers that do not fit its shape", count));
+  std::vector<std::size_t> shape;
+  for (const std::int64_t n : newshape) {
+    shape.push_back(n == -1 ? count / known : static_cast<std::size_t>(n));
+  }
+  return shape;
+}
+
+std::vector<double> Selected(const std::vector<double>& numbers,
+                             const std::vector<std::int64_t>& places, std::size_t memory_limit,
+                             const std::string& where) {
+  if (places.size() > memory_limit / sizeof(double))
+    Fail(where, "selects more numbers than the memory limit allows");
+  std::vector<double> chosen;
+  chosen.reserve(places.size());
+  const auto count = static_cast<std::int64_t>(numbers.size());
+  for (const std::int64_t place : places) {
+    const std::int64_t i = place < 0 ? place + count : place;  // Python also counts from the end
+    if (i < 0 || i >= count) Fail(where, fmt::format("selects element {} of {}", place, count));
+    chosen.push_back(numbers[i]);
+  }
+  return chosen;
+}
+
+bool IsChumpy(const DataStore& store, NodeIndex index) {
+  const ObjectNode* object = ObjectAt(store, index);
+  return object != nullptr && object->class_name.starts_with("chumpy.");
+}
+
+// Returns the value of a chumpy array, as its `.r` would. The first releases of the body models
+// contain three kinds: a plain array (chumpy.ch.Ch: field x), selected elements of another array
+// (chumpy.reordering.Select: a, idxs, preferred_shape), and a reshaped array
+// (chumpy.reordering.Reshape: a, newshape). Throws Error for every other expression, which would
+// have to be evaluated.
+NpyArray ChumpyValue(const DataStore& store, NodeIndex index, const std::string& where) {
+  // Descends to the array that everything is made from, then applies the steps in reverse.
+  std::vector<NodeIndex> steps;
+  while (SparseFormat(store, index).empty()) {
+    const ObjectNode* object = ObjectAt(store, index);
+    if (object == nullptr) break;
+    if (steps.size() == kMaxSteps) Fail(where, "is a chumpy expression that is nested too deeply");
+    if (IsClass(*object, "ch", "Ch")) {
+      index = RequireField(store, index, "x", where);
+      steps.push_back(0);  // counted, but does nothing
+    } else if (IsClass(*object, "reordering", "Select") ||
+               IsClass(*object, "reordering", "Reshape")) {
+      steps.push_back(index);
+      index = RequireField(store, index, "a", where);
+    } else {
+      throw Error(where,
+                  fmt::format("is a {}, which would have to be computed", object->class_name),
+                  "Save its value: numpy.array(x) for each field, in a Python that has chumpy");
+    }
+  }
+  const NpyMember base = GatherNumbers(store, index, where);
+  std::vector<std::size_t> shape = base.array.shape;
+  std::vector<double> numbers = base.AsDoubles();
+  for (const NodeIndex step : std::views::reverse(steps)) {
+    const ObjectNode* object = ObjectAt(store, step);
+    if (object == nullptr) continue;
+    if (IsClass(*object, "reordering", "Select")) {
+      const NpyMember places =
+          PlainNumbers(store, RequireField(store, step, "idxs", where), where + "[idxs]");
+      numbers = Selected(numbers, places.AsIntegers(), store.MemoryLimit(), where);
+      shape = {numbers.size()};
+      // Stored by chumpy for a slice; without it the result is as flat as its indices.
+      if (const auto wanted = FindField(store, step, "preferred_shape")) {
+        shape = Reshaped(numbers.size(), PlainNumbers(store, *wanted, where).AsIntegers(), where);
+      }
+    } else {
+      const NodeIndex newshape = RequireField(store, step, "newshape", where);
+      shape = Reshaped(numbers.size(), PlainNumbers(store, newshape, where).AsIntegers(), where);
+    }
+  }
+  return MakeNpyArray('f', std::move(shape), numbers);
+}
+
 }  // namespace
 
 std::string ElementTypeName(const ElementType& element) {
@@ -135,11 +339,7 @@ std::string ElementTypeName(const ElementType& element) {
 
 NpyMember GatherArray(const DataStore& store, const ArrayNode& array, const std::string& where) {
   const std::size_t size = array.element.size;
-  std::size_t count = 1;
-  for (const std::size_t n : array.shape) {
-    if (n != 0 && count > std::numeric_limits<std::size_t>::max() / n) count = SIZE_MAX;
-    count = count == SIZE_MAX && n != 0 ? count : count * n;
-  }
+  const std::size_t count = CheckedProduct(array.shape, 1).value_or(SIZE_MAX);
   const bool is_view = !array.strides.empty();
   // A view may repeat its numbers (stride 0); an array must not claim more than it has.
   const std::size_t most =
@@ -190,211 +390,12 @@ NpyMember GatherNumbers(const DataStore& store, NodeIndex index, const std::stri
   if (std::holds_alternative<ListNode>(node)) return {where, GatherList(store, index, where)};
   if (IsNumber(node)) return {where, JoinLeaves(store, {index}, {}, where)};
   if (IsChumpy(store, index)) return {where, ChumpyValue(store, index, where)};
-  if (IsSparse(store, index)) return {where, SparseToDense(store, index, where)};
+  if (!SparseFormat(store, index).empty()) return {where, SparseToDense(store, index, where)};
   const auto* object = std::get_if<std::unique_ptr<ObjectNode>>(&node);
   throw Error(where,
               object ? fmt::format("is a {}, which holds no numbers", (*object)->class_name)
                      : "is not an array of numbers",
               "Check that it is the right kind of file");
-}
-
-namespace {
-
-constexpr std::size_t kMaxSteps = 64;
-
-struct Values {
-  std::vector<std::size_t> shape;
-  std::vector<double> numbers;  // C order
-};
-
-[[noreturn]] void Fail(const std::string& where, std::string_view problem) {
-  throw Error(where, problem, "The file is damaged: get it from its source again");
-}
-
-bool IsClass(const ObjectNode& object, std::string_view module, std::string_view name) {
-  const std::string_view all(object.class_name);
-  return all.starts_with("chumpy.") && all.size() > name.size() && all.ends_with(name) &&
-         all[all.size() - name.size() - 1] == '.' && all.find(module) != std::string_view::npos;
-}
-
-void Reshape(Values& values, const std::vector<std::int64_t>& newshape, const std::string& where) {
-  std::size_t known = 1;
-  std::size_t unknown = 0;
-  for (const std::int64_t n : newshape) {
-    if (n == -1) {
-      ++unknown;
-    } else if (n < 0 || (n != 0 && known > SIZE_MAX / static_cast<std::size_t>(n))) {
-      Fail(where, "is reshaped to an impossible shape");
-    } else {
-      known *= static_cast<std::size_t>(n);
-    }
-  }
-  const std::size_t count = values.numbers.size();
-  const bool fits = unknown == 0   ? known == count
-                    : unknown == 1 ? known != 0 && count % known == 0
-                                   : false;
-  if (!fits) Fail(where, fmt::format("has {} numbers that do not fit its shape", count));
-  values.shape.clear();
-  for (const std::int64_t n : newshape) {
-    values.shape.push_back(n == -1 ? count / known : static_cast<std::size_t>(n));
-  }
-}
-
-void Select(Values& values, const std::vector<std::int64_t>& places, std::size_t memory_limit,
-            const std::string& where) {
-  if (places.size() > memory_limit / sizeof(double))
-    Fail(where, "selects more numbers than the memory limit allows");
-  std::vector<double> chosen;
-  chosen.reserve(places.size());
-  const auto count = static_cast<std::int64_t>(values.numbers.size());
-  for (const std::int64_t place : places) {
-    const std::int64_t i = place < 0 ? place + count : place;  // Python also counts from the end
-    if (i < 0 || i >= count) Fail(where, fmt::format("selects element {} of {}", place, count));
-    chosen.push_back(values.numbers[static_cast<std::size_t>(i)]);
-  }
-  values.shape = {chosen.size()};
-  values.numbers = std::move(chosen);
-}
-
-}  // namespace
-
-bool IsChumpy(const DataStore& store, NodeIndex index) {
-  const ObjectNode* object = ObjectAt(store, index);
-  return object != nullptr && object->class_name.starts_with("chumpy.");
-}
-
-NpyArray ChumpyValue(const DataStore& store, NodeIndex index, const std::string& where) {
-  // Descends to the array that everything is made from, then applies the steps in reverse.
-  std::vector<NodeIndex> steps;
-  while (!IsSparse(store, index)) {
-    const ObjectNode* object = ObjectAt(store, index);
-    if (object == nullptr) break;
-    if (steps.size() == kMaxSteps) Fail(where, "is a chumpy expression that is nested too deeply");
-    if (IsClass(*object, "ch", "Ch")) {
-      index = RequireField(store, index, "x", where);
-      steps.push_back(0);  // counted, but does nothing
-    } else if (IsClass(*object, "reordering", "Select") ||
-               IsClass(*object, "reordering", "Reshape")) {
-      steps.push_back(index);
-      index = RequireField(store, index, "a", where);
-    } else {
-      throw Error(where,
-                  fmt::format("is a {}, which would have to be computed", object->class_name),
-                  "Save its value: numpy.array(x) for each field, in a Python that has chumpy");
-    }
-  }
-  const NpyMember base = GatherNumbers(store, index, where);
-  Values values{base.array.shape, base.AsDoubles()};
-  for (const NodeIndex step : std::views::reverse(steps)) {
-    const ObjectNode* object = ObjectAt(store, step);
-    if (object == nullptr) continue;
-    if (IsClass(*object, "reordering", "Select")) {
-      const NpyMember places =
-          PlainNumbers(store, RequireField(store, step, "idxs", where), where + "[idxs]");
-      Select(values, places.AsIntegers(), store.MemoryLimit(), where);
-      // Stored by chumpy for a slice; without it the result is as flat as its indices.
-      if (const auto shape = FindField(store, step, "preferred_shape")) {
-        Reshape(values, PlainNumbers(store, *shape, where).AsIntegers(), where);
-      }
-    } else {
-      const NodeIndex newshape = RequireField(store, step, "newshape", where);
-      Reshape(values, PlainNumbers(store, newshape, where).AsIntegers(), where);
-    }
-  }
-  NpyArray array{'f', sizeof(double), false, false, std::move(values.shape), {}};
-  array.data.resize(values.numbers.size() * sizeof(double));
-  if (!values.numbers.empty()) {
-    std::memcpy(array.data.data(), values.numbers.data(), array.data.size());
-  }
-  return array;
-}
-
-namespace {
-
-enum class Form { kByColumns, kByRows, kPairs };
-
-std::optional<Form> FormOf(const DataStore& store, NodeIndex index) {
-  const ObjectNode* object = ObjectAt(store, index);
-  if (object == nullptr || !object->class_name.starts_with("scipy.sparse.")) return std::nullopt;
-  const std::string_view name(object->class_name);
-  const std::string_view last = name.substr(name.rfind('.') + 1);
-  if (last == "csc_matrix" || last == "csc_array") return Form::kByColumns;
-  if (last == "csr_matrix" || last == "csr_array") return Form::kByRows;
-  if (last == "coo_matrix" || last == "coo_array") return Form::kPairs;
-  return std::nullopt;
-}
-
-[[noreturn]] void FailMatrix(const std::string& where, std::string_view problem) {
-  throw Error(where, fmt::format("is a sparse matrix whose {}", problem),
-              "The file is damaged: get it from its source again");
-}
-
-std::vector<std::int64_t> Integers(const DataStore& store, NodeIndex object, std::string_view name,
-                                   const std::string& where) {
-  return PlainNumbers(store, RequireField(store, object, name, where),
-                      fmt::format("{}[{}]", where, name))
-      .AsIntegers();
-}
-
-}  // namespace
-
-bool IsSparse(const DataStore& store, NodeIndex index) { return FormOf(store, index).has_value(); }
-
-NpyArray SparseToDense(const DataStore& store, NodeIndex index, const std::string& where) {
-  const Form form = *FormOf(store, index);
-  // `_shape` since 2007; `shape` in files written by hand.
-  const auto shape_field = FindField(store, index, "_shape");
-  const std::vector<std::int64_t> shape =
-      Integers(store, index, shape_field ? "_shape" : "shape", where);
-  if (shape.size() != 2 || shape[0] < 0 || shape[1] < 0)
-    FailMatrix(where, "shape is not two sizes");
-  const auto rows = static_cast<std::size_t>(shape[0]);
-  const auto columns = static_cast<std::size_t>(shape[1]);
-  if (columns != 0 && rows > store.MemoryLimit() / sizeof(double) / columns) {
-    throw Error(
-        where,
-        fmt::format("is a sparse {} x {} matrix, too large to be filled with zeros", rows, columns),
-        "Save a smaller one");
-  }
-  const std::vector<double> values =
-      PlainNumbers(store, RequireField(store, index, "data", where), where + "[data]").AsDoubles();
-  std::vector<double> dense(rows * columns, 0.0);
-  const auto add = [&](std::int64_t row, std::int64_t column, double value) {
-    if (row < 0 || column < 0 || row >= shape[0] || column >= shape[1]) {
-      FailMatrix(where, "entries lie outside it");
-    }
-    dense[static_cast<std::size_t>(row) * columns + static_cast<std::size_t>(column)] += value;
-  };
-  if (form == Form::kPairs) {
-    const std::vector<std::int64_t> row = Integers(store, index, "row", where);
-    const std::vector<std::int64_t> column = Integers(store, index, "col", where);
-    if (row.size() != values.size() || column.size() != values.size()) {
-      FailMatrix(where, "rows, columns and values differ in number");
-    }
-    for (std::size_t i = 0; i < values.size(); ++i) add(row[i], column[i], values[i]);
-  } else {
-    const std::vector<std::int64_t> start = Integers(store, index, "indptr", where);
-    const std::vector<std::int64_t> place = Integers(store, index, "indices", where);
-    const std::size_t lines = form == Form::kByColumns ? columns : rows;
-    const auto known = static_cast<std::int64_t>(std::min(place.size(), values.size()));
-    if (start.size() != lines + 1 || start.front() != 0)
-      FailMatrix(where, "indptr does not fit its shape");
-    for (std::size_t line = 0; line < lines; ++line) {
-      if (start[line + 1] < start[line] || start[line + 1] > known) {
-        FailMatrix(where, "indptr does not fit its indices");
-      }
-      for (std::int64_t i = start[line]; i < start[line + 1]; ++i) {
-        const auto across = static_cast<std::int64_t>(line);
-        const std::int64_t along = place[static_cast<std::size_t>(i)];
-        const double value = values[static_cast<std::size_t>(i)];
-        form == Form::kByColumns ? add(along, across, value) : add(across, along, value);
-      }
-    }
-  }
-  NpyArray array{'f', sizeof(double), false, false, {rows, columns}, {}};
-  array.data.resize(dense.size() * sizeof(double));
-  if (!dense.empty()) std::memcpy(array.data.data(), dense.data(), array.data.size());
-  return array;
 }
 
 }  // namespace holdfast

@@ -163,12 +163,5 @@ const ObjectNode* ObjectAt(const DataStore& store, NodeIndex index);
 const DictNode* NamesAt(const DataStore& store, NodeIndex index);
 
 std::optional<NodeIndex> FindField(const DataStore& store, NodeIndex index, std::string_view name);
-/// Throws Error if the field does not exist.
-NodeIndex RequireField(const DataStore& store, NodeIndex index, std::string_view name,
-                       const std::string& where);
-
-/// Numbers of a field that is itself an array or a list of numbers, not another instance, so that
-/// nested instances cause no recursion. Throws Error for anything else.
-NpyMember PlainNumbers(const DataStore& store, NodeIndex index, const std::string& where);
 
 }  // namespace holdfast

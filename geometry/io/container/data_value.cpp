@@ -2,12 +2,15 @@
 #include "geometry/io/container/data_value.h"
 
 #include <cmath>
+#include <iterator>
+#include <variant>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
 #include "geometry/io/container/data_store.h"
+#include "geometry/io/container/text_scanner.h"
 
 namespace holdfast {
 namespace {
@@ -30,24 +33,19 @@ DataValue::DataValue(std::shared_ptr<const DataStore> store, std::uint32_t index
     : store_(std::move(store)), index_(index), where_(std::move(where)) {}
 
 DataKind DataValue::Kind() const {
-  struct Visitor {
-    DataKind operator()(std::monostate) const { return DataKind::kNone; }
-    DataKind operator()(bool) const { return DataKind::kBool; }
-    DataKind operator()(std::int64_t) const { return DataKind::kInteger; }
-    DataKind operator()(double) const { return DataKind::kReal; }
-    DataKind operator()(const TextNode&) const { return DataKind::kText; }
-    DataKind operator()(const BytesNode& node) const {
-      return node.is_python2_text && IsUtf8(node.bytes) ? DataKind::kText : DataKind::kBytes;
-    }
-    DataKind operator()(const ListNode&) const { return DataKind::kList; }
-    DataKind operator()(const std::unique_ptr<DictNode>&) const { return DataKind::kDict; }
-    DataKind operator()(const std::unique_ptr<ArrayNode>& array) const {
-      const bool is_text = array->element.kind == 'U' || array->element.kind == 'S';
-      return is_text && array->shape.empty() ? DataKind::kText : DataKind::kArray;
-    }
-    DataKind operator()(const std::unique_ptr<ObjectNode>&) const { return DataKind::kObject; }
-  };
-  return std::visit(Visitor(), (*store_)[index_]);
+  const DataNode& node = (*store_)[index_];
+  if (const auto* bytes = std::get_if<BytesNode>(&node)) {
+    return bytes->is_python2_text && IsUtf8(bytes->bytes) ? DataKind::kText : DataKind::kBytes;
+  }
+  if (const ArrayNode* array = ArrayOf(*store_, index_)) {
+    const bool is_text = array->element.kind == 'U' || array->element.kind == 'S';
+    return is_text && array->shape.empty() ? DataKind::kText : DataKind::kArray;
+  }
+  using enum DataKind;
+  constexpr DataKind kByAlternative[] = {kNone,  kBool, kInteger, kReal,  kText,
+                                         kBytes, kList, kDict,    kArray, kObject};
+  static_assert(std::size(kByAlternative) == std::variant_size_v<DataNode>);
+  return kByAlternative[node.index()];
 }
 
 std::string DataValue::Describe() const {
@@ -108,15 +106,10 @@ DataValue DataValue::operator[](std::string_view name) const {
                 fmt::format("is {}, where named values with '{}' are needed", Describe(), name),
                 "Check that it is the right kind of file");
   }
-  std::vector<std::string_view> there;
-  for (const auto& [known, value] : dict->named) {
-    if (there.size() == kMaxNamesInError) break;
-    there.push_back(known);
-  }
   throw Error(fmt::format("{}[{}]", where_, name), "is missing",
-              there.empty() ? "It has no names"
-                            : fmt::format("It has: {}{}", fmt::join(there, ", "),
-                                          dict->named.size() > there.size() ? ", ..." : ""));
+              dict->named.empty()
+                  ? "It has no names"
+                  : fmt::format("It has: {}", SomeNames(Names(), kMaxNamesInError)));
 }
 
 std::size_t DataValue::Size() const {
@@ -136,12 +129,6 @@ DataValue DataValue::operator[](std::size_t index) const {
                 "Check the file");
   }
   return DataValue(store_, list->items[index], fmt::format("{}[{}]", where_, index));
-}
-
-const std::string& DataValue::ClassName() const {
-  static const std::string none;
-  const auto* object = std::get_if<std::unique_ptr<ObjectNode>>(&(*store_)[index_]);
-  return object == nullptr ? none : (*object)->class_name;
 }
 
 bool DataValue::HoldsNumbers() const {

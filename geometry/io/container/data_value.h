@@ -54,9 +54,6 @@ class DataValue {
   std::size_t Size() const;
   DataValue operator[](std::size_t index) const;
 
-  /// Class name as in the file, "scipy.sparse.csc.csc_matrix"; empty if this is not an object.
-  const std::string& ClassName() const;
-
   /// Whether Array() returns numbers.
   bool HoldsNumbers() const;
   /// Numbers with their shape: an array, a number (0-d), nested lists of numbers of equal length, a

@@ -11,6 +11,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/data_store.h"
+#include "geometry/io/container/text_scanner.h"
 
 namespace holdfast {
 
@@ -19,15 +20,7 @@ namespace holdfast {
 inline std::string AsUtf8(std::string_view bytes) {
   if (IsUtf8(bytes)) return std::string(bytes);
   std::string text;
-  for (const char c : bytes) {
-    const auto code = static_cast<unsigned char>(c);
-    if (code < 0x80) {
-      text += c;
-    } else {
-      text += static_cast<char>(0xc0 | code >> 6);
-      text += static_cast<char>(0x80 | (code & 0x3f));
-    }
-  }
+  for (const char c : bytes) AppendUtf8(text, static_cast<unsigned char>(c));
   return text;
 }
 

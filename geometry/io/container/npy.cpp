@@ -12,6 +12,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/npy_header.h"
 #include "geometry/io/container/npz.h"
+#include "geometry/io/container/text_scanner.h"
 
 namespace holdfast {
 namespace {
@@ -60,53 +61,35 @@ std::vector<Out> Convert(const NpyMember& member) {
   if (const auto same = member.View<Out>()) return {same->begin(), same->end()};
   std::vector<Out> values(array.NumElements());
   const bool be = array.big_endian;
-  const auto fill = [&](auto load) {
-    ForEachElement(
-        array, [&](std::size_t i, const std::byte* p) { values[i] = static_cast<Out>(load(p)); });
+  const auto fill = [&]<typename Stored>(Stored) {
+    ForEachElement(array, [&](std::size_t i, const std::byte* p) {
+      values[i] = static_cast<Out>(LoadAs<Stored>(p, be));
+    });
   };
-  switch (array.kind) {
-    case 'f':
-      if (array.item_size == 2) {
-        fill([be](const std::byte* p) { return HalfToFloat(LoadAs<std::uint16_t>(p, be)); });
-      } else if (array.item_size == 4) {
-        fill([be](const std::byte* p) { return LoadAs<float>(p, be); });
-      } else {
-        fill([be](const std::byte* p) { return LoadAs<double>(p, be); });
-      }
-      break;
-    case 'i':
-      switch (array.item_size) {
-        case 1:
-          fill([be](const std::byte* p) { return LoadAs<std::int8_t>(p, be); });
-          break;
-        case 2:
-          fill([be](const std::byte* p) { return LoadAs<std::int16_t>(p, be); });
-          break;
-        case 4:
-          fill([be](const std::byte* p) { return LoadAs<std::int32_t>(p, be); });
-          break;
-        default:
-          fill([be](const std::byte* p) { return LoadAs<std::int64_t>(p, be); });
-          break;
-      }
-      break;
-    case 'u':
-    case 'b':
-      switch (array.item_size) {
-        case 1:
-          fill([be](const std::byte* p) { return LoadAs<std::uint8_t>(p, be); });
-          break;
-        case 2:
-          fill([be](const std::byte* p) { return LoadAs<std::uint16_t>(p, be); });
-          break;
-        case 4:
-          fill([be](const std::byte* p) { return LoadAs<std::uint32_t>(p, be); });
-          break;
-        default:
-          fill([be](const std::byte* p) { return LoadAs<std::uint64_t>(p, be); });
-          break;
-      }
-      break;
+  const auto fill_integers = [&](auto one, auto two, auto four, auto eight) {
+    switch (array.item_size) {
+      case 1:
+        return fill(one);
+      case 2:
+        return fill(two);
+      case 4:
+        return fill(four);
+      default:
+        return fill(eight);
+    }
+  };
+  if (array.kind == 'i') {
+    fill_integers(std::int8_t{}, std::int16_t{}, std::int32_t{}, std::int64_t{});
+  } else if (array.kind != 'f') {
+    fill_integers(std::uint8_t{}, std::uint16_t{}, std::uint32_t{}, std::uint64_t{});
+  } else if (array.item_size == 2) {
+    ForEachElement(array, [&](std::size_t i, const std::byte* p) {
+      values[i] = static_cast<Out>(HalfToFloat(LoadAs<std::uint16_t>(p, be)));
+    });
+  } else if (array.item_size == 4) {
+    fill(float{});
+  } else {
+    fill(double{});
   }
   return values;
 }
@@ -175,23 +158,10 @@ std::string NpyMember::AsText() const {
   } else {
     for (std::size_t i = 0; i + 4 <= array.data.size(); i += 4) {
       const auto code = LoadAs<std::uint32_t>(array.data.data() + i, array.big_endian);
-      if (code < 0x80) {
-        text.push_back(static_cast<char>(code));
-      } else if (code < 0x800) {
-        text.push_back(static_cast<char>(0xc0 | (code >> 6)));
-        text.push_back(static_cast<char>(0x80 | (code & 0x3f)));
-      } else if (code < 0x10000) {
-        text.push_back(static_cast<char>(0xe0 | (code >> 12)));
-        text.push_back(static_cast<char>(0x80 | ((code >> 6) & 0x3f)));
-        text.push_back(static_cast<char>(0x80 | (code & 0x3f)));
-      } else if (code < 0x110000) {
-        text.push_back(static_cast<char>(0xf0 | (code >> 18)));
-        text.push_back(static_cast<char>(0x80 | ((code >> 12) & 0x3f)));
-        text.push_back(static_cast<char>(0x80 | ((code >> 6) & 0x3f)));
-        text.push_back(static_cast<char>(0x80 | (code & 0x3f)));
-      } else {
+      if (code >= 0x110000) {
         throw Error(where, "holds an invalid character", "Save the text again");
       }
+      AppendUtf8(text, code);
     }
   }
   while (!text.empty() && text.back() == '\0') text.pop_back();

@@ -5,11 +5,13 @@
 #include <bit>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/byte_source.h"
 
 namespace holdfast {
 namespace {
@@ -20,8 +22,8 @@ constexpr std::uint64_t kMaxEmptyTexts = 1 << 20;
 
 class HeaderParser {
  public:
-  HeaderParser(std::string_view text, const std::string& where, NpyObjects objects)
-      : rest_(text), where_(where), objects_(objects) {}
+  HeaderParser(std::string_view text, const std::string& where, bool allow_objects)
+      : rest_(text), where_(where), allow_objects_(allow_objects) {}
 
   NpyArray Parse() {
     NpyArray array;
@@ -122,7 +124,7 @@ class HeaderParser {
           std::from_chars(descr.data() + 1, descr.data() + descr.size(), size);
       if (error != std::errc() || end != descr.data() + descr.size()) Fail("an unreadable dtype");
     }
-    if (array.kind == 'O' && objects_ == NpyObjects::kAllowed) {
+    if (array.kind == 'O' && allow_objects_) {
       array.item_size = 0;
       return;
     }
@@ -144,17 +146,17 @@ class HeaderParser {
 
   std::string_view rest_;
   const std::string& where_;
-  NpyObjects objects_;
+  bool allow_objects_;
 };
 
 }  // namespace
 
-NpyArray ParseNpyHeader(std::string_view text, const std::string& where, NpyObjects objects) {
-  return HeaderParser(text, where, objects).Parse();
+NpyArray ParseNpyHeader(std::string_view text, const std::string& where, bool allow_objects) {
+  return HeaderParser(text, where, allow_objects).Parse();
 }
 
-NpyStart ReadNpyStart(const std::function<void(std::span<std::byte>)>& read,
-                      const std::string& where, NpyObjects objects) {
+NpyArray ReadNpyStart(const std::function<void(std::span<std::byte>)>& read,
+                      const std::string& where, bool allow_objects) {
   const auto damaged = [&](std::string_view detail) {
     return Error(where, fmt::format("is damaged or cut off ({})", detail),
                  "Copy or save the file again");
@@ -164,14 +166,11 @@ NpyStart ReadNpyStart(const std::function<void(std::span<std::byte>)>& read,
   if (!preamble.starts_with(kNpyMagic)) throw damaged("not .npy data");
   std::string length(preamble[6] == 1 ? 2 : 4, '\0');
   read(std::as_writable_bytes(std::span(length)));
-  std::size_t header_bytes = 0;
-  for (std::size_t i = length.size(); i-- > 0;) {
-    header_bytes = header_bytes << 8 | static_cast<unsigned char>(length[i]);
-  }
+  const std::uint64_t header_bytes = FromLittleEndian(length);
   if (header_bytes > kMaxHeaderBytes) throw damaged("an oversized header");
   std::string header(header_bytes, '\0');
   read(std::as_writable_bytes(std::span(header)));
-  return {ParseNpyHeader(header, where, objects), preamble.size() + length.size() + header_bytes};
+  return ParseNpyHeader(header, where, allow_objects);
 }
 
 std::size_t NpyDataBytes(const NpyArray& array, std::uint64_t available, const std::string& where) {
@@ -233,6 +232,30 @@ std::uint16_t FloatToHalf(float value) {
       std::lrint(std::ldexp(static_cast<double>(magnitude), 10 - exponent)));
   return static_cast<std::uint16_t>(
       sign + static_cast<std::uint16_t>(units + (static_cast<std::uint32_t>(exponent + 14) << 10)));
+}
+
+std::vector<std::uint16_t> ToHalves(std::span<const float> values, const std::string& where,
+                                    std::string_view what) {
+  std::vector<std::uint16_t> halves(values.size());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    halves[i] = FloatToHalf(values[i]);
+    if (std::isfinite(values[i]) && !std::isfinite(HalfToFloat(halves[i]))) {
+      throw Error(where, fmt::format("{} does not fit {}", values[i], what), "Use float32");
+    }
+  }
+  return halves;
+}
+
+std::optional<std::size_t> CheckedProduct(std::span<const std::size_t> factors, std::size_t first) {
+  std::size_t product = first;
+  bool overflows = false;
+  for (const std::size_t factor : factors) {
+    if (factor == 0) return 0;
+    overflows |= product > std::numeric_limits<std::size_t>::max() / factor;
+    product *= factor;
+  }
+  if (overflows) return std::nullopt;
+  return product;
 }
 
 }  // namespace holdfast

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -15,32 +16,27 @@
 
 namespace holdfast {
 
-/// Returns an array of T in C order. `shape` is not checked against the number of values.
-template <typename T>
-NpyArray MakeNpyArray(char kind, std::vector<std::size_t> shape, const std::vector<T>& values) {
-  NpyArray array{kind, sizeof(T), false, false, std::move(shape), {}};
+/// Returns an array of a vector's or a span's values in C order. `shape` is not checked against the
+/// number of values.
+template <typename Values>
+NpyArray MakeNpyArray(char kind, std::vector<std::size_t> shape, const Values& values) {
+  NpyArray array{kind, sizeof(typename Values::value_type), false, false, std::move(shape), {}};
   const std::span<const std::byte> bytes = std::as_bytes(std::span(values));
   array.data.assign(bytes.begin(), bytes.end());
   return array;
 }
 
-/// Whether an array of Python objects is an Error or an array of kind 'O' (item_size 0).
-enum class NpyObjects { kRefused, kAllowed };
-
 /// Reads the header of a `.npy` member: a Python dictionary literal of three known entries, parsed
-/// and never evaluated. Returns the array without its data. Throws Error, named `where`, for
-/// anything else, and for element types that are neither real numbers nor text.
+/// and never evaluated. Returns the array without its data. An array of Python objects has kind 'O'
+/// (item_size 0) if `allow_objects`. Throws Error, named `where`, for anything else, and for
+/// element types that are neither real numbers nor text.
 NpyArray ParseNpyHeader(std::string_view text, const std::string& where,
-                        NpyObjects objects = NpyObjects::kRefused);
+                        bool allow_objects = false);
 
 /// Reads a `.npy` up to its data: magic number, version, header. `read` fills its argument with the
-/// next bytes or throws.
-struct NpyStart {
-  NpyArray array;         ///< without data
-  std::size_t bytes = 0;  ///< from the start to the data
-};
-NpyStart ReadNpyStart(const std::function<void(std::span<std::byte>)>& read,
-                      const std::string& where, NpyObjects objects = NpyObjects::kRefused);
+/// next bytes or throws. Returns the array without its data.
+NpyArray ReadNpyStart(const std::function<void(std::span<std::byte>)>& read,
+                      const std::string& where, bool allow_objects);
 
 /// Size in bytes of the data that a header declares. Throws Error, named `where`, if it exceeds
 /// `available`: no shape is trusted unless its data exist.
@@ -66,5 +62,12 @@ inline float HalfToFloat(std::uint16_t half) {
 
 /// Single to half precision, rounded to nearest even; infinity beyond 65504.
 std::uint16_t FloatToHalf(float value);
+
+/// Same for many numbers. Throws Error, named `where`, for a finite one that does not fit `what`.
+std::vector<std::uint16_t> ToHalves(std::span<const float> values, const std::string& where,
+                                    std::string_view what);
+
+/// Product of `first` and all factors; nullopt on overflow.
+std::optional<std::size_t> CheckedProduct(std::span<const std::size_t> factors, std::size_t first);
 
 }  // namespace holdfast

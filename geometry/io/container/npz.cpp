@@ -2,8 +2,6 @@
 #include "geometry/io/container/npz.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
 #include <utility>
 
 #include <fmt/format.h>
@@ -30,35 +28,29 @@ const ZipMember* FindMember(const ZipArchive& archive, std::string_view key) {
   return member != nullptr && !member->name.ends_with('/') ? member : nullptr;
 }
 
+const ZipMember& RequireMember(const NpzReader& reader, const ZipArchive& archive,
+                               std::string_view key, const std::string& where) {
+  if (const ZipMember* member = FindMember(archive, key)) return *member;
+  std::vector<std::string> keys = reader.Keys();
+  const std::size_t count = keys.size();
+  keys.resize(std::min(count, kNamesInMessage));
+  throw Error(where, "is missing",
+              fmt::format("The file has: {}{}", fmt::join(keys, ", "),
+                          count > keys.size() ? fmt::format(", ... ({})", count) : ""));
+}
+
 // One member of the archive, read up to its data.
-class OpenMember {
- public:
+struct OpenMember {
   OpenMember(const NpzReader& reader, const ZipArchive& archive, std::string_view key,
-             NpyObjects objects)
-      : where_(fmt::format("{}[{}]", reader.Path().string(), key)),
-        stream_(archive, Locate(reader, archive, key), where_),
-        start_(ReadNpyStart([this](std::span<std::byte> target) { stream_.Read(target); }, where_,
-                            objects)) {}
+             bool allow_objects)
+      : where(fmt::format("{}[{}]", reader.Path().string(), key)),
+        stream(archive, RequireMember(reader, archive, key, where), where),
+        array(ReadNpyStart([this](std::span<std::byte> target) { stream.Read(target); }, where,
+                           allow_objects)) {}
 
-  const std::string& Where() const { return where_; }
-  ZipArchive::Stream& Stream() { return stream_; }
-  NpyArray& Array() { return start_.array; }
-
- private:
-  const ZipMember& Locate(const NpzReader& reader, const ZipArchive& archive,
-                          std::string_view key) const {
-    if (const ZipMember* member = FindMember(archive, key)) return *member;
-    std::vector<std::string> keys = reader.Keys();
-    const std::size_t count = keys.size();
-    keys.resize(std::min(count, kNamesInMessage));
-    throw Error(where_, "is missing",
-                fmt::format("The file has: {}{}", fmt::join(keys, ", "),
-                            count > keys.size() ? fmt::format(", ... ({})", count) : ""));
-  }
-
-  std::string where_;
-  ZipArchive::Stream stream_;
-  NpyStart start_;
+  std::string where;
+  ZipArchive::Stream stream;
+  NpyArray array;
 };
 
 }  // namespace
@@ -76,8 +68,6 @@ NpzReader::~NpzReader() = default;
 NpzReader::NpzReader(NpzReader&&) noexcept = default;
 NpzReader& NpzReader::operator=(NpzReader&&) noexcept = default;
 
-std::uint64_t NpzReader::SizeBytes() const { return archive_->Source().Size(); }
-
 bool NpzReader::Has(std::string_view key) const { return FindMember(*archive_, key) != nullptr; }
 
 std::vector<std::string> NpzReader::Keys() const {
@@ -92,31 +82,29 @@ std::vector<std::string> NpzReader::Keys() const {
 }
 
 NpyMember NpzReader::ReadHeader(std::string_view key) const {
-  OpenMember member(*this, *archive_, key, NpyObjects::kAllowed);
-  return {member.Where(), std::move(member.Array())};
+  OpenMember member(*this, *archive_, key, true);
+  return {member.where, std::move(member.array)};
 }
 
 NpyMember NpzReader::Read(std::string_view key) const {
-  OpenMember member(*this, *archive_, key, NpyObjects::kRefused);
-  ZipArchive::Stream& stream = member.Stream();
-  NpyArray& array = member.Array();
-  array.data = stream.ReadRest(NpyDataBytes(array, stream.Remaining(), member.Where()));
-  return {member.Where(), std::move(array)};
+  OpenMember member(*this, *archive_, key, false);
+  member.array.data =
+      member.stream.ReadRest(NpyDataBytes(member.array, member.stream.Remaining(), member.where));
+  return {member.where, std::move(member.array)};
 }
 
 std::vector<std::byte> NpzReader::ReadPickle(std::string_view key, std::size_t limit_bytes) const {
-  OpenMember member(*this, *archive_, key, NpyObjects::kAllowed);
-  if (member.Array().kind != 'O') {
-    throw Error(member.Where(), "holds no Python objects", "Read it as an array");
+  OpenMember member(*this, *archive_, key, true);
+  if (member.array.kind != 'O') {
+    throw Error(member.where, "holds no Python objects", "Read it as an array");
   }
-  ZipArchive::Stream& stream = member.Stream();
-  if (stream.Remaining() > limit_bytes) {
-    throw Error(member.Where(),
-                fmt::format("holds {} bytes of Python objects, more than {}", stream.Remaining(),
-                            limit_bytes),
+  const std::uint64_t bytes = member.stream.Remaining();
+  if (bytes > limit_bytes) {
+    throw Error(member.where,
+                fmt::format("holds {} bytes of Python objects, more than {}", bytes, limit_bytes),
                 "Save plain arrays");
   }
-  return stream.ReadRest(static_cast<std::size_t>(stream.Remaining()));
+  return member.stream.ReadRest(static_cast<std::size_t>(bytes));
 }
 
 void NpzWriter::AddFloat32(std::string key, std::vector<std::size_t> shape,
@@ -131,24 +119,13 @@ void NpzWriter::AddFloat64(std::string key, std::vector<std::size_t> shape,
 
 void NpzWriter::AddFloat16(std::string key, std::vector<std::size_t> shape,
                            const std::vector<float>& values) {
-  std::vector<std::uint16_t> halves(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    halves[i] = FloatToHalf(values[i]);
-    if (std::isfinite(values[i]) && !std::isfinite(HalfToFloat(halves[i]))) {
-      throw Error(key, fmt::format("{} does not fit half precision", values[i]), "Use float32");
-    }
-  }
+  const std::vector<std::uint16_t> halves = ToHalves(values, key, "half precision");
   Add(std::move(key), MakeNpyArray('f', std::move(shape), halves));
 }
 
 void NpzWriter::AddInt64(std::string key, std::vector<std::size_t> shape,
                          std::vector<std::int64_t> values) {
   Add(std::move(key), MakeNpyArray('i', std::move(shape), values));
-}
-
-void NpzWriter::AddUint32(std::string key, std::vector<std::size_t> shape,
-                          std::vector<std::uint32_t> values) {
-  Add(std::move(key), MakeNpyArray('u', std::move(shape), values));
 }
 
 void NpzWriter::AddUint8(std::string key, std::vector<std::size_t> shape,
@@ -181,9 +158,8 @@ void NpzWriter::AddText(std::string key, std::string_view bytes) {
     i += good ? length : 1;
   }
   if (codes.empty()) codes.push_back(0);
-  NpyArray array{'U', 4 * codes.size(), false, false, {}, {}};
-  array.data.resize(array.item_size);
-  std::memcpy(array.data.data(), codes.data(), array.item_size);
+  NpyArray array = MakeNpyArray('U', {}, codes);
+  array.item_size = array.data.size();  // one text of all codes
   Add(std::move(key), std::move(array));
 }
 

@@ -84,8 +84,6 @@ class NpzReader {
   /// ReadObjectArray, which executes nothing.
   std::vector<std::byte> ReadPickle(std::string_view key, std::size_t limit_bytes) const;
   const std::filesystem::path& Path() const { return path_; }
-  /// Size of the whole file.
-  std::uint64_t SizeBytes() const;
 
  private:
   std::filesystem::path path_;
@@ -103,8 +101,6 @@ class NpzWriter {
   void AddFloat16(std::string key, std::vector<std::size_t> shape,
                   const std::vector<float>& values);
   void AddInt64(std::string key, std::vector<std::size_t> shape, std::vector<std::int64_t> values);
-  void AddUint32(std::string key, std::vector<std::size_t> shape,
-                 std::vector<std::uint32_t> values);
   void AddUint8(std::string key, std::vector<std::size_t> shape, std::vector<std::uint8_t> values);
   /// A 0-d unicode scalar, as `np.savez(key="text")` writes it.
   void AddText(std::string key, std::string_view text);

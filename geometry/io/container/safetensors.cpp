@@ -4,10 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstring>
 #include <fstream>
-#include <optional>
+#include <set>
 #include <tuple>
 #include <utility>
 
@@ -17,7 +16,9 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/data_store.h"
 #include "geometry/io/container/npy_header.h"
+#include "geometry/io/container/text_scanner.h"
 
 namespace holdfast {
 namespace {
@@ -26,29 +27,16 @@ constexpr std::size_t kLengthBytes = 8;
 constexpr std::string_view kMetadataName = "__metadata__";
 constexpr std::size_t kTensorsInMessage = 40;
 
-struct ElementWord {
-  std::string_view word;
-  char kind;  // as in NpyArray; 'B' is bfloat16
-  std::size_t size;
-};
-constexpr std::array<ElementWord, 13> kElementWords{{{"F64", 'f', 8},
-                                                     {"F32", 'f', 4},
-                                                     {"F16", 'f', 2},
-                                                     {"BF16", 'B', 2},
-                                                     {"I64", 'i', 8},
-                                                     {"I32", 'i', 4},
-                                                     {"I16", 'i', 2},
-                                                     {"I8", 'i', 1},
-                                                     {"U64", 'u', 8},
-                                                     {"U32", 'u', 4},
-                                                     {"U16", 'u', 2},
-                                                     {"U8", 'u', 1},
-                                                     {"BOOL", 'b', 1}}};
+constexpr std::pair<std::string_view, ElementType> kElementWords[] = {
+    {"F64", {'f', 8}}, {"F32", {'f', 4}}, {"F16", {'f', 2}}, {"BF16", {'B', 2}}, {"I64", {'i', 8}},
+    {"I32", {'i', 4}}, {"I16", {'i', 2}}, {"I8", {'i', 1}},  {"U64", {'u', 8}},  {"U32", {'u', 4}},
+    {"U16", {'u', 2}}, {"U8", {'u', 1}},  {"BOOL", {'b', 1}}};
 
-const ElementWord* FindWord(std::string_view word) {
-  const auto at = std::find_if(kElementWords.begin(), kElementWords.end(),
-                               [&](const ElementWord& element) { return element.word == word; });
-  return at == kElementWords.end() ? nullptr : &*at;
+const ElementType* FindElement(std::string_view word) {
+  for (const auto& [known, element] : kElementWords) {
+    if (word == known) return &element;
+  }
+  return nullptr;
 }
 
 Error Malformed(const std::string& where, std::string_view problem) {
@@ -102,7 +90,7 @@ class HeaderHandler : public nlohmann::json_sax<nlohmann::json> {
     } else if (place_ == Place::kHeader) {
       entries_.push_back({std::move(name_), {}, {}, 0, 0});
       place_ = Place::kTensor;
-      seen_dtype_ = seen_shape_ = seen_offsets_ = false;
+      seen_.clear();
       num_offsets_ = 0;
     } else {
       return Refuse("an object");
@@ -111,8 +99,7 @@ class HeaderHandler : public nlohmann::json_sax<nlohmann::json> {
   }
 
   bool end_object() override {
-    if (place_ == Place::kTensor &&
-        (!seen_dtype_ || !seen_shape_ || !seen_offsets_ || num_offsets_ != 2)) {
+    if (place_ == Place::kTensor && (seen_.size() != 3 || num_offsets_ != 2)) {
       return Refuse("dtype, shape or data_offsets missing", entries_.back().name);
     }
     place_ = place_ == Place::kHeader ? Place::kOutside : Place::kHeader;
@@ -139,12 +126,10 @@ class HeaderHandler : public nlohmann::json_sax<nlohmann::json> {
     if (place_ == Place::kMetadata) {
       return !metadata_.contains(field_) || Refuse("a name twice in the metadata", field_);
     }
-    bool* seen = field_ == "dtype"          ? &seen_dtype_
-                 : field_ == "shape"        ? &seen_shape_
-                 : field_ == "data_offsets" ? &seen_offsets_
-                                            : nullptr;
-    if (seen == nullptr) return Refuse("an unknown field", field_);
-    return !std::exchange(*seen, true) || Refuse("a field twice", field_);
+    if (field_ != "dtype" && field_ != "shape" && field_ != "data_offsets") {
+      return Refuse("an unknown field", field_);
+    }
+    return seen_.insert(field_).second || Refuse("a field twice", field_);
   }
 
   bool parse_error(std::size_t position, const std::string&,
@@ -168,25 +153,9 @@ class HeaderHandler : public nlohmann::json_sax<nlohmann::json> {
   std::string name_;   // of the tensor
   std::string field_;  // of the tensor, or of the metadata
   bool has_metadata_ = false;
-  bool seen_dtype_ = false;
-  bool seen_shape_ = false;
-  bool seen_offsets_ = false;
+  std::set<std::string> seen_;  // fields of the tensor
   int num_offsets_ = 0;
 };
-
-// Size of `shape` in bytes; nullopt if it exceeds `available`.
-std::optional<std::uint64_t> CheckedBytes(const std::vector<std::size_t>& shape,
-                                          std::uint64_t item_size, std::uint64_t available) {
-  std::uint64_t bytes = item_size;
-  bool empty = false;
-  for (const std::size_t n : shape) empty = empty || n == 0;
-  if (empty) return 0;
-  for (const std::size_t n : shape) {
-    if (bytes > available / n) return std::nullopt;
-    bytes *= n;
-  }
-  return bytes;
-}
 
 }  // namespace
 
@@ -233,9 +202,9 @@ void SafetensorsReader::CheckLayout() {
     if (entry.begin < reached) throw Malformed(at, "it overlaps another tensor");
     if (entry.begin > reached) throw Malformed(at, "a gap before it");
     reached = entry.end;
-    const ElementWord* element = FindWord(entry.dtype);
+    const ElementType* element = FindElement(entry.dtype);
     if (element == nullptr) continue;  // other tensors may still be usable
-    if (CheckedBytes(entry.shape, element->size, data_bytes) != entry.end - entry.begin) {
+    if (CheckedProduct(entry.shape, element->size) != entry.end - entry.begin) {
       throw Malformed(
           at, fmt::format("shape ({}) of {} does not fit its {} bytes",
                           fmt::join(entry.shape, ", "), entry.dtype, entry.end - entry.begin));
@@ -244,20 +213,15 @@ void SafetensorsReader::CheckLayout() {
   if (reached != data_bytes) {
     throw Malformed(where, fmt::format("{} bytes after the last tensor", data_bytes - reached));
   }
-  std::sort(entries_.begin(), entries_.end(),
-            [](const auto& a, const auto& b) { return a.name < b.name; });
-  const auto twice =
-      std::adjacent_find(entries_.begin(), entries_.end(),
-                         [](const auto& a, const auto& b) { return a.name == b.name; });
+  std::ranges::sort(entries_, {}, &SafetensorsEntry::name);
+  const auto twice = std::ranges::adjacent_find(entries_, {}, &SafetensorsEntry::name);
   if (twice != entries_.end()) {
     throw Malformed(where, fmt::format("'{}' appears twice", twice->name));
   }
 }
 
 const SafetensorsEntry* SafetensorsReader::Find(std::string_view name) const {
-  const auto at = std::lower_bound(
-      entries_.begin(), entries_.end(), name,
-      [](const SafetensorsEntry& entry, std::string_view wanted) { return entry.name < wanted; });
+  const auto at = std::ranges::lower_bound(entries_, name, {}, &SafetensorsEntry::name);
   return at == entries_.end() || at->name != name ? nullptr : &*at;
 }
 
@@ -272,13 +236,10 @@ NpyMember SafetensorsReader::Read(std::string_view name) const {
   const std::string where = fmt::format("{}[{}]", source_.Name(), name);
   const SafetensorsEntry* entry = Find(name);
   if (entry == nullptr) {
-    std::vector<std::string> names = Names();
-    const bool many = names.size() > kTensorsInMessage;
-    if (many) names.resize(kTensorsInMessage);
     throw Error(where, "is missing",
-                fmt::format("The file has: {}{}", fmt::join(names, ", "), many ? ", ..." : ""));
+                fmt::format("The file has: {}", SomeNames(Names(), kTensorsInMessage)));
   }
-  const ElementWord* element = FindWord(entry->dtype);
+  const ElementType* element = FindElement(entry->dtype);
   if (element == nullptr) {
     throw Error(where, fmt::format("has elements of type '{}', which are not read", entry->dtype),
                 "Save it as float32, float16 or bfloat16");
@@ -309,86 +270,30 @@ NpyMember SafetensorsReader::Read(std::string_view name) const {
 
 bool SafetensorsReader::Recognizes(std::string_view head, std::uint64_t file_bytes) {
   if (head.size() < kLengthBytes + 2) return false;
-  std::uint64_t header_bytes = 0;
-  for (std::size_t i = kLengthBytes; i-- > 0;) {
-    header_bytes = header_bytes << 8 | static_cast<unsigned char>(head[i]);
-  }
+  const std::uint64_t header_bytes = FromLittleEndian(head.substr(0, kLengthBytes));
   return head[kLengthBytes] == '{' && header_bytes >= 2 && header_bytes <= kMaxHeaderBytes &&
          header_bytes <= file_bytes - kLengthBytes;
 }
 
-namespace {
-
-template <typename T>
-std::vector<std::byte> BytesOf(std::span<const T> values) {
-  const auto bytes = std::as_bytes(values);
-  return {bytes.begin(), bytes.end()};
-}
-
-// Upper half of the float, rounded to nearest even; a NaN stays NaN.
-std::uint16_t FloatToBfloat(float value) {
-  const auto bits = std::bit_cast<std::uint32_t>(value);
-  if (std::isnan(value)) return static_cast<std::uint16_t>(bits >> 16 | 0x40u);
-  return static_cast<std::uint16_t>((bits + 0x7fffu + (bits >> 16 & 1u)) >> 16);
-}
-
-template <typename Narrow>
-std::vector<std::uint16_t> Narrowed(const std::string& name, std::span<const float> values,
-                                    std::uint16_t infinity, Narrow narrow) {
-  std::vector<std::uint16_t> halves(values.size());
-  for (std::size_t i = 0; i < values.size(); ++i) {
-    halves[i] = narrow(values[i]);
-    if (std::isfinite(values[i]) && (halves[i] & 0x7fffu) == infinity) {
-      throw Error(name, fmt::format("{} does not fit 16 bits", values[i]), "Use float32");
-    }
-  }
-  return halves;
-}
-
-}  // namespace
-
-void SafetensorsWriter::Insert(std::string name, Tensor tensor) {
-  std::size_t bytes = tensor.item_size;
-  for (const std::size_t n : tensor.shape) bytes *= n;
-  if (bytes != tensor.data.size()) {
-    throw Error(name,
-                fmt::format("has {} values for shape ({})", tensor.data.size() / tensor.item_size,
-                            fmt::join(tensor.shape, ", ")),
-                "Give as many as the shape asks for");
-  }
-  if (name.empty() || name == "__metadata__") {
-    throw Error(fmt::format("'{}'", name), "is not a valid tensor name", "Choose another name");
-  }
-  tensors_.insert_or_assign(std::move(name), std::move(tensor));
-}
-
 void SafetensorsWriter::AddFloat32(std::string name, std::vector<std::size_t> shape,
                                    std::span<const float> values) {
-  Insert(std::move(name), {"F32", std::move(shape), BytesOf(values), 4});
+  Add(std::move(name), MakeNpyArray('f', std::move(shape), values));
 }
 
 void SafetensorsWriter::AddFloat64(std::string name, std::vector<std::size_t> shape,
                                    std::span<const double> values) {
-  Insert(std::move(name), {"F64", std::move(shape), BytesOf(values), 8});
+  Add(std::move(name), MakeNpyArray('f', std::move(shape), values));
 }
 
 void SafetensorsWriter::AddFloat16(std::string name, std::vector<std::size_t> shape,
                                    std::span<const float> values) {
-  const auto halves = Narrowed(name, values, 0x7c00, FloatToHalf);
-  Insert(std::move(name),
-         {"F16", std::move(shape), BytesOf(std::span<const std::uint16_t>(halves)), 2});
-}
-
-void SafetensorsWriter::AddBfloat16(std::string name, std::vector<std::size_t> shape,
-                                    std::span<const float> values) {
-  const auto halves = Narrowed(name, values, 0x7f80, FloatToBfloat);
-  Insert(std::move(name),
-         {"BF16", std::move(shape), BytesOf(std::span<const std::uint16_t>(halves)), 2});
+  const std::vector<std::uint16_t> halves = ToHalves(values, name, "16 bits");
+  Add(std::move(name), MakeNpyArray('f', std::move(shape), halves));
 }
 
 void SafetensorsWriter::AddInt64(std::string name, std::vector<std::size_t> shape,
                                  std::span<const std::int64_t> values) {
-  Insert(std::move(name), {"I64", std::move(shape), BytesOf(values), 8});
+  Add(std::move(name), MakeNpyArray('i', std::move(shape), values));
 }
 
 void SafetensorsWriter::Add(std::string name, NpyArray array) {
@@ -398,14 +303,20 @@ void SafetensorsWriter::Add(std::string name, NpyArray array) {
     throw Error(name, "is not an array of numbers in C order and little-endian",
                 "Convert it first");
   }
-  const char letter = array.kind == 'f' ? 'F' : array.kind == 'i' ? 'I' : 'U';
-  Insert(std::move(name),
-         {array.kind == 'b' ? "BOOL" : fmt::format("{}{}", letter, 8 * array.item_size),
-          std::move(array.shape), std::move(array.data), array.item_size});
+  if (array.item_size * array.NumElements() != array.data.size()) {
+    throw Error(name,
+                fmt::format("has {} values for shape ({})", array.data.size() / array.item_size,
+                            fmt::join(array.shape, ", ")),
+                "Give as many as the shape asks for");
+  }
+  if (name.empty() || name == kMetadataName) {
+    throw Error(fmt::format("'{}'", name), "is not a valid tensor name", "Choose another name");
+  }
+  tensors_.insert_or_assign(std::move(name), std::move(array));
 }
 
 void SafetensorsWriter::Write(const std::filesystem::path& path) const {
-  std::vector<const std::pair<const std::string, Tensor>*> order;
+  std::vector<const std::pair<const std::string, NpyArray>*> order;
   for (const auto& tensor : tensors_) order.push_back(&tensor);
   std::stable_sort(order.begin(), order.end(), [](const auto* a, const auto* b) {
     return a->second.item_size > b->second.item_size;
@@ -414,10 +325,13 @@ void SafetensorsWriter::Write(const std::filesystem::path& path) const {
   if (!metadata_.empty()) header["__metadata__"] = metadata_;
   std::size_t reached = 0;
   for (const auto* tensor : order) {
-    const auto& [name, content] = *tensor;
-    const std::size_t end = reached + content.data.size();
+    const auto& [name, array] = *tensor;
+    const std::size_t end = reached + array.data.size();
+    const char letter = array.kind == 'f' ? 'F' : array.kind == 'i' ? 'I' : 'U';
     header[name] = {
-        {"dtype", content.dtype}, {"shape", content.shape}, {"data_offsets", {reached, end}}};
+        {"dtype", array.kind == 'b' ? "BOOL" : fmt::format("{}{}", letter, 8 * array.item_size)},
+        {"shape", array.shape},
+        {"data_offsets", {reached, end}}};
     reached = end;
   }
   std::string text;

@@ -38,11 +38,10 @@ class SafetensorsReader {
   explicit SafetensorsReader(const std::filesystem::path& path);
   explicit SafetensorsReader(ByteSource source);
 
-  /// Sorted by name.
-  const std::vector<SafetensorsEntry>& Entries() const { return entries_; }
   const SafetensorsMetadata& Metadata() const { return metadata_; }
   const ByteSource& Source() const { return source_; }
   bool Has(std::string_view name) const { return Find(name) != nullptr; }
+  /// Sorted.
   std::vector<std::string> Names() const;
   /// Returns a tensor as stored, except that bfloat16, in which none of our CPUs computes, becomes
   /// float32 (exact). Throws Error if the name does not exist (listing those that do) or its type
@@ -59,7 +58,7 @@ class SafetensorsReader {
 
   ByteSource source_;
   std::uint64_t data_offset_ = 0;
-  std::vector<SafetensorsEntry> entries_;
+  std::vector<SafetensorsEntry> entries_;  // sorted by name
   SafetensorsMetadata metadata_;
 };
 
@@ -72,7 +71,6 @@ class SafetensorsWriter {
   void AddFloat64(std::string name, std::vector<std::size_t> shape, std::span<const double> values);
   /// Rounds to nearest even. Throws Error if a finite value overflows.
   void AddFloat16(std::string name, std::vector<std::size_t> shape, std::span<const float> values);
-  void AddBfloat16(std::string name, std::vector<std::size_t> shape, std::span<const float> values);
   void AddInt64(std::string name, std::vector<std::size_t> shape,
                 std::span<const std::int64_t> values);
   /// Numbers of any other type, C-ordered and little-endian. Throws Error for text.
@@ -82,15 +80,7 @@ class SafetensorsWriter {
   void Write(const std::filesystem::path& path) const;
 
  private:
-  struct Tensor {
-    std::string dtype;
-    std::vector<std::size_t> shape;
-    std::vector<std::byte> data;
-    std::size_t item_size = 1;
-  };
-  void Insert(std::string name, Tensor tensor);
-
-  std::map<std::string, Tensor> tensors_;
+  std::map<std::string, NpyArray> tensors_;
   SafetensorsMetadata metadata_;
 };
 

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "geometry/error.h"
 
@@ -19,15 +20,7 @@ namespace {
 bool IsBlank(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\f' || c == '\v'; }
 char Lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
-// A word for messages: short, and without bytes that would garble a terminal.
-std::string Shown(std::string_view word) {
-  std::string shown;
-  for (const char c : word.substr(0, 40)) {
-    shown += c >= ' ' && c < 127 ? c : '?';
-  }
-  if (word.size() > 40) shown += "...";
-  return shown;
-}
+std::string Shown(std::string_view word) { return Excerpt(word, 40); }
 
 // Byte order of UTF-16 text; nullopt for other text. Without a mark, it is detected from the ASCII
 // that formats begin with: one byte of each unit is zero, the other is not.
@@ -66,23 +59,7 @@ std::string Utf8FromUtf16(std::string_view bytes, std::endian order) {
       }
     }
     if (code >= 0xD800 && code < 0xE000) code = '?';  // unpaired surrogate
-    const auto put = [&](std::uint32_t byte) { text.push_back(static_cast<char>(byte)); };
-    const auto tail = [&](int shift) { put(0x80 | (code >> shift & 0x3F)); };
-    if (code < 0x80) {
-      put(code);
-    } else if (code < 0x800) {
-      put(0xC0 | code >> 6);
-      tail(0);
-    } else if (code < 0x10000) {
-      put(0xE0 | code >> 12);
-      tail(6);
-      tail(0);
-    } else {
-      put(0xF0 | code >> 18);
-      tail(12);
-      tail(6);
-      tail(0);
-    }
+    AppendUtf8(text, code);
   }
   return text;
 }
@@ -104,6 +81,38 @@ std::string PlainText(std::string bytes, std::vector<std::string>& notes) {
     notes.emplace_back("lines end in carriage returns only, as on classic Mac OS");
   }
   return bytes;
+}
+
+void AppendUtf8(std::string& text, std::uint32_t code) {
+  const auto put = [&](std::uint32_t byte) { text.push_back(static_cast<char>(byte)); };
+  const auto tail = [&](int shift) { put(0x80 | (code >> shift & 0x3F)); };
+  if (code < 0x80) {
+    put(code);
+  } else if (code < 0x800) {
+    put(0xC0 | code >> 6);
+    tail(0);
+  } else if (code < 0x10000) {
+    put(0xE0 | code >> 12);
+    tail(6);
+    tail(0);
+  } else {
+    put(0xF0 | code >> 18);
+    tail(12);
+    tail(6);
+    tail(0);
+  }
+}
+
+std::string Excerpt(std::string_view text, std::size_t longest) {
+  std::string shown;
+  for (const char c : text.substr(0, longest)) shown += c >= ' ' && c < 127 ? c : '?';
+  return text.size() > longest ? shown + "..." : shown;
+}
+
+std::string SomeNames(std::vector<std::string> names, std::size_t most) {
+  const bool more = names.size() > most;
+  if (more) names.resize(most);
+  return fmt::format("{}{}", fmt::join(names, ", "), more ? ", ..." : "");
 }
 
 bool EqualIgnoringCase(std::string_view a, std::string_view b) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,6 +48,15 @@ class TextScanner {
 /// becomes UTF-8, lone carriage returns that end lines become line feeds. `notes` reports both, and
 /// a byte order mark. Bytes that are not such a text are returned unchanged.
 std::string PlainText(std::string bytes, std::vector<std::string>& notes);
+
+/// Appends a character, up to U+10FFFF.
+void AppendUtf8(std::string& text, std::uint32_t code);
+
+/// A text for messages: at most `longest` characters, and none that would garble a terminal.
+std::string Excerpt(std::string_view text, std::size_t longest);
+
+/// The first `most` names for messages: "a, b, ...".
+std::string SomeNames(std::vector<std::string> names, std::size_t most);
 
 /// Whether two words are equal, ignoring the case of ASCII letters.
 bool EqualIgnoringCase(std::string_view a, std::string_view b);

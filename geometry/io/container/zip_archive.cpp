@@ -208,9 +208,8 @@ ZipArchive::ZipArchive(ByteSource source) : source_(std::move(source)) {
 }
 
 const ZipMember* ZipArchive::Find(std::string_view name) const {
-  const auto at = std::lower_bound(
-      by_name_.begin(), by_name_.end(), name,
-      [&](std::uint32_t i, std::string_view wanted) { return members_[i].name < wanted; });
+  const auto at = std::ranges::lower_bound(by_name_, name, {},
+                                           [&](std::uint32_t i) { return members_[i].name; });
   if (at == by_name_.end() || members_[*at].name != name) return nullptr;
   return &members_[*at];
 }

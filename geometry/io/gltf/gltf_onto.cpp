@@ -2,7 +2,6 @@
 #include "geometry/io/gltf/gltf_onto.h"
 
 #include <cstdint>
-#include <limits>
 #include <stdexcept>
 #include <vector>
 
@@ -22,56 +21,31 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// Keeps consecutive quaternions in the same half of the sphere.
-GltfQuaternions Smooth(const std::vector<Eigen::Quaterniond>& rotations) {
-  GltfQuaternions result(4, static_cast<Eigen::Index>(rotations.size()));
-  Eigen::Quaterniond previous = Eigen::Quaterniond::Identity();
-  for (std::size_t t = 0; t < rotations.size(); ++t) {
-    Eigen::Quaterniond q = rotations[t].normalized();
-    if (q.dot(previous) < 0) q.coeffs() = -q.coeffs();
-    result.col(static_cast<Eigen::Index>(t)) = q.coeffs().cast<float>();
-    previous = q;
-  }
-  return result;
-}
-
-// Rotation of each joint and translation of the pelvis relative to their parents, as stored in the
-// animation. Joints above the first moving joint keep their pose.
-struct LocalMotion {
-  std::vector<std::vector<Eigen::Quaterniond>> rotations;  // per joint, per frame
-  std::vector<Eigen::Matrix3Xf> translations;              // per joint; empty: as in the file
-};
-
-Eigen::Affine3d PosedLocal(const GltfNode& node) {
-  return Eigen::Translation3d(node.translation) * node.rotation * Eigen::Scaling(node.scale);
-}
-
-LocalMotion Localize(const GltfAsset& asset, const GltfRig& rig, const SourceMotion& motion,
-                     int pelvis) {
+// Rotation of each joint (per frame) relative to its parent, as stored in the animation; `places`
+// becomes the translation of the pelvis. Joints above the first moving joint keep their pose.
+std::vector<std::vector<Eigen::Quaterniond>> Localize(const GltfAsset& asset, const GltfRig& rig,
+                                                      const SourceMotion& motion, int pelvis,
+                                                      Eigen::Matrix3Xf& places) {
   const std::size_t joints = rig.nodes.size();
-  LocalMotion local;
-  local.rotations.resize(joints);
-  local.translations.resize(joints);
+  std::vector<std::vector<Eigen::Quaterniond>> rotations(joints);
   Eigen::Affine3d above = Eigen::Affine3d::Identity();
-  for (int n = asset.nodes[static_cast<std::size_t>(rig.nodes[0])].parent; n >= 0;
-       n = asset.nodes[static_cast<std::size_t>(n)].parent) {
-    above = PosedLocal(asset.nodes[static_cast<std::size_t>(n)]) * above;
+  for (int n = asset.NodeAt(rig.nodes[0]).parent; n >= 0; n = asset.NodeAt(n).parent) {
+    above = asset.NodeAt(n).Local() * above;
   }
   std::vector<bool> moves(joints, false);
   for (std::size_t k = 0; k < joints; ++k) {
     const int parent = motion.parents[k];
-    moves[k] =
-        static_cast<int>(k) == pelvis || (parent >= 0 && moves[static_cast<std::size_t>(parent)]);
+    moves[k] = static_cast<int>(k) == pelvis || (parent >= 0 && moves[parent]);
   }
   const auto frames = static_cast<std::size_t>(motion.NumFrames());
-  local.translations[static_cast<std::size_t>(pelvis)].resize(3, motion.NumFrames());
+  places.resize(3, motion.NumFrames());
   std::vector<Eigen::Affine3d> world(joints);
   for (std::size_t t = 0; t < frames; ++t) {
     for (std::size_t k = 0; k < joints; ++k) {
-      const GltfNode& node = asset.nodes[static_cast<std::size_t>(rig.nodes[k])];
+      const GltfNode& node = asset.NodeAt(rig.nodes[k]);
       const int parent = motion.parents[k];
-      const Eigen::Affine3d& outer = parent < 0 ? above : world[static_cast<std::size_t>(parent)];
-      Eigen::Affine3d own = PosedLocal(node);
+      const Eigen::Affine3d& outer = parent < 0 ? above : world[parent];
+      Eigen::Affine3d own = node.Local();
       if (moves[k]) {
         const Eigen::Matrix3d R =
             motion.Rotation(static_cast<int>(t), static_cast<int>(k)) * rig.rest_rotations[k];
@@ -80,15 +54,15 @@ LocalMotion Localize(const GltfAsset& asset, const GltfRig& rig, const SourceMot
         Eigen::Vector3d place = node.translation;
         if (static_cast<int>(k) == pelvis) {
           place = outer.inverse() * motion.positions[t].col(pelvis);
-          local.translations[k].col(static_cast<Eigen::Index>(t)) = place.cast<float>();
+          places.col(static_cast<Eigen::Index>(t)) = place.cast<float>();
         }
-        local.rotations[k].push_back(turn);
+        rotations[k].push_back(turn);
         own = Eigen::Translation3d(place) * turn * Eigen::Scaling(node.scale);
       }
       world[k] = outer * own;
     }
   }
-  return local;
+  return rotations;
 }
 
 // A glTF as its JSON and one block of bytes.
@@ -257,22 +231,23 @@ std::string GlbBytes(Scene& scene) {
 
 void WriteGltfOnto(const std::filesystem::path& character, const GltfAsset& asset,
                    const GltfRig& rig, const SourceMotion& motion, int pelvis,
-                   const TexturedMesh* object, const GltfOntoNames& names,
-                   const std::filesystem::path& path) {
-  const LocalMotion local = Localize(asset, rig, motion, pelvis);
-  GltfBuilder builder(motion.NumFrames(), motion.frame_rate, names.generator, names.animation);
+                   const TexturedMesh* object, const std::string& animation,
+                   const std::string& generator, const std::filesystem::path& path) {
+  Eigen::Matrix3Xf places;
+  const auto rotations = Localize(asset, rig, motion, pelvis, places);
+  GltfBuilder builder(motion.NumFrames(), motion.frame_rate, generator, animation);
   std::vector<int> nodes;
   Scene scene = ReadScene(asset, character);
   for (std::size_t k = 0; k < rig.nodes.size(); ++k) {
-    if (local.rotations[k].empty()) continue;
+    if (rotations[k].empty()) continue;
     const int node = builder.AddNode({});
     nodes.push_back(rig.nodes[k]);
-    builder.Turn(node, Smooth(local.rotations[k]));
-    if (local.translations[k].size() > 0) builder.Shift(node, local.translations[k]);
+    builder.Turn(node, ContinuousQuaternions(rotations[k]));
+    if (static_cast<int>(k) == pelvis) builder.Shift(node, places);
     // An animated node must not have a matrix.
     Json& own = scene.json["nodes"][static_cast<std::size_t>(rig.nodes[k])];
     if (own.erase("matrix") == 0) continue;
-    const GltfNode& read = asset.nodes[static_cast<std::size_t>(rig.nodes[k])];
+    const GltfNode& read = asset.NodeAt(rig.nodes[k]);
     own["translation"] = ToVector(read.translation);
     own["scale"] = ToVector(read.scale);
   }
@@ -288,7 +263,7 @@ void WriteGltfOnto(const std::filesystem::path& character, const GltfAsset& asse
     builder.AddTracked(*object, track, "object");
   }
   Append(builder, nodes, scene);
-  scene.json["asset"]["generator"] = names.generator;
+  scene.json["asset"]["generator"] = generator;
   scene.json["asset"].erase("extras");  // describe another clip
   WriteAtomically(path, GlbBytes(scene));
 }

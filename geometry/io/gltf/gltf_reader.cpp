@@ -27,6 +27,14 @@ std::string Quoted(const std::vector<std::string>& names) {
   return fmt::format("'{}'", fmt::join(names, "', '"));
 }
 
+std::set<int> JointsOf(const std::vector<GltfCharacter>& characters) {
+  std::set<int> joints;
+  for (const GltfCharacter& character : characters) {
+    joints.insert(character.joints.begin(), character.joints.end());
+  }
+  return joints;
+}
+
 class GltfMotionReader {
  public:
   GltfMotionReader(const GltfAsset& asset, const GltfMotionOptions& options)
@@ -34,9 +42,9 @@ class GltfMotionReader {
 
   SourceMotion Read() {
     motion_.format = "glTF";
-    motion_.betas = asset_.provenance.betas;
-    motion_.gender = asset_.provenance.gender;
-    motion_.body_model = asset_.provenance.body_model;
+    motion_.betas = asset_.clip_betas;
+    motion_.gender = asset_.clip_gender;
+    motion_.body_model = asset_.clip_body_model;
     if (asset_.animations.empty()) {
       throw Error(asset_.Where(), "holds no animation",
                   "Export the character with its animation (a glTF may hold only its mesh)");
@@ -66,10 +74,7 @@ class GltfMotionReader {
       throw Error(asset_.Where(), "holds no skinned character",
                   "Give a character with its skeleton and skin");
     }
-    std::set<int> joints;
-    for (const GltfCharacter& character : characters) {
-      joints.insert(character.joints.begin(), character.joints.end());
-    }
+    const std::set<int> joints = JointsOf(characters);
     const bool moves = std::ranges::any_of(asset_.animations, [&](const GltfAnimation& animation) {
       return Duration(animation, joints) >= 0;
     });
@@ -108,20 +113,17 @@ class GltfMotionReader {
     return *body;
   }
 
-  static bool IsNamed(const GltfAsset& asset, const GltfCharacter& character,
-                      const std::string& name) {
-    return character.name == name ||
-           std::any_of(character.joints.begin(), character.joints.end(),
-                       [&](int joint) { return asset.NodeAt(joint).name == name; });
-  }
-
   void KeepNamed(std::vector<GltfCharacter>& characters) const {
     if (options_.character.empty()) return;
     std::vector<std::string> names;
     std::vector<GltfCharacter> kept;
     for (GltfCharacter& character : characters) {
       names.push_back(character.name);
-      if (IsNamed(asset_, character, options_.character)) kept.push_back(std::move(character));
+      const bool named = character.name == options_.character ||
+                         std::ranges::any_of(character.joints, [&](int joint) {
+                           return asset_.NodeAt(joint).name == options_.character;
+                         });
+      if (named) kept.push_back(std::move(character));
     }
     if (kept.empty()) {
       throw Error(asset_.Where(), fmt::format("has no character '{}'", options_.character),
@@ -150,10 +152,7 @@ class GltfMotionReader {
   }
 
   const GltfAnimation& ChooseAnimation(const std::vector<GltfCharacter>& characters) {
-    std::set<int> joints;
-    for (const GltfCharacter& character : characters) {
-      joints.insert(character.joints.begin(), character.joints.end());
-    }
+    const std::set<int> joints = JointsOf(characters);
     const GltfAnimation* best = nullptr;
     double longest = -1;
     std::vector<std::string> told, names;
@@ -214,8 +213,8 @@ class GltfMotionReader {
     std::vector<GltfCharacter> moved;
     std::vector<std::string> names;
     for (GltfCharacter& character : characters) {
-      const bool moves = std::any_of(character.joints.begin(), character.joints.end(),
-                                     [&](int joint) { return sampler.MovesRigidly(joint); });
+      const bool moves = std::ranges::any_of(
+          character.joints, [&](int joint) { return sampler.MovesRigidly(joint); });
       if (!moves) continue;
       names.push_back(character.name);
       moved.push_back(std::move(character));
@@ -259,10 +258,10 @@ class GltfMotionReader {
     std::vector<bool> body(asset_.nodes.size(), false);   // the root of the skeleton or below it
     std::vector<bool> moves(asset_.nodes.size(), false);  // itself or through an ancestor
     std::vector<bool> above(asset_.nodes.size(), false);  // ancestor of the skeleton
-    body[static_cast<std::size_t>(skeleton_.nodes[0])] = true;
+    body[skeleton_.nodes[0]] = true;
     for (int node = asset_.NodeAt(skeleton_.nodes[0]).parent; node >= 0;
          node = asset_.NodeAt(node).parent) {
-      above[static_cast<std::size_t>(node)] = true;
+      above[node] = true;
     }
     std::vector<int> found;
     std::vector<std::string> names;
@@ -299,14 +298,14 @@ class GltfMotionReader {
   std::string PropName(int node) const {
     const GltfNode& own = asset_.NodeAt(node);
     if (!own.name.empty() || own.mesh < 0) return own.name;
-    return asset_.meshes[static_cast<std::size_t>(own.mesh)].name;
+    return asset_.meshes[own.mesh].name;
   }
 
   int NumFrames(const GltfSampler& sampler) {
     bool regular = true;
     motion_.frame_rate = options_.frame_rate > 0
                              ? options_.frame_rate
-                             : sampler.FrameRate(asset_.provenance.frame_rate, regular);
+                             : sampler.FrameRate(asset_.clip_frame_rate, regular);
     if (!regular) {
       motion_.notes.push_back(
           fmt::format("the key times are irregular: sampled at {:g} Hz", motion_.frame_rate));
@@ -332,24 +331,21 @@ class GltfMotionReader {
   void GatherChain() {
     std::vector<bool> needed(asset_.nodes.size(), false);
     const auto need = [&](int node) {
-      for (; node >= 0 && !needed[static_cast<std::size_t>(node)];
-           node = asset_.NodeAt(node).parent) {
-        needed[static_cast<std::size_t>(node)] = true;
+      for (; node >= 0 && !needed[node]; node = asset_.NodeAt(node).parent) {
+        needed[node] = true;
       }
     };
     for (const int node : skeleton_.nodes) need(node);
     if (prop_) need(*prop_);
     place_.assign(asset_.nodes.size(), -1);
     for (const int node : asset_.order) {
-      if (!needed[static_cast<std::size_t>(node)]) continue;
-      place_[static_cast<std::size_t>(node)] = static_cast<int>(chain_.size());
+      if (!needed[node]) continue;
+      place_[node] = static_cast<int>(chain_.size());
       chain_.push_back(node);
     }
   }
 
-  const Eigen::Affine3d& World(int node) const {
-    return world_[static_cast<std::size_t>(place_[static_cast<std::size_t>(node)])];
-  }
+  const Eigen::Affine3d& World(int node) const { return world_[place_[node]]; }
 
   void Pose(const GltfSampler& sampler, double time) {
     const double snap = 1e-4 / motion_.frame_rate + 2.4e-7 * std::abs(time);
@@ -386,7 +382,12 @@ class GltfMotionReader {
     }
     motion_.positions.reserve(static_cast<std::size_t>(frames));
     motion_.rotations.reserve(static_cast<std::size_t>(frames) * joints);
-    if (prop_) StartProp(frames);
+    if (prop_) {
+      SourceMotion::Prop& prop = motion_.prop.emplace();
+      prop.name = PropName(*prop_);
+      prop.positions.resize(3, frames);
+      prop.rotations.reserve(static_cast<std::size_t>(frames));
+    }
     Eigen::Matrix3d unmirror = Eigen::Matrix3d::Identity();
     for (int t = 0; t < frames; ++t) {
       Pose(sampler, sampler.Begin() + t / motion_.frame_rate);
@@ -427,13 +428,6 @@ class GltfMotionReader {
     return Eigen::Vector3d(-1, 1, 1).asDiagonal();
   }
 
-  void StartProp(int frames) {
-    motion_.prop.emplace();
-    motion_.prop->name = PropName(*prop_);
-    motion_.prop->positions.resize(3, frames);
-    motion_.prop->rotations.reserve(static_cast<std::size_t>(frames));
-  }
-
   void PlaceProp(int frame, const Eigen::Matrix3d& unmirror) {
     SourceMotion::Prop& prop = *motion_.prop;
     const Eigen::Affine3d& world = World(*prop_);
@@ -471,7 +465,7 @@ class GltfMotionReader {
       offsets.col(k) = skeleton_.rest[at].translation();
       const int parent = skeleton_.parents[at];
       if (parent < 0) continue;
-      offsets.col(k) -= skeleton_.rest[static_cast<std::size_t>(parent)].translation();
+      offsets.col(k) -= skeleton_.rest[parent].translation();
       const double shown = (motion_.positions[0].col(k) - motion_.positions[0].col(parent)).norm();
       const double at_rest = offsets.col(k).norm();
       if (at_rest > 1e-9 && shown > 1e-9) ratios.push_back(shown / at_rest);

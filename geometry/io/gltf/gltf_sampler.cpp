@@ -29,19 +29,15 @@ GltfSampler::GltfSampler(const GltfAsset& asset, const GltfAnimation& animation)
     const GltfNumbers times(asset, channel.input, 1);
     CheckTimes(channel.input, times);
     const int rows = channel.path == GltfPath::kRotation ? 4 : 3;
-    Track track{times, GltfNumbers(asset, channel.output, rows), channel.interpolation};
-    CheckValues(channel, track.values, times.Count());
-    Tracks& tracks = tracks_[channel.node];
-    std::optional<Track>& place = channel.path == GltfPath::kTranslation ? tracks.translation
-                                  : channel.path == GltfPath::kRotation  ? tracks.rotation
-                                                                         : tracks.scale;
-    if (place) {
+    const GltfNumbers values(asset, channel.output, rows);
+    CheckValues(channel, values, times.Count());
+    const Track track{times, values, channel.interpolation};
+    if (!tracks_.try_emplace({channel.node, channel.path}, track).second) {
       throw Error(asset.Where(),
                   fmt::format("animation '{}' moves {} twice", animation.name,
                               asset.NodeText(channel.node)),
                   kExportAnimation);
     }
-    place.emplace(std::move(track));
     begin_ = std::min(begin_, times(0, 0));
     end_ = std::max(end_, times(times.Count() - 1, 0));
   }
@@ -49,8 +45,8 @@ GltfSampler::GltfSampler(const GltfAsset& asset, const GltfAnimation& animation)
 }
 
 bool GltfSampler::MovesRigidly(int node) const {
-  const auto found = tracks_.find(node);
-  return found != tracks_.end() && (found->second.translation || found->second.rotation);
+  return tracks_.contains({node, GltfPath::kTranslation}) ||
+         tracks_.contains({node, GltfPath::kRotation});
 }
 
 void GltfSampler::CheckTimes(int accessor, const GltfNumbers& times) {
@@ -84,7 +80,7 @@ void GltfSampler::CheckValues(const GltfChannel& channel, const GltfNumbers& val
     fail(fmt::format("holds {} values for {} keys", values.Count(), keys));
   }
   // Many channels may share an accessor; it is checked once.
-  if (!checked_.try_emplace({channel.output, cubic, turns}, true).second) return;
+  if (!checked_.insert({channel.output, cubic, turns}).second) return;
   const int rows = turns ? 4 : 3;
   for (std::size_t i = 0; i < values.Count(); ++i) {
     double square = 0;
@@ -154,16 +150,19 @@ Eigen::Matrix<double, kRows, 1> GltfSampler::Evaluate(const Track& track, double
 }
 
 Eigen::Affine3d GltfSampler::Local(int node, double time, double snap) const {
-  const GltfNode& rest = asset_->nodes[static_cast<std::size_t>(node)];
-  Eigen::Vector3d translation = rest.translation, scale = rest.scale;
-  Eigen::Quaterniond rotation = rest.rotation;
-  if (const auto found = tracks_.find(node); found != tracks_.end()) {
-    const Tracks& tracks = found->second;
-    if (tracks.translation) translation = Evaluate<3>(*tracks.translation, time, snap);
-    if (tracks.rotation) rotation.coeffs() = Evaluate<4>(*tracks.rotation, time, snap);
-    if (tracks.scale) scale = Evaluate<3>(*tracks.scale, time, snap);
-  }
-  return Eigen::Translation3d(translation) * rotation * Eigen::Scaling(scale);
+  GltfNode posed;
+  const GltfNode& rest = asset_->NodeAt(node);
+  const auto track = [&](GltfPath path) {
+    const auto found = tracks_.find({node, path});
+    return found == tracks_.end() ? nullptr : &found->second;
+  };
+  const Track* const shift = track(GltfPath::kTranslation);
+  const Track* const turn = track(GltfPath::kRotation);
+  const Track* const stretch = track(GltfPath::kScale);
+  posed.translation = shift ? Evaluate<3>(*shift, time, snap) : rest.translation;
+  posed.rotation = turn ? Eigen::Quaterniond(Evaluate<4>(*turn, time, snap)) : rest.rotation;
+  posed.scale = stretch ? Evaluate<3>(*stretch, time, snap) : rest.scale;
+  return posed.Local();
 }
 
 bool GltfSampler::KeysFit(double rate, double off_grid) const {

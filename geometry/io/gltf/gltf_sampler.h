@@ -3,9 +3,8 @@
 
 #include <array>
 #include <map>
-#include <optional>
-#include <string>
-#include <vector>
+#include <set>
+#include <utility>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -22,7 +21,6 @@ class GltfSampler {
   /// quaternions without direction, inconsistent key counts, and properties moved twice.
   GltfSampler(const GltfAsset& asset, const GltfAnimation& animation);
 
-  bool Moves(int node) const { return tracks_.contains(node); }
   /// Whether the animation rotates or translates the node; scaling does not count.
   bool MovesRigidly(int node) const;
   double Begin() const { return begin_; }  ///< seconds, first key of all properties
@@ -40,9 +38,6 @@ class GltfSampler {
     GltfNumbers times, values;
     GltfInterpolation interpolation;
   };
-  struct Tracks {
-    std::optional<Track> translation, rotation, scale;
-  };
 
   void CheckTimes(int accessor, const GltfNumbers& times);
   void CheckValues(const GltfChannel& channel, const GltfNumbers& values, std::size_t keys);
@@ -51,9 +46,9 @@ class GltfSampler {
   static Eigen::Matrix<double, kRows, 1> Evaluate(const Track& track, double time, double snap);
 
   const GltfAsset* asset_;
-  std::map<int, Tracks> tracks_;       // by node
-  std::map<int, GltfNumbers> inputs_;  // by accessor: times that are in order
-  std::map<std::array<int, 3>, bool> checked_;
+  std::map<std::pair<int, GltfPath>, Track> tracks_;  // by node and property
+  std::map<int, GltfNumbers> inputs_;                 // by accessor: times that are in order
+  std::set<std::array<int, 3>> checked_;
   double begin_ = 0, end_ = 0;
 };
 

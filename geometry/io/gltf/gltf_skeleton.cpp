@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <numeric>
 #include <optional>
 
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/io/gltf/gltf_sampler.h"
+#include "geometry/mesh/mesh_topology.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {
@@ -18,10 +17,6 @@ namespace {
 
 constexpr int kMaxJoints = 1000;
 constexpr double kSamePose = std::numbers::pi / 180;  // between a file's pose and its bind pose
-
-Eigen::Affine3d Posed(const GltfNode& node) {
-  return Eigen::Translation3d(node.translation) * node.rotation * Eigen::Scaling(node.scale);
-}
 
 bool Invertible(const Eigen::Affine3d& transform) {
   const Eigen::Matrix4d matrix = transform.matrix();
@@ -31,26 +26,6 @@ bool Invertible(const Eigen::Affine3d& transform) {
   return volume > 1e-30 && volume < 1e30 &&
          std::abs(transform.linear().determinant()) > 1e-6 * volume;
 }
-
-// Disjoint sets (union-find).
-class Groups {
- public:
-  explicit Groups(std::size_t count) : above_(count) {
-    std::iota(above_.begin(), above_.end(), std::size_t{0});
-  }
-  std::size_t Of(std::size_t i) {
-    while (above_[i] != i) i = above_[i] = above_[above_[i]];
-    return i;
-  }
-  void Join(std::size_t a, std::size_t b) {
-    a = Of(a);
-    b = Of(b);
-    above_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::size_t> above_;
-};
 
 void TakeBind(const GltfAsset& asset, const GltfSkin& skin, GltfCharacter& character) {
   if (skin.inverse_bind < 0) return;
@@ -77,22 +52,23 @@ void TakeBind(const GltfAsset& asset, const GltfSkin& skin, GltfCharacter& chara
   }
 }
 
-std::string NameOf(const GltfAsset& asset, std::size_t skin) {
-  if (!asset.skins[skin].name.empty()) return asset.skins[skin].name;
+std::string NameOf(const GltfAsset& asset, int skin) {
+  const GltfSkin& own = asset.skins[skin];
+  if (!own.name.empty()) return own.name;
   for (const GltfNode& node : asset.nodes) {
-    if (node.skin == static_cast<int>(skin) && !node.name.empty()) return node.name;
+    if (node.skin == skin && !node.name.empty()) return node.name;
   }
-  return asset.NodeAt(asset.skins[skin].joints[0]).name;
+  return asset.NodeAt(own.joints[0]).name;
 }
 
 // Number of the character's joints in the subtree of each node, itself included.
 std::vector<int> CountJoints(const GltfAsset& asset, const std::vector<int>& joints) {
   std::vector<int> count(asset.nodes.size(), 0);
-  for (const int joint : joints) count[static_cast<std::size_t>(joint)] = 1;
+  for (const int joint : joints) count[joint] = 1;
   for (auto node = asset.order.rbegin(); node != asset.order.rend(); ++node) {
     const int parent = asset.NodeAt(*node).parent;
     if (parent >= 0) {
-      count[static_cast<std::size_t>(parent)] += count[static_cast<std::size_t>(*node)];
+      count[parent] += count[static_cast<std::size_t>(*node)];
     }
   }
   return count;
@@ -111,15 +87,14 @@ std::vector<Eigen::Affine3d> RestOf(const GltfAsset& asset, const GltfCharacter&
   }
   for (std::size_t k = n; k-- > 1;) {
     const auto parent = static_cast<std::size_t>(skeleton.parents[k]);
-    const Eigen::Affine3d local = Posed(asset.NodeAt(skeleton.nodes[k]));
+    const Eigen::Affine3d local = asset.NodeAt(skeleton.nodes[k]).Local();
     if (rest[k] && !rest[parent] && Invertible(local)) rest[parent] = *rest[k] * local.inverse();
   }
   std::vector<Eigen::Affine3d> all(n);
   for (std::size_t k = 0; k < n; ++k) {
     all[k] = rest[k]  ? *rest[k]
              : k == 0 ? posed[0]
-                      : all[static_cast<std::size_t>(skeleton.parents[k])] *
-                            Posed(asset.NodeAt(skeleton.nodes[k]));
+                      : all[skeleton.parents[k]] * asset.NodeAt(skeleton.nodes[k]).Local();
   }
   return all;
 }
@@ -155,35 +130,35 @@ Eigen::Matrix3d RotationWithin(const Eigen::Matrix3d& linear) {
 }
 
 std::vector<GltfCharacter> FindCharacters(const GltfAsset& asset) {
-  const std::size_t count = asset.skins.size();
-  Groups groups(count);
+  const auto count = static_cast<int>(asset.skins.size());
+  DisjointSets groups(count);
   // The skin of which a node is a joint, or below whose joint it is.
   std::vector<int> owner(asset.nodes.size(), -1);
-  for (std::size_t s = 0; s < count; ++s) {
+  for (int s = 0; s < count; ++s) {
     for (const int joint : asset.skins[s].joints) {
-      int& known = owner[static_cast<std::size_t>(joint)];
-      if (known >= 0) groups.Join(static_cast<std::size_t>(known), s);
-      known = static_cast<int>(s);
+      int& known = owner[joint];
+      if (known >= 0) groups.Merge(known, s);
+      known = s;
     }
   }
   for (const int node : asset.order) {
     const int parent = asset.NodeAt(node).parent;
-    const int above = parent >= 0 ? owner[static_cast<std::size_t>(parent)] : -1;
-    int& own = owner[static_cast<std::size_t>(node)];
+    const int above = parent >= 0 ? owner[parent] : -1;
+    int& own = owner[node];
     if (above < 0) continue;
     if (own >= 0) {
-      groups.Join(static_cast<std::size_t>(above), static_cast<std::size_t>(own));
+      groups.Merge(above, own);
     } else {
       own = above;
     }
   }
-  std::map<std::size_t, GltfCharacter> characters;
-  for (std::size_t s = 0; s < count; ++s) {
-    GltfCharacter& character = characters[groups.Of(s)];
+  std::map<int, GltfCharacter> characters;
+  for (int s = 0; s < count; ++s) {
+    const GltfSkin& skin = asset.skins[s];
+    GltfCharacter& character = characters[groups.Find(s)];
     if (character.joints.empty()) character.name = NameOf(asset, s);
-    const std::vector<int>& joints = asset.skins[s].joints;
-    character.joints.insert(character.joints.end(), joints.begin(), joints.end());
-    TakeBind(asset, asset.skins[s], character);
+    character.joints.insert(character.joints.end(), skin.joints.begin(), skin.joints.end());
+    TakeBind(asset, skin, character);
   }
   std::vector<GltfCharacter> result;
   for (auto& [first_skin, character] : characters) {
@@ -206,7 +181,7 @@ GltfCharacter CharacterOfNodes(const GltfAsset& asset, std::vector<int> nodes) {
 GltfSkeleton BuildSkeleton(const GltfAsset& asset, const GltfCharacter& character) {
   GltfSkeleton skeleton;
   const std::vector<int> count = CountJoints(asset, character.joints);
-  const auto joints_below = [&](int node) { return count[static_cast<std::size_t>(node)]; };
+  const auto joints_below = [&](int node) { return count[node]; };
   // The tree with the most joints, then the deepest node that is above all of them.
   int root = -1;
   for (const int node : asset.order) {
@@ -235,7 +210,7 @@ GltfSkeleton BuildSkeleton(const GltfAsset& asset, const GltfCharacter& characte
 
   Eigen::Affine3d above = Eigen::Affine3d::Identity();
   for (int node = asset.NodeAt(root).parent; node >= 0; node = asset.NodeAt(node).parent) {
-    above = Posed(asset.NodeAt(node)) * above;
+    above = asset.NodeAt(node).Local() * above;
   }
   std::vector<Eigen::Affine3d> posed;
   skeleton.nodes.push_back(root);
@@ -243,8 +218,7 @@ GltfSkeleton BuildSkeleton(const GltfAsset& asset, const GltfCharacter& characte
   std::vector<std::pair<std::size_t, int>> tips;
   for (std::size_t k = 0; k < skeleton.nodes.size(); ++k) {
     const GltfNode& node = asset.NodeAt(skeleton.nodes[k]);
-    posed.push_back((k == 0 ? above : posed[static_cast<std::size_t>(skeleton.parents[k])]) *
-                    Posed(node));
+    posed.push_back((k == 0 ? above : posed[skeleton.parents[k]]) * node.Local());
     for (const int child : node.children) {
       const GltfNode& below = asset.NodeAt(child);
       if (joints_below(child) > 0) {

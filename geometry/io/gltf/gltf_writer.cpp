@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <limits>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Geometry>
@@ -21,6 +21,14 @@ namespace {
 // Weights dropped from a vertex move it by at most this fraction of the distance between the
 // positions to which its joints would carry it: well under a hundredth of a millimeter.
 constexpr double kNegligibleWeight = 1e-5;
+constexpr int kMaxCorrectives = 128;
+
+// Returns the index of the item.
+template <typename T>
+int PushBack(std::vector<T>& items, T item) {
+  items.push_back(std::move(item));
+  return static_cast<int>(items.size()) - 1;
+}
 
 // The largest weights of each vertex, `sets` times four, in descending order and summing to one.
 struct SkinWeights {
@@ -68,9 +76,9 @@ class GlbWriter {
               options.clip_name.empty() ? "clip" : options.clip_name) {}
 
   void AddBody(const BodySurface& surface, GlbReport& report) {
-    const CorrectiveBasis basis = WithUnitWeights(ComputeCorrectiveBasis(
-        surface, clip_, options_.corrective_tolerance_m,
-        options_.correctives ? options_.max_correctives : 0, options_.threads));
+    const CorrectiveBasis basis = WithUnitWeights(
+        ComputeCorrectiveBasis(surface, clip_, options_.corrective_tolerance_m,
+                               options_.correctives ? kMaxCorrectives : 0, options_.threads));
     report.morph_targets = static_cast<int>(basis.Size());
     report.corrective_error_m = basis.max_error_m;
 
@@ -173,8 +181,7 @@ class GlbWriter {
       skin.joints.push_back(first_joint + j);
     }
     skin.inverseBindMatrices = gltf_.AddFloats(inverse_bind, TINYGLTF_TYPE_MAT4);
-    gltf_.Model().skins.push_back(std::move(skin));
-    return 0;
+    return PushBack(gltf_.Model().skins, std::move(skin));
   }
 
   void AddMorphTargets(const CorrectiveBasis& basis, tinygltf::Mesh& mesh) {
@@ -211,18 +218,23 @@ GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleM
   return report;
 }
 
-GltfQuaternions QuaternionsOverTime(const Eigen::Matrix3d& R_after,
-                                    const Eigen::Matrix3Xd& axis_angle) {
-  GltfQuaternions result(4, axis_angle.cols());
+GltfQuaternions ContinuousQuaternions(const std::vector<Eigen::Quaterniond>& rotations) {
+  GltfQuaternions result(4, static_cast<Eigen::Index>(rotations.size()));
   Eigen::Quaterniond previous = Eigen::Quaterniond::Identity();
-  for (Eigen::Index t = 0; t < axis_angle.cols(); ++t) {
-    Eigen::Quaterniond q(R_after * ExpSO3(axis_angle.col(t)));
-    q.normalize();
+  for (std::size_t t = 0; t < rotations.size(); ++t) {
+    Eigen::Quaterniond q = rotations[t].normalized();
     if (q.dot(previous) < 0) q.coeffs() = -q.coeffs();
-    result.col(t) = q.coeffs().cast<float>();
+    result.col(static_cast<Eigen::Index>(t)) = q.coeffs().cast<float>();
     previous = q;
   }
   return result;
+}
+
+GltfQuaternions QuaternionsOverTime(const Eigen::Matrix3d& R_after,
+                                    const Eigen::Matrix3Xd& axis_angle) {
+  std::vector<Eigen::Quaterniond> rotations;
+  for (const auto turn : axis_angle.colwise()) rotations.emplace_back(R_after * ExpSO3(turn));
+  return ContinuousQuaternions(rotations);
 }
 
 Eigen::Matrix3d YUpFromZUp() {
@@ -243,8 +255,7 @@ GltfBuilder::GltfBuilder(int frames, double frame_rate, const std::string& gener
 }
 
 int GltfBuilder::AddNode(tinygltf::Node node, int parent) {
-  const auto index = static_cast<int>(model_.nodes.size());
-  model_.nodes.push_back(std::move(node));
+  const int index = PushBack(model_.nodes, std::move(node));
   (parent < 0 ? model_.scenes[0].nodes : model_.nodes[parent].children).push_back(index);
   return index;
 }
@@ -282,7 +293,7 @@ void GltfBuilder::AddTracked(const TexturedMesh& rigid, const ObjectTrack& track
   tinygltf::Mesh mesh;
   mesh.name = track.name.empty() ? usual : track.name;
   for (const TexturedMesh::Part& part : rigid.parts) {
-    const Material& material = rigid.materials[static_cast<std::size_t>(part.material)];
+    const Material& material = rigid.materials[part.material];
     mesh.primitives.push_back(Primitive(part.mesh, part.normals, AddMaterial(material, true)));
     if (part.uv.size() == 0) continue;
     Eigen::Matrix2Xf uv = part.uv.cast<float>();
@@ -296,10 +307,7 @@ void GltfBuilder::AddTracked(const TexturedMesh& rigid, const ObjectTrack& track
   Place(AddNode(std::move(node)), track.trans, track.orient);
 }
 
-int GltfBuilder::AddMesh(tinygltf::Mesh mesh) {
-  model_.meshes.push_back(std::move(mesh));
-  return static_cast<int>(model_.meshes.size()) - 1;
-}
+int GltfBuilder::AddMesh(tinygltf::Mesh mesh) { return PushBack(model_.meshes, std::move(mesh)); }
 
 int GltfBuilder::AddMaterial(const Material& look, bool double_sided) {
   tinygltf::Material material;
@@ -311,8 +319,7 @@ int GltfBuilder::AddMaterial(const Material& look, bool double_sided) {
   if (look.color[3] < 1) material.alphaMode = "BLEND";
   if (!look.image.empty()) pbr.baseColorTexture.index = AddTexture(look.image);
   material.doubleSided = double_sided;  // objects may be open sheets
-  model_.materials.push_back(std::move(material));
-  return static_cast<int>(model_.materials.size()) - 1;
+  return PushBack(model_.materials, std::move(material));
 }
 
 // Adds a PNG or JPEG file as a texture, once for all materials that share it.
@@ -323,8 +330,7 @@ int GltfBuilder::AddTexture(const std::string& file) {
   image.mimeType = file[0] == '\x89' ? "image/png" : "image/jpeg";
   image.bufferView = AddView(file.data(), file.size(), 0);
   tinygltf::Texture texture;
-  texture.source = static_cast<int>(model_.images.size());
-  model_.images.push_back(std::move(image));
+  texture.source = PushBack(model_.images, std::move(image));
   model_.textures.push_back(std::move(texture));
   return at->second;
 }
@@ -354,14 +360,13 @@ tinygltf::Primitive GltfBuilder::Primitive(const TriangleMesh& mesh,
   return primitive;
 }
 
-int GltfBuilder::AddFloatMatrix(const Eigen::MatrixXf& values, int type, int target,
-                                bool with_range) {
-  const int index = AddAccessor(values.data(), 4 * static_cast<std::size_t>(values.size()),
-                                static_cast<std::size_t>(values.cols()),
+int GltfBuilder::AddFloats(const Eigen::MatrixXf& columns, int type, int target, bool with_range) {
+  const int index = AddAccessor(columns.data(), 4 * static_cast<std::size_t>(columns.size()),
+                                static_cast<std::size_t>(columns.cols()),
                                 TINYGLTF_COMPONENT_TYPE_FLOAT, type, target);
   if (with_range) {
-    model_.accessors[index].minValues = ToVector(values.rowwise().minCoeff().eval());
-    model_.accessors[index].maxValues = ToVector(values.rowwise().maxCoeff().eval());
+    model_.accessors[index].minValues = ToVector(columns.rowwise().minCoeff().eval());
+    model_.accessors[index].maxValues = ToVector(columns.rowwise().maxCoeff().eval());
   }
   return index;
 }
@@ -376,8 +381,7 @@ int GltfBuilder::AddView(const void* data, std::size_t num_bytes, int target) {
   view.target = target;
   const auto* begin = static_cast<const unsigned char*>(data);
   bytes.insert(bytes.end(), begin, begin + num_bytes);
-  model_.bufferViews.push_back(std::move(view));
-  return static_cast<int>(model_.bufferViews.size()) - 1;
+  return PushBack(model_.bufferViews, std::move(view));
 }
 
 int GltfBuilder::AddAccessor(const void* data, std::size_t num_bytes, std::size_t count,
@@ -387,8 +391,7 @@ int GltfBuilder::AddAccessor(const void* data, std::size_t num_bytes, std::size_
   accessor.componentType = component;
   accessor.type = type;
   accessor.count = count;
-  model_.accessors.push_back(std::move(accessor));
-  return static_cast<int>(model_.accessors.size()) - 1;
+  return PushBack(model_.accessors, std::move(accessor));
 }
 
 std::string GltfBuilder::Bytes() const {

@@ -11,6 +11,7 @@
 
 #include <tiny_gltf.h>
 #include <Eigen/Core>
+#include <Eigen/Geometry>
 
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
@@ -24,7 +25,6 @@ struct GlbOptions {
   std::string clip_name;               ///< name of the animation, also in `asset.extras`
   bool correctives = true;             ///< pose correctives as morph targets
   double corrective_tolerance_m = 2e-5;
-  int max_correctives = 128;
   int threads = 1;
   /// Appearance of the object instead of a plain one; may be null. Images are written unchanged.
   const TexturedMesh* object_look = nullptr;
@@ -64,8 +64,11 @@ inline constexpr std::size_t kMaxGltfBytes = std::numeric_limits<std::uint32_t>:
 /// Quaternions x y z w over time, one per column.
 using GltfQuaternions = Eigen::Matrix<float, 4, Eigen::Dynamic>;
 
-/// Unit quaternions of R_after exp(axis_angle) over time. Neighbors are in the same half of the
-/// sphere, so that players rotate along the shorter arc.
+/// Unit quaternions of rotations over time. Neighbors are in the same half of the sphere, so that
+/// players rotate along the shorter arc.
+GltfQuaternions ContinuousQuaternions(const std::vector<Eigen::Quaterniond>& rotations);
+
+/// Same for R_after exp(axis_angle).
 GltfQuaternions QuaternionsOverTime(const Eigen::Matrix3d& R_after,
                                     const Eigen::Matrix3Xd& axis_angle);
 
@@ -102,11 +105,7 @@ class GltfBuilder {
   int AddMaterial(const Material& look, bool double_sided);
 
   /// One element per column.
-  template <typename Derived>
-  int AddFloats(const Eigen::MatrixBase<Derived>& columns, int type, int target = 0,
-                bool with_range = false) {
-    return AddFloatMatrix(columns, type, target, with_range);
-  }
+  int AddFloats(const Eigen::MatrixXf& columns, int type, int target = 0, bool with_range = false);
   int AddAccessor(const void* data, std::size_t num_bytes, std::size_t count, int component,
                   int type, int target);
 
@@ -117,7 +116,6 @@ class GltfBuilder {
  private:
   int AddTexture(const std::string& file);
   int AddView(const void* data, std::size_t num_bytes, int target);
-  int AddFloatMatrix(const Eigen::MatrixXf& values, int type, int target, bool with_range);
 
   tinygltf::Model model_;
   std::map<std::string, int> texture_of_;  // by the image's bytes

@@ -8,6 +8,7 @@
 #include <iterator>
 #include <map>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -25,11 +26,8 @@ namespace {
 
 constexpr double kMinVolume_m3 = 1e-11;  // MuJoCo treats less as flat
 
-// The skin that a joint moves most, in the joint's coordinate frame.
-struct HandPiece {
-  int joint;
-  TriangleMesh hull;
-};
+// A joint, and the convex hull of the skin that it moves most, in its coordinate frame.
+using HandPiece = std::pair<int, TriangleMesh>;
 
 // Text of an XML attribute: special characters are escaped, control characters replaced.
 std::string Attribute(const std::string& text) {
@@ -52,10 +50,10 @@ std::vector<HandPiece> PiecesOf(const BodySurface& surface, Side side) {
   std::map<int, std::set<int>> vertices;
   for (const auto face : surface.Faces().colwise()) {
     for (const int corner : face) {
-      const int joint = strongest[static_cast<std::size_t>(corner)];
+      const int joint = strongest[corner];
       if (joint < 0) continue;
       for (const int v : face) {
-        if (strongest[static_cast<std::size_t>(v)] >= 0) vertices[joint].insert(v);
+        if (strongest[v] >= 0) vertices[joint].insert(v);
       }
     }
   }
@@ -67,38 +65,30 @@ std::vector<HandPiece> PiecesOf(const BodySurface& surface, Side side) {
       points.col(k++) = surface.RestVertices().col(v) - surface.RestJoints().col(joint);
     }
     TriangleMesh hull = ConvexHull(points);
-    if (SignedVolume(hull) > kMinVolume_m3) pieces.push_back({joint, std::move(hull)});
+    if (SignedVolume(hull) > kMinVolume_m3) pieces.emplace_back(joint, std::move(hull));
   }
   return pieces;
 }
 
-// Position and quaternion of a body over the frames, as text.
-class PoseText {
- public:
-  void Append(const Eigen::Isometry3d& pose, std::string& position, std::string& rotation) {
-    Eigen::Quaterniond q(pose.linear());
-    q.normalize();
-    if (q.dot(last_) < 0.0) q.coeffs() = -q.coeffs();
-    last_ = q;
-    const auto at = pose.translation();
-    Separate(position);
-    fmt::format_to(std::back_inserter(position), "{:.9g} {:.9g} {:.9g}", at.x(), at.y(), at.z());
-    Separate(rotation);
-    fmt::format_to(std::back_inserter(rotation), "{:.9g} {:.9g} {:.9g} {:.9g}", q.w(), q.x(), q.y(),
-                   q.z());
-  }
-
- private:
-  static void Separate(std::string& text) {
-    if (!text.empty()) text += ' ';
-  }
-  Eigen::Quaterniond last_ = Eigen::Quaterniond::Identity();
-};
+// Appends the position and the quaternion of a body to texts; `last` is its quaternion before.
+void AppendPose(const Eigen::Isometry3d& pose, Eigen::Quaterniond& last, std::string& position,
+                std::string& rotation) {
+  Eigen::Quaterniond q(pose.linear());
+  q.normalize();
+  if (q.dot(last) < 0.0) q.coeffs() = -q.coeffs();
+  last = q;
+  const auto at = pose.translation();
+  fmt::format_to(std::back_inserter(position), "{}{:.9g} {:.9g} {:.9g}",
+                 position.empty() ? "" : " ", at.x(), at.y(), at.z());
+  fmt::format_to(std::back_inserter(rotation), "{}{:.9g} {:.9g} {:.9g} {:.9g}",
+                 rotation.empty() ? "" : " ", q.w(), q.x(), q.y(), q.z());
+}
 
 // pos="..." quat="..."
 std::string Place(const Eigen::Isometry3d& pose) {
   std::string position, rotation;
-  PoseText().Append(pose, position, rotation);
+  Eigen::Quaterniond last = Eigen::Quaterniond::Identity();
+  AppendPose(pose, last, position, rotation);
   return fmt::format("pos=\"{}\" quat=\"{}\"", position, rotation);
 }
 
@@ -132,8 +122,8 @@ class MjcfScene {
     const std::filesystem::path folder = MjcfAssets(path_);
     if (object_ != nullptr) WriteMesh(*object_, folder / "object.obj");
     if (table_ != nullptr) WriteMesh(*table_, folder / "table.obj");
-    for (const HandPiece& piece : pieces_) {
-      WriteMesh(piece.hull, folder / fmt::format("{}.obj", kJointNames[piece.joint]));
+    for (const auto& [joint, hull] : pieces_) {
+      WriteMesh(hull, folder / fmt::format("{}.obj", kJointNames[joint]));
     }
     if (physics_ == nullptr) return;
     WritePieces(physics_->object_pieces, "object", folder);
@@ -302,15 +292,16 @@ class MjcfScene {
   }
 
   // Appends the pose of a simulated hand in a frame, and the targets of its actuators.
-  void AppendHand(const MjcfHand& hand, int t, const BodyState& state, std::vector<PoseText>& turns,
-                  std::string& qpos, std::string& ctrl) const {
+  void AppendHand(const MjcfHand& hand, int t, const BodyState& state,
+                  std::vector<Eigen::Quaterniond>& turns, std::string& qpos,
+                  std::string& ctrl) const {
     const auto append = [](std::string& text, const std::string& more) {
       text += (text.empty() ? "" : " ") + more;
     };
     std::string position, rotation;
-    turns[0].Append(state.WorldFromJoint(WristJoint(hand.side)), position, rotation);
+    AppendPose(state.WorldFromJoint(WristJoint(hand.side)), turns[0], position, rotation);
     append(qpos, position + " " + rotation);
-    const FingerPose fingers = FingersOf(clip_.pose[static_cast<std::size_t>(t)], hand.side);
+    const FingerPose fingers = FingersOf(clip_.pose[t], hand.side);
     for (int j = 0; j < kJointsPerHand; ++j) {
       const auto k = static_cast<std::size_t>(j) + 1;
       const MjcfLink& link = hand.links[k];
@@ -318,12 +309,10 @@ class MjcfScene {
           link.rest.toRotationMatrix().transpose() * ExpSO3(fingers.segment<3>(3 * j));
       position.clear();
       rotation.clear();
-      turns[k].Append(RigidTransform(turn, Eigen::Vector3d::Zero()), position, rotation);
+      AppendPose(RigidTransform(turn, Eigen::Vector3d::Zero()), turns[k], position, rotation);
       append(qpos, rotation);
-      const Eigen::Vector3d pull =
-          link.axes.transpose() * LogSO3(turn) +
-          hand.squeeze_Nm[static_cast<std::size_t>(t)][static_cast<std::size_t>(j)].cwiseQuotient(
-              link.stiffness_Nm);
+      const Eigen::Vector3d pull = link.axes.transpose() * LogSO3(turn) +
+                                   hand.squeeze_Nm[t][j].cwiseQuotient(link.stiffness_Nm);
       append(ctrl, fmt::format("{:.7g} {:.7g} {:.7g}", pull.x(), pull.y(), pull.z()));
     }
   }
@@ -335,7 +324,7 @@ class MjcfScene {
     };
     if (object_ != nullptr) mesh("object");
     if (table_ != nullptr) mesh("table");
-    for (const HandPiece& piece : pieces_) mesh(kJointNames[piece.joint]);
+    for (const auto& [joint, hull] : pieces_) mesh(kJointNames[joint]);
     if (physics_ != nullptr) {
       file << PieceAssets(physics_->object_pieces, "object");
       for (const MjcfHand& hand : physics_->hands) {
@@ -372,13 +361,13 @@ class MjcfScene {
     }
     BodyState state;
     ForwardJoints(surface_.RestJoints(), clip_.pose[0], clip_.trans.col(0), state);
-    for (const HandPiece& piece : pieces_) {
+    for (const auto& [joint, hull] : pieces_) {
       file << fmt::format(
           "    <body name=\"{0}\" mocap=\"true\" {1}>\n"
           "      <geom name=\"{0}\" type=\"mesh\" mesh=\"{0}\" class=\"{2}\"/>\n"
           "    </body>\n",
-          kJointNames[piece.joint], Place(state.WorldFromJoint(piece.joint)),
-          Simulates(piece.joint) ? "target" : "hand");
+          kJointNames[joint], Place(state.WorldFromJoint(joint)),
+          Simulates(joint) ? "target" : "hand");
     }
     if (physics_ != nullptr) {
       for (const MjcfHand& hand : physics_->hands) {
@@ -396,10 +385,12 @@ class MjcfScene {
   }
 
   void WriteKeyFrames(std::ofstream& file) {
-    PoseText object;
-    std::vector<PoseText> hands(pieces_.size());
-    std::vector<std::vector<PoseText>> simulated(static_cast<std::size_t>(report_.simulated_hands),
-                                                 std::vector<PoseText>(1 + kJointsPerHand));
+    // The last quaternion of each body.
+    Eigen::Quaterniond object = Eigen::Quaterniond::Identity();
+    std::vector<Eigen::Quaterniond> hands(pieces_.size(), object);
+    std::vector<std::vector<Eigen::Quaterniond>> simulated(
+        static_cast<std::size_t>(report_.simulated_hands),
+        std::vector<Eigen::Quaterniond>(1 + kJointsPerHand, object));
     BodyState state;
     file << "  <keyframe>\n";
     for (int t = 0; t < clip_.NumFrames(); t += options_.every) {
@@ -407,7 +398,7 @@ class MjcfScene {
       ForwardJoints(surface_.RestJoints(), clip_.pose[t], clip_.trans.col(t), state);
       if (object_ != nullptr) {
         std::string position, rotation, ctrl;
-        object.Append(clip_.object->Pose(t), position, rotation);
+        AppendPose(clip_.object->Pose(t), object, position, rotation);
         std::string qpos = position + " " + rotation;
         for (std::size_t k = 0; k < simulated.size(); ++k) {
           AppendHand(physics_->hands[k], t, state, simulated[k], qpos, ctrl);
@@ -418,7 +409,7 @@ class MjcfScene {
       if (!pieces_.empty()) {
         std::string positions, rotations;
         for (std::size_t k = 0; k < pieces_.size(); ++k) {
-          hands[k].Append(state.WorldFromJoint(pieces_[k].joint), positions, rotations);
+          AppendPose(state.WorldFromJoint(pieces_[k].first), hands[k], positions, rotations);
         }
         file << fmt::format(" mpos=\"{}\" mquat=\"{}\"", positions, rotations);
       }

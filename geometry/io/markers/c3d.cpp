@@ -25,7 +25,8 @@ namespace {
 
 constexpr std::size_t kBlock = 512;
 
-enum class Processor { kIntel = 84, kDec = 85, kMips = 86 };
+// Types of processors, by which the byte order and the form of floats go.
+constexpr int kIntel = 84, kDec = 85, kMips = 86;
 
 // A value of the parameter section.
 struct Parameter {
@@ -61,25 +62,24 @@ class C3dParser {
   std::uint16_t Word(std::size_t at) const {
     const unsigned first = Byte(at);
     const unsigned second = Byte(at + 1);
-    return static_cast<std::uint16_t>(processor_ == Processor::kMips ? first << 8 | second
-                                                                     : second << 8 | first);
+    return static_cast<std::uint16_t>(processor_ == kMips ? first << 8 | second
+                                                          : second << 8 | first);
   }
   std::int16_t Short(std::size_t at) const { return static_cast<std::int16_t>(Word(at)); }
   // DEC's floats have swapped words and an exponent larger by two.
   float Float(std::size_t at) const {
     const std::uint32_t first = Word(at);
     const std::uint32_t second = Word(at + 2);
-    if (processor_ == Processor::kDec) return std::bit_cast<float>(first << 16 | second) / 4.0F;
-    return std::bit_cast<float>(processor_ == Processor::kMips ? first << 16 | second
-                                                               : second << 16 | first);
+    if (processor_ == kDec) return std::bit_cast<float>(first << 16 | second) / 4.0F;
+    return std::bit_cast<float>(processor_ == kMips ? first << 16 | second : second << 16 | first);
   }
 
   void ReadParameters() {
     const std::size_t start = (std::size_t{Byte(0)} - 1) * kBlock;
-    const int processor = Byte(start + 3);
-    if (processor < 84 || processor > 86)
-      Fail(fmt::format("has an unknown processor type ({})", processor));
-    processor_ = static_cast<Processor>(processor);
+    processor_ = Byte(start + 3);
+    if (processor_ < kIntel || processor_ > kMips) {
+      Fail(fmt::format("has an unknown processor type ({})", processor_));
+    }
     // End of the section by its own count of blocks, and by the data block in the header: one of
     // them may be wrong.
     after_parameters_ = start + kBlock * std::max<std::size_t>(1, Byte(start + 2));
@@ -268,7 +268,7 @@ class C3dParser {
 
   std::string_view bytes_;
   const std::string& where_;
-  Processor processor_ = Processor::kIntel;
+  int processor_ = kIntel;
   std::map<std::string, Parameter> parameters_;
   MarkerRecording recording_;
   int points_ = 0, analog_ = 0;
@@ -289,7 +289,6 @@ MarkerRecording ParseC3d(std::string_view bytes, const std::string& where) {
 
 namespace {
 
-constexpr std::size_t kC3dBlock = 512;
 constexpr std::size_t kLongestLabel = 127;  // 255 of them are within a 16-bit offset
 constexpr int kLabelsOfOneParameter = 255, kMaxWord = 65535;
 
@@ -338,7 +337,7 @@ class C3dParameters {
   }
   void Add(std::string_view name, unsigned word) { Add(name, 2, {}, Words({word})); }
   // Blocks, including the four bytes before the first group and the two that end the last.
-  std::size_t Blocks() const { return (4 + bytes_.size() + 2 + kC3dBlock - 1) / kC3dBlock; }
+  std::size_t Blocks() const { return (4 + bytes_.size() + 2 + kBlock - 1) / kBlock; }
   const std::string& Bytes() const { return bytes_; }
 
  private:
@@ -414,7 +413,7 @@ std::string HeaderOf(const MarkerRecording& recording, unsigned data_block) {
   PutWord(header, data_block);
   PutWord(header, 0);
   PutFloat(header, static_cast<float>(recording.rate_hz));
-  header.resize(kC3dBlock, '\0');
+  header.resize(kBlock, '\0');
   return header;
 }
 
@@ -433,9 +432,9 @@ std::string C3dBytes(const MarkerRecording& recording, const std::string& where)
   }
   const auto data_block = static_cast<unsigned>(2 + blocks);
   std::string bytes = HeaderOf(recording, data_block);
-  bytes += {1, 0x50, static_cast<char>(blocks), 84};
+  bytes += {1, 0x50, static_cast<char>(blocks), kIntel};
   bytes += ParametersOf(recording, data_block, where).Bytes();
-  bytes.resize((1 + blocks) * kC3dBlock, '\0');
+  bytes.resize((1 + blocks) * kBlock, '\0');
   for (int t = 0; t < frames; ++t) {
     for (int m = 0; m < markers; ++m) {
       const bool seen = recording.Seen(m, t);

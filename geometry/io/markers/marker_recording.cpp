@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/markers/marker_recording.h"
 
-#include <array>
 #include <set>
 
 #include <fmt/format.h>
@@ -24,20 +23,6 @@ std::string_view WithoutByteOrderMark(std::string_view text) {
 
 }  // namespace
 
-std::string_view MarkerFormatName(MarkerFormat format) {
-  switch (format) {
-    case MarkerFormat::kC3d:
-      return "C3D";
-    case MarkerFormat::kTrc:
-      return "TRC";
-    case MarkerFormat::kViconCsv:
-      return "Vicon CSV";
-    case MarkerFormat::kQtmTsv:
-      return "Qualisys TSV";
-  }
-  return "";
-}
-
 std::optional<int> MarkerRecording::Find(std::string_view name) const {
   for (int m = 0; m < NumMarkers(); ++m) {
     if (EqualIgnoringCase(names[m], name)) return m;
@@ -45,13 +30,13 @@ std::optional<int> MarkerRecording::Find(std::string_view name) const {
   return std::nullopt;
 }
 
-std::optional<MarkerFormat> MarkerFormatOf(std::string_view head) {
-  if (LooksLikeC3d(head)) return MarkerFormat::kC3d;
+std::string_view MarkerFormatOf(std::string_view head) {
+  if (LooksLikeC3d(head)) return "C3D";
   head = WithoutByteOrderMark(head);
-  if (head.starts_with("PathFileType")) return MarkerFormat::kTrc;
-  if (head.starts_with("Trajectories")) return MarkerFormat::kViconCsv;
-  if (head.starts_with("NO_OF_FRAMES")) return MarkerFormat::kQtmTsv;
-  return std::nullopt;
+  if (head.starts_with("PathFileType")) return "TRC";
+  if (head.starts_with("Trajectories")) return "Vicon CSV";
+  if (head.starts_with("NO_OF_FRAMES")) return "Qualisys TSV";
+  return {};
 }
 
 MarkerRecording ReadMarkers(const std::filesystem::path& path) {
@@ -59,42 +44,29 @@ MarkerRecording ReadMarkers(const std::filesystem::path& path) {
 }
 
 MarkerRecording ParseMarkers(std::string_view text, const std::string& where) {
-  const std::optional<MarkerFormat> format = MarkerFormatOf(text);
-  if (!format) {
+  const std::string_view format = MarkerFormatOf(text);
+  if (format.empty()) {
     throw Error(where, "is not a known marker recording",
                 "Give a C3D, a TRC (begins with PathFileType), a Vicon CSV (Trajectories) or a "
                 "Qualisys TSV (NO_OF_FRAMES)");
   }
-  MarkerRecording recording;
-  if (*format == MarkerFormat::kC3d) {
-    recording = ParseC3d(text, where);
-  } else if (*format == MarkerFormat::kTrc) {
-    recording = ParseTrc(WithoutByteOrderMark(text), where);
-  } else if (*format == MarkerFormat::kViconCsv) {
-    recording = ParseViconCsv(WithoutByteOrderMark(text), where);
-  } else {
-    recording = ParseQtmTsv(WithoutByteOrderMark(text), where);
-  }
-  recording.format = *format;
+  const auto parse = format == "C3D"         ? ParseC3d
+                     : format == "TRC"       ? ParseTrc
+                     : format == "Vicon CSV" ? ParseViconCsv
+                                             : ParseQtmTsv;
+  MarkerRecording recording = parse(WithoutByteOrderMark(text), where);
+  recording.format = format;
   return recording;
 }
 
 std::optional<LengthUnit> FindLengthUnit(std::string_view unit) {
   constexpr std::size_t kMinCutOff = 3;
   // Files name units in either spelling.
-  constexpr std::array<LengthUnit, 13> kUnits = {{{"mm", 1e-3},
-                                                  {"cm", 1e-2},
-                                                  {"dm", 1e-1},
-                                                  {"m", 1.0},
-                                                  {"in", 0.0254},
-                                                  {"millimeters", 1e-3},
-                                                  {"millimetres", 1e-3},
-                                                  {"centimeters", 1e-2},
-                                                  {"centimetres", 1e-2},
-                                                  {"meters", 1.0},
-                                                  {"metres", 1.0},
-                                                  {"inch", 0.0254},
-                                                  {"inches", 0.0254}}};
+  constexpr LengthUnit kUnits[] = {
+      {"mm", 1e-3},          {"cm", 1e-2},          {"dm", 1e-1},          {"m", 1.0},
+      {"in", 0.0254},        {"millimeters", 1e-3}, {"millimetres", 1e-3}, {"centimeters", 1e-2},
+      {"centimetres", 1e-2}, {"meters", 1.0},       {"metres", 1.0},       {"inch", 0.0254},
+      {"inches", 0.0254}};
   for (const LengthUnit& known : kUnits) {
     if (EqualIgnoringCase(unit, known.name)) return known;
     if (unit.size() < kMinCutOff || unit.size() > known.name.size()) continue;

@@ -11,12 +11,9 @@
 
 namespace holdfast {
 
-enum class MarkerFormat { kC3d, kTrc, kViconCsv, kQtmTsv };
-std::string_view MarkerFormatName(MarkerFormat format);
-
 /// Labeled markers of one capture. Axes are the file's: most formats do not state which is up.
 struct MarkerRecording {
-  MarkerFormat format = MarkerFormat::kC3d;
+  std::string format = "C3D";         ///< or "TRC", "Vicon CSV", "Qualisys TSV"
   std::vector<std::string> names;     ///< as in the file, without the subject
   std::vector<std::string> subjects;  ///< of each marker ("P1" of "P1:RSHO"); empty without one
   Eigen::MatrixXd positions;  ///< (3 M x T) meters; all three are NaN if a marker is not seen
@@ -38,8 +35,8 @@ struct MarkerRecording {
   std::optional<int> Find(std::string_view name) const;
 };
 
-/// Detects the format by a file's first bytes, unpacked if gzipped; nullopt if there is none.
-std::optional<MarkerFormat> MarkerFormatOf(std::string_view head);
+/// Detects the format by a file's first bytes, unpacked if gzipped; empty if it is none of them.
+std::string_view MarkerFormatOf(std::string_view head);
 
 /// Reads a recording of any of the formats, gzipped or not, whatever its name. Throws Error naming
 /// file, and line or field, for a file that is none of them, is truncated, has an invalid number,

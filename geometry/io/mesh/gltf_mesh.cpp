@@ -17,22 +17,23 @@ namespace {
 constexpr int kTriangles = 4, kStrip = 5;  // a fan is 6; less are points and lines
 
 bool IsPlain(const GltfAsset& asset, int accessor) {
-  const GltfAccessor& found = asset.accessors[static_cast<std::size_t>(accessor)];
-  return found.view >= 0 && !asset.views[static_cast<std::size_t>(found.view)].compressed;
+  const GltfAccessor& found = asset.accessors[accessor];
+  return found.view >= 0 && !asset.views[found.view].compressed;
 }
 
-Material MaterialOf(const GltfAsset& asset, int index, MaterialImages& images,
+Material MaterialOf(const GltfAsset& asset, int index, std::size_t& image_room,
                     std::vector<std::string>& notes) {
   if (index < 0) return ObjectMaterial();
-  const GltfMaterial& from = asset.materials[static_cast<std::size_t>(index)];
+  const GltfMaterial& from = asset.materials[index];
   Material material{from.name,
                     from.color.cwiseMax(0).cwiseMin(1),
                     std::clamp(from.metallic, 0.0, 1.0),
                     std::clamp(from.roughness, 0.0, 1.0),
                     {}};
-  if (from.image < 0 || !images.HasRoom()) return material;
+  if (from.image < 0 || image_room == 0) return material;
   try {
-    images.Add(asset.ImageBytes(from.image), fmt::format("of '{}'", from.name), material, notes);
+    AddImage(asset.ImageBytes(from.image), fmt::format("of '{}'", from.name), image_room, material,
+             notes);
   } catch (const Error& error) {
     notes.push_back(fmt::format("the image of '{}' is left out: {}", from.name, error.what()));
   }
@@ -48,7 +49,7 @@ Eigen::Matrix3Xi FacesOf(const GltfAsset& asset, const GltfPrimitive& primitive,
         .reshaped(3, faces);
   }
   const GltfNumbers indices(asset, primitive.indices, 1);
-  Eigen::Matrix3Xi faces(3, static_cast<Eigen::Index>(indices.Count() / 3));
+  Eigen::Matrix3Xi faces(3, indices.Count() / 3);
   for (Eigen::Index k = 0; k < faces.size(); ++k) {
     faces(k) = static_cast<int>(indices(static_cast<std::size_t>(k), 0));
   }
@@ -78,7 +79,7 @@ TriangleMesh ReadGltfMesh(const GltfAsset& asset, int mesh) {
   std::vector<int> corners;
   // Accessors that several primitives share count once for each of them.
   std::size_t numbers = 0;
-  for (const GltfPrimitive& primitive : asset.meshes[static_cast<std::size_t>(mesh)].primitives) {
+  for (const GltfPrimitive& primitive : asset.meshes[mesh].primitives) {
     if (primitive.mode < kTriangles || primitive.positions < 0) continue;
     if (!IsPlain(asset, primitive.positions)) return {};
     if (primitive.indices >= 0 && !IsPlain(asset, primitive.indices)) return {};
@@ -123,18 +124,18 @@ TriangleMesh ReadGltfMesh(const GltfAsset& asset, int mesh) {
     }
   }
   TriangleMesh result;
-  result.vertices.resize(3, static_cast<Eigen::Index>(places.size()));
+  result.vertices.resize(3, places.size());
   for (std::size_t v = 0; v < places.size(); ++v) {
-    result.vertices.col(static_cast<Eigen::Index>(v)) = places[v];
+    result.vertices.col(v) = places[v];
   }
-  result.faces.resize(3, static_cast<Eigen::Index>(corners.size() / 3));
+  result.faces.resize(3, corners.size() / 3);
   std::copy(corners.begin(), corners.end(), result.faces.reshaped().begin());
   return result;
 }
 
 TriangleMesh ReadGltfScene(const GltfAsset& asset, std::vector<std::string>& notes) {
   std::vector<bool> shown(asset.nodes.size(), asset.scene_roots.empty());
-  for (const int root : asset.scene_roots) shown[static_cast<std::size_t>(root)] = true;
+  for (const int root : asset.scene_roots) shown[root] = true;
   std::vector<Eigen::Affine3d> world(asset.nodes.size());
   TriangleMesh scene;
   scene.vertices.resize(3, 0);
@@ -143,14 +144,14 @@ TriangleMesh ReadGltfScene(const GltfAsset& asset, std::vector<std::string>& not
   for (const int node : asset.order) {
     const auto at = static_cast<std::size_t>(node);
     const GltfNode& from = asset.nodes[at];
-    world[at] = Eigen::Translation3d(from.translation) * from.rotation * Eigen::Scaling(from.scale);
+    world[at] = from.Local();
     if (from.parent >= 0) {
       const auto parent = static_cast<std::size_t>(from.parent);
       world[at] = world[parent] * world[at];
       shown[at] = shown[at] || shown[parent];
     }
     if (!shown[at] || from.mesh < 0) continue;
-    const GltfMesh& mesh = asset.meshes[static_cast<std::size_t>(from.mesh)];
+    const GltfMesh& mesh = asset.meshes[from.mesh];
     for (const GltfPrimitive& primitive : mesh.primitives) {
       if (primitive.mode < kTriangles || primitive.positions < 0) continue;  // points, lines
       if (!IsPlain(asset, primitive.positions) ||
@@ -184,7 +185,7 @@ TriangleMesh ReadGltfScene(const GltfAsset& asset, std::vector<std::string>& not
 }
 
 std::optional<TexturedMesh> ReadGltfLook(const GltfAsset& asset, int mesh) {
-  const GltfMesh& from = asset.meshes[static_cast<std::size_t>(mesh)];
+  const GltfMesh& from = asset.meshes[mesh];
   const bool has_look =
       std::ranges::any_of(from.primitives,
                           [](const GltfPrimitive& primitive) { return primitive.material >= 0; }) &&
@@ -194,12 +195,13 @@ std::optional<TexturedMesh> ReadGltfLook(const GltfAsset& asset, int mesh) {
   if (!has_look || ReadGltfMesh(asset, mesh).NumFaces() == 0) return std::nullopt;
   TexturedMesh look;
   std::map<int, int> material_of;
-  MaterialImages images;
+  std::size_t image_room = kMaterialImagesRoom;
   for (const GltfPrimitive& primitive : from.primitives) {
     if (primitive.mode != kTriangles || primitive.positions < 0) continue;
     const auto [material, is_new] =
         material_of.try_emplace(primitive.material, static_cast<int>(look.materials.size()));
-    if (is_new) look.materials.push_back(MaterialOf(asset, primitive.material, images, look.notes));
+    if (is_new)
+      look.materials.push_back(MaterialOf(asset, primitive.material, image_room, look.notes));
     const GltfNumbers positions(asset, primitive.positions, 3);
     const auto vertices = static_cast<Eigen::Index>(positions.Count());
     TexturedMesh::Part part;

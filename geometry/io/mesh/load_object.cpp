@@ -32,11 +32,10 @@ std::vector<std::string> EmbeddedObjectNames() {
 
 namespace {
 
-TriangleMesh ReadEmbedded(const std::string& path) {
+MeshFile ReadEmbedded(const std::string& path) {
   const EmbeddedFile file = FindEmbedded(path);
   return ReadMeshBytes({reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()},
-                       file.name)
-      .mesh;
+                       file.name);
 }
 
 // The version with 300 vertices of an embedded object, if `object` is one, at any scale.
@@ -44,12 +43,12 @@ std::optional<TriangleMesh> SimplifiedEmbedded(const LoadedObject& object) {
   const std::string whole = fmt::format("objects/{}.ply", object.name);
   const std::string few = fmt::format("objects/{}_300.ply", object.name);
   if (!HasEmbedded(whole) || !HasEmbedded(few)) return std::nullopt;
-  const Eigen::Matrix3Xd given = ReadEmbedded(whole).vertices;
+  const Eigen::Matrix3Xd given = ReadEmbedded(whole).mesh.vertices;
   const Eigen::Matrix3Xd& vertices = object.mesh.vertices;
   if (given.cols() != vertices.cols()) return std::nullopt;
   const double scale = vertices.norm() / given.norm();
   if (!(vertices - scale * given).isZero(1e-12 * scale)) return std::nullopt;
-  TriangleMesh simplified = ReadEmbedded(few);
+  TriangleMesh simplified = ReadEmbedded(few).mesh;
   simplified.vertices *= std::abs(scale - 1.0) < 1e-12 ? 1.0 : scale;
   return simplified;
 }
@@ -73,9 +72,7 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
                       fmt::format("Give a mesh (.obj .ply .stl .off .glb .gltf), or one of: {}",
                                   fmt::join(names, ", ")));
     }
-    const EmbeddedFile inside = FindEmbedded(fmt::format("objects/{}.ply", path_or_name));
-    file = ReadMeshBytes({reinterpret_cast<const char*>(inside.bytes.data()), inside.bytes.size()},
-                         inside.name);
+    file = ReadEmbedded(fmt::format("objects/{}.ply", path_or_name));
   }
   LoadedObject object = ObjectOfMesh(file.mesh, std::move(name), path_or_name, scale);
   object.notes.insert(object.notes.begin(), std::make_move_iterator(file.notes.begin()),
@@ -97,8 +94,6 @@ LoadedObject ObjectOfMesh(const TriangleMesh& mesh, std::string name, std::strin
       NamingSource("mesh", object.source, [&] { return CheckMesh(object.mesh); });
   object.implausible_size = report.implausible_size;
   if (report.implausible_size) {
-    const std::vector<double> scales = PossibleScales(report.extent_m, object.source);
-    if (!scales.empty()) object.suggested_scale = scales.front();
     object.notes.push_back(fmt::format(
         "The object is {:.3g} x {:.3g} x {:.3g} m. {}", report.extent_m.x(), report.extent_m.y(),
         report.extent_m.z(), UnitRemedy(report.extent_m, object.source)));
@@ -123,7 +118,7 @@ TriangleMesh ForFitting(const LoadedObject& object, int vertices, std::vector<st
     TriangleMesh mesh = object.mesh;
     const EdgeCounts edges = CountEdges(mesh.faces, EdgeTable(mesh.faces, mesh.NumVertices()));
     if (edges.boundary == 0 || edges.non_manifold + edges.misoriented == 0) return mesh;
-    const std::vector<std::string> parted = Describe(PartSheets(mesh));
+    const std::vector<std::string> parted = PartSheets(mesh);
     if (notes != nullptr) notes->insert(notes->end(), parted.begin(), parted.end());
     return mesh;
   }

@@ -15,7 +15,6 @@ struct LoadedObject {
   std::string source;             ///< as the user gave it
   TriangleMesh mesh;              ///< repaired if that is safe, scaled
   bool implausible_size = false;  ///< not a handheld object in meters
-  double suggested_scale = 1.0;   ///< the factor that would make it one, if there is one
   std::vector<std::string> notes;
 };
 

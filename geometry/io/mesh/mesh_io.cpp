@@ -129,11 +129,11 @@ MeshFile ReadMeshBytes(std::string_view bytes, const fs::path& path) {
   }
   MeshFile file;
   TriangleMesh& mesh = file.mesh;
-  mesh.vertices.resize(3, static_cast<Eigen::Index>(scan.positions.size()));
+  mesh.vertices.resize(3, scan.positions.size());
   for (Eigen::Index v = 0; v < mesh.NumVertices(); ++v) mesh.vertices.col(v) = scan.positions[v];
 
   std::size_t num_split = 0;
-  mesh.faces.resize(3, static_cast<Eigen::Index>(scan.polygon_ids.size() - 2 * num_polygons));
+  mesh.faces.resize(3, scan.polygon_ids.size() - 2 * num_polygons);
   Eigen::Index next = 0;
   for (std::size_t p = 0; p < num_polygons; ++p) {
     const int begin = scan.polygon_begin[p];

@@ -2,7 +2,6 @@
 #include "geometry/io/mesh/mesh_scan.h"
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <cstdint>
@@ -12,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/text_scanner.h"
 #include "geometry/mesh/mesh_parts.h"
 #include "geometry/mesh/mesh_topology.h"
 
@@ -19,6 +19,7 @@ namespace holdfast {
 namespace {
 
 constexpr std::string_view kBlank = " \t\r\v\f";
+constexpr std::size_t kShownWord = 32;
 constexpr std::size_t kStlHeader = 84;
 constexpr std::size_t kStlTriangle = 50;
 
@@ -68,12 +69,12 @@ class Lines {
         return 0.0;
       }
     } else if (error != std::errc() || end != digits.data() + digits.size()) {
-      Fail(fmt::format("'{}' is not a number", Excerpt(word)),
+      Fail(fmt::format("'{}' is not a number", Excerpt(word, kShownWord)),
            "Check the file, or export it again");
     }
     // Meshes are written in single precision, which limits the range.
     if (!std::isfinite(static_cast<float>(value)) || error != std::errc()) {
-      Fail(fmt::format("the coordinate '{}' is not finite", Excerpt(word)),
+      Fail(fmt::format("the coordinate '{}' is not finite", Excerpt(word, kShownWord)),
            "Remove the vertex, or export the mesh again");
     }
     return value;
@@ -82,12 +83,6 @@ class Lines {
   bool Integer(std::string_view word, long long& value) const {
     const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
     return error == std::errc() && end == word.data() + word.size() && !word.empty();
-  }
-
-  static std::string Excerpt(std::string_view word) {
-    std::string shown;
-    for (const char c : word.substr(0, 32)) shown += c >= ' ' && c < 127 ? c : '?';
-    return word.size() > 32 ? shown + "..." : shown;
   }
 
   [[noreturn]] void Fail(const std::string& problem, const std::string& remedy) const {
@@ -255,7 +250,7 @@ MeshScan ScanObj(std::string_view bytes, const std::string& name) {
       long long id = 0;
       const std::string_view vertex = word.substr(0, word.find('/'));
       if (!again.Integer(vertex, id) || word.find_first_not_of("0123456789/-") != word.npos) {
-        again.Fail(fmt::format("'{}' is not a corner of a face", Lines::Excerpt(word)),
+        again.Fail(fmt::format("'{}' is not a corner of a face", Excerpt(word, kShownWord)),
                    "Check the file, or export it again");
       }
       // Ids count from 1; negative ids count backward from the last vertex so far.
@@ -316,8 +311,9 @@ MeshScan ScanOff(std::string_view bytes, const std::string& name) {
       lines.Fail(fmt::format("ends after {} of {} faces", f, faces), kTruncated);
     }
     if (!lines.Integer(word, corners) || corners < 3 || corners > num_vertices * 4) {
-      lines.Fail(fmt::format("'{}' is not the number of corners of a face", Lines::Excerpt(word)),
-                 "Check the file, or export it again");
+      lines.Fail(
+          fmt::format("'{}' is not the number of corners of a face", Excerpt(word, kShownWord)),
+          "Check the file, or export it again");
     }
     for (long long k = 0; k < corners; ++k) {
       long long id = 0;
@@ -353,18 +349,13 @@ MeshScan ScanStl(std::string_view bytes, const std::string& name) {
   if (!size_fits && says_solid && has_facets) {
     const std::string plain = PlainLines(bytes, false);
     Lines lines(plain, name);
-    const auto lower = [](std::string_view word) {
-      std::string text(word.substr(0, 16));
-      for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-      return text;
-    };
     bool ended = false;
     while (lines.Next()) {
-      const std::string word = lower(lines.Word());
-      ended = ended || word == "endsolid";
-      if (word != "outer") continue;
+      const std::string_view word = lines.Word();
+      ended = ended || EqualIgnoringCase(word, "endsolid");
+      if (!EqualIgnoringCase(word, "outer")) continue;
       for (int corner = 0; corner < 3; ++corner) {
-        if (!lines.Next() || lower(lines.Word()) != "vertex") {
+        if (!lines.Next() || !EqualIgnoringCase(lines.Word(), "vertex")) {
           lines.Fail("a triangle has fewer than three 'vertex' lines", kTruncated);
         }
         for (int k = 0; k < 3; ++k) {

@@ -51,8 +51,6 @@ struct Element {
   std::vector<Property> properties;
 };
 
-enum class Format { kText, kLittleEndian, kBigEndian };
-
 class PlyScanner {
  public:
   PlyScanner(std::string_view bytes, const std::string& name) : bytes_(bytes), name_(name) {}
@@ -125,13 +123,9 @@ class PlyScanner {
       if (words[0] == "end_header") break;
       if (words[0] == "format" && words.size() >= 2) {
         has_format = true;
-        if (words[1] == "ascii") {
-          format_ = Format::kText;
-        } else if (words[1] == "binary_little_endian") {
-          format_ = Format::kLittleEndian;
-        } else if (words[1] == "binary_big_endian") {
-          format_ = Format::kBigEndian;
-        } else {
+        is_text_ = words[1] == "ascii";
+        is_big_endian_ = words[1] == "binary_big_endian";
+        if (!is_text_ && !is_big_endian_ && words[1] != "binary_little_endian") {
           Fail("its header names an unknown format", kExportAgain);
         }
       } else if (words[0] == "element" && words.size() == 3) {
@@ -179,7 +173,7 @@ class PlyScanner {
     for (const Element& element : elements_) {
       std::size_t each = 0;
       for (const Property& property : element.properties) {
-        each += format_ == Format::kText ? 2 : Size(property.count_type.value_or(property.type));
+        each += is_text_ ? 2 : Size(property.count_type.value_or(property.type));
       }
       if (each == 0 && element.count > 0) {
         Fail("its header has an element without properties", kExportAgain);
@@ -228,7 +222,7 @@ class PlyScanner {
     T value;
     std::memcpy(&value, bytes_.data() + position_, sizeof value);
     position_ += sizeof value;
-    if ((format_ == Format::kBigEndian) == (std::endian::native == std::endian::little)) {
+    if (is_big_endian_ == (std::endian::native == std::endian::little)) {
       auto* raw = reinterpret_cast<unsigned char*>(&value);
       std::reverse(raw, raw + sizeof value);
     }
@@ -236,7 +230,7 @@ class PlyScanner {
   }
 
   double Value(Type type, const std::string& element) {
-    if (format_ == Format::kText) {
+    if (is_text_) {
       std::string_view word = Word();
       if (word.empty()) Fail(fmt::format("ends within its '{}' elements", element), kTruncated);
       const std::string_view shown = word.substr(0, 32);
@@ -282,7 +276,7 @@ class PlyScanner {
 
   std::size_t ListLength(const Property& property, const std::string& element) {
     const double length = Value(*property.count_type, element);
-    const std::size_t each = format_ == Format::kText ? 2 : Size(property.type);
+    const std::size_t each = is_text_ ? 2 : Size(property.type);
     if (!(length >= 0.0) || length != std::floor(length) ||
         length > static_cast<double>((bytes_.size() - position_ + 1) / each)) {
       Fail(fmt::format("a list of a '{}' element is longer than the file", element), kTruncated);
@@ -326,85 +320,79 @@ class PlyScanner {
     }
   }
 
-  void ReadFaces(const Element& element) {
-    if (std::count_if(element.properties.begin(), element.properties.end(), IsCornerList) != 1) {
-      Fail("its faces do not have one list property vertex_indices", kExportAgain);
+  // Calls visit(item, property) for the list of corners of each item, and skips what else it has.
+  template <typename Visit>
+  void ForEachCornerList(const Element& element, std::string_view items, const Visit& visit) {
+    if (std::ranges::count_if(element.properties, IsCornerList) != 1) {
+      Fail(fmt::format("its {} do not have one list property vertex_indices", items), kExportAgain);
     }
     scan_.polygon_begin.reserve(element.count + 1);
     scan_.polygon_ids.reserve(3 * element.count);
-    for (std::size_t f = 0; f < element.count; ++f) {
+    for (std::size_t i = 0; i < element.count; ++i) {
       for (const Property& property : element.properties) {
-        if (!IsCornerList(property)) {
+        if (IsCornerList(property)) {
+          visit(i, property);
+        } else {
           Skip(property, element.name);
-          continue;
         }
-        const std::size_t corners = ListLength(property, element.name);
-        if (corners < 3) {
-          Fail(fmt::format("face {} has fewer than three corners", f),
-               "Remove it, or export the mesh again");
-        }
-        for (std::size_t k = 0; k < corners; ++k) {
-          const double id = Value(property.type, element.name);
-          if (!(id >= 0.0) || id != std::floor(id) ||
-              id >= static_cast<double>(scan_.positions.size())) {
-            Fail(fmt::format("face {} refers to vertex {} of {} (counted from 0)", f, id,
-                             scan_.positions.size()),
-                 kExportAgain);
-          }
-          scan_.polygon_ids.push_back(static_cast<int>(id));
-        }
-        scan_.polygon_begin.push_back(static_cast<int>(scan_.polygon_ids.size()));
       }
     }
+  }
+
+  int Corner(double id, std::string_view item, std::size_t index) const {
+    if (!(id >= 0.0) || id != std::floor(id) || id >= static_cast<double>(scan_.positions.size())) {
+      Fail(fmt::format("{} {} refers to vertex {} of {} (counted from 0)", item, index, id,
+                       scan_.positions.size()),
+           kExportAgain);
+    }
+    return static_cast<int>(id);
+  }
+
+  void ReadFaces(const Element& element) {
+    ForEachCornerList(element, "faces", [&](std::size_t f, const Property& property) {
+      const std::size_t corners = ListLength(property, element.name);
+      if (corners < 3) {
+        Fail(fmt::format("face {} has fewer than three corners", f),
+             "Remove it, or export the mesh again");
+      }
+      for (std::size_t k = 0; k < corners; ++k) {
+        scan_.polygon_ids.push_back(Corner(Value(property.type, element.name), "face", f));
+      }
+      scan_.polygon_begin.push_back(static_cast<int>(scan_.polygon_ids.size()));
+    });
   }
 
   // Triangle strips: from the third corner on, each forms a triangle with the two before it, every
   // second one with reversed orientation; -1 begins another strip.
   void ReadStrips(const Element& element) {
-    if (std::count_if(element.properties.begin(), element.properties.end(), IsCornerList) != 1) {
-      Fail("its strips do not have one list property vertex_indices", kExportAgain);
-    }
-    for (std::size_t s = 0; s < element.count; ++s) {
-      for (const Property& property : element.properties) {
-        if (!IsCornerList(property)) {
-          Skip(property, element.name);
+    ForEachCornerList(element, "strips", [&](std::size_t s, const Property& property) {
+      int length = 0;
+      std::array<int, 2> before = {-1, -1};
+      for (std::size_t left = ListLength(property, element.name); left > 0; --left) {
+        const double id = Value(property.type, element.name);
+        if (id == -1.0) {
+          length = 0;
           continue;
         }
-        int length = 0;
-        std::array<int, 2> before = {-1, -1};
-        for (std::size_t left = ListLength(property, element.name); left > 0; --left) {
-          const double id = Value(property.type, element.name);
-          if (id == -1.0) {
-            length = 0;
-            continue;
-          }
-          if (!(id >= 0.0) || id != std::floor(id) ||
-              id >= static_cast<double>(scan_.positions.size())) {
-            Fail(fmt::format("strip {} refers to vertex {} of {} (counted from 0)", s, id,
-                             scan_.positions.size()),
-                 kExportAgain);
-          }
-          const int corner = static_cast<int>(id);
-          if (++length >= 3) {
-            const auto [a, b] = before;
-            if (a != b && b != corner && corner != a) {  // others only turn the strip: no area
-              const bool turned = length % 2 == 0;
-              scan_.polygon_ids.insert(scan_.polygon_ids.end(),
-                                       {turned ? b : a, turned ? a : b, corner});
-              scan_.polygon_begin.push_back(static_cast<int>(scan_.polygon_ids.size()));
-            }
-          }
-          before = {before[1], corner};
+        const int corner = Corner(id, "strip", s);
+        const auto [a, b] = before;
+        // Triangles that repeat a corner only turn the strip: they have no area.
+        if (++length >= 3 && a != b && b != corner && corner != a) {
+          const bool turned = length % 2 == 0;
+          scan_.polygon_ids.insert(scan_.polygon_ids.end(),
+                                   {turned ? b : a, turned ? a : b, corner});
+          scan_.polygon_begin.push_back(static_cast<int>(scan_.polygon_ids.size()));
         }
+        before = {before[1], corner};
       }
-    }
+    });
   }
 
   std::string_view bytes_;
   std::string name_;
   std::size_t position_ = 0;
   char line_end_ = '\0';  // of the header
-  Format format_ = Format::kText;
+  bool is_text_ = true, is_big_endian_ = false;
   std::vector<Element> elements_;
   MeshScan scan_;
 };

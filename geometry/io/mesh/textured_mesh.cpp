@@ -94,7 +94,11 @@ class ObjReader {
       } else if (keyword == "usemtl" || keyword == "mtllib") {
         std::string name;
         std::getline(line, name);
-        keyword == "usemtl" ? Use(Trimmed(name)) : ReadMaterials(Trimmed(name));
+        if (keyword == "usemtl") {
+          material_ = MaterialOf(Trimmed(name));
+        } else {
+          ReadMaterials(Trimmed(name));
+        }
       }
     }
   }
@@ -103,9 +107,9 @@ class ObjReader {
 
   TexturedMesh Build(double scale) {
     TriangleMesh all;
-    all.vertices.resize(3, static_cast<Eigen::Index>(positions_.size()));
+    all.vertices.resize(3, positions_.size());
     for (std::size_t v = 0; v < positions_.size(); ++v) {
-      all.vertices.col(static_cast<Eigen::Index>(v)) = scale * positions_[v];
+      all.vertices.col(v) = scale * positions_[v];
     }
     all.faces = Eigen::Map<const Eigen::Matrix3Xi>(corners_.data(), 3,
                                                    static_cast<Eigen::Index>(faces_.size()));
@@ -159,8 +163,6 @@ class ObjReader {
     if (is_new) mesh_.materials.emplace_back().name = name;
     return at->second;
   }
-
-  void Use(const std::string& name) { material_ = MaterialOf(name); }
 
   void ReadMaterials(const std::string& name) {
     const fs::path path = FileBeside(folder_, name);
@@ -218,9 +220,9 @@ class ObjReader {
       mesh_.notes.push_back(fmt::format("the image '{}' is not beside the mesh", name));
       return;
     }
-    if (!images_.HasRoom()) return;
-    if (images_.Add(ReadFile(path, kMaxImageBytes), fmt::format("'{}'", name), material,
-                    mesh_.notes)) {
+    if (image_room_ == 0) return;
+    if (AddImage(ReadFile(path, kMaxImageBytes), fmt::format("'{}'", name), image_room_, material,
+                 mesh_.notes)) {
       material.color.head<3>().setOnes();  // the image has the color
     }
   }
@@ -229,12 +231,12 @@ class ObjReader {
                std::size_t material) {
     TexturedMesh::Part part;
     part.material = static_cast<int>(material);
-    part.mesh.faces.resize(3, static_cast<Eigen::Index>(faces.size()));
+    part.mesh.faces.resize(3, faces.size());
     std::map<std::pair<int, int>, int> vertex_of;  // by shaded vertex and texture coordinate
     std::vector<std::pair<int, int>> vertices;
     bool has_uv = false;
     for (Eigen::Index f = 0; f < part.mesh.faces.cols(); ++f) {
-      const Eigen::Index face = faces[static_cast<std::size_t>(f)];
+      const Eigen::Index face = faces[f];
       for (int k = 0; k < 3; ++k) {
         int uv = corner_uv_[static_cast<std::size_t>(3 * face + k)];
         if (uv >= static_cast<int>(uv_.size())) uv = -1;
@@ -250,10 +252,10 @@ class ObjReader {
     part.normals.resize(3, n);
     if (has_uv) part.uv = Eigen::Matrix2Xd::Zero(2, n);
     for (Eigen::Index v = 0; v < n; ++v) {
-      const auto [corner, uv] = vertices[static_cast<std::size_t>(v)];
+      const auto [corner, uv] = vertices[v];
       part.mesh.vertices.col(v) = shaded.mesh.vertices.col(corner);
       part.normals.col(v) = shaded.normals.col(corner);
-      if (uv >= 0) part.uv.col(v) = uv_[static_cast<std::size_t>(uv)];
+      if (uv >= 0) part.uv.col(v) = uv_[uv];
     }
     mesh_.parts.push_back(std::move(part));
   }
@@ -266,26 +268,22 @@ class ObjReader {
   std::map<std::string, int> material_of_;
   int material_ = -1;
   bool has_uv_ = false;
-  MaterialImages images_;
+  std::size_t image_room_ = kMaterialImagesRoom;
   TexturedMesh mesh_;
 };
 
 }  // namespace
 
-bool IsPngOrJpeg(std::string_view bytes) {
-  return bytes.starts_with("\x89PNG\r\n\x1a\n") || bytes.starts_with("\xff\xd8\xff");
-}
-
-bool MaterialImages::Add(std::string bytes, std::string_view name, Material& material,
-                         std::vector<std::string>& notes) {
-  if (bytes.size() > room_) {
+bool AddImage(std::string bytes, std::string_view name, std::size_t& room, Material& material,
+              std::vector<std::string>& notes) {
+  if (bytes.size() > room) {
     notes.push_back(fmt::format(
         "the image {} and those after it are ignored: together they are too large", name));
-    room_ = 0;
+    room = 0;
     return false;
   }
-  room_ -= bytes.size();
-  if (!IsPngOrJpeg(bytes)) {
+  room -= bytes.size();
+  if (!bytes.starts_with("\x89PNG\r\n\x1a\n") && !bytes.starts_with("\xff\xd8\xff")) {
     notes.push_back(fmt::format("the image {} is neither PNG nor JPEG", name));
     return false;
   }
@@ -319,8 +317,6 @@ std::optional<TexturedMesh> ReadTexturedObj(const fs::path& path, double scale) 
 
 namespace {
 
-namespace fs = std::filesystem;
-
 // A triangle by the positions of its corners.
 using Corners = Eigen::Matrix3d;
 
@@ -330,7 +326,7 @@ TriangleMesh SurfaceOf(const std::vector<Corners>& triangles) {
   mesh.vertices.resize(3, 3 * count);
   mesh.faces.resize(3, count);
   for (Eigen::Index f = 0; f < count; ++f) {
-    mesh.vertices.middleCols<3>(3 * f) = triangles[static_cast<std::size_t>(f)];
+    mesh.vertices.middleCols<3>(3 * f) = triangles[f];
     const int first = static_cast<int>(3 * f);
     mesh.faces.col(f) << first, first + 1, first + 2;
   }
@@ -344,43 +340,6 @@ std::string Bytes(const fs::path& path) {
   if (!in) throw Error(path.string(), "cannot be read", "Check that it is a file");
   return std::move(text).str();
 }
-
-// Assigns faces to groups while an .obj file is read.
-class Sorter {
- public:
-  void Open(MeshGroup::Kind kind, const std::vector<std::string>& names) {
-    std::erase_if(open_, [&](std::size_t i) { return groups_[i].kind == kind; });
-    for (const std::string& name : names) {
-      const auto same = [&](const MeshGroup& group) {
-        return group.kind == kind && group.name == name;
-      };
-      const auto found = std::ranges::find_if(groups_, same);
-      open_.push_back(static_cast<std::size_t>(found - groups_.begin()));
-      if (found != groups_.end()) continue;
-      groups_.push_back({kind, name, {}});
-      triangles_.emplace_back();
-    }
-  }
-
-  void Add(const Corners& triangle) {
-    for (const std::size_t i : open_) triangles_[i].push_back(triangle);
-  }
-
-  std::vector<MeshGroup> Take() {
-    std::vector<MeshGroup> filled;
-    for (std::size_t i = 0; i < groups_.size(); ++i) {
-      if (triangles_[i].empty()) continue;
-      groups_[i].surface = SurfaceOf(triangles_[i]);
-      filled.push_back(std::move(groups_[i]));
-    }
-    return filled;
-  }
-
- private:
-  std::vector<MeshGroup> groups_;
-  std::vector<std::vector<Corners>> triangles_;
-  std::vector<std::size_t> open_;
-};
 
 std::vector<std::string> Words(std::istringstream& line) {
   std::vector<std::string> words;
@@ -399,11 +358,23 @@ std::vector<std::string> OneName(std::istringstream& line) {
 
 std::vector<MeshGroup> ReadMeshGroups(const fs::path& path) {
   const TriangleMesh mesh = ReadMesh(path);  // throws for all that could go wrong below
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  if (extension != ".obj") return {};
-  Sorter sorter;
+  if (!EqualIgnoringCase(path.extension().string(), ".obj")) return {};
+  std::vector<MeshGroup> groups;
+  std::vector<std::vector<Corners>> triangles;                          // of each group
+  std::vector<std::size_t> open;                                        // groups of the next faces
+  std::vector<std::string> keyword_of;                                  // of each group
+  std::map<std::pair<std::string, std::string>, std::size_t> index_of;  // by keyword and name
+  const auto begin = [&](const std::string& keyword, const std::vector<std::string>& names) {
+    std::erase_if(open, [&](std::size_t i) { return keyword_of[i] == keyword; });
+    for (const std::string& name : names) {
+      const auto [at, is_new] = index_of.try_emplace({keyword, name}, groups.size());
+      open.push_back(at->second);
+      if (!is_new) continue;
+      groups.push_back({name, {}});
+      triangles.emplace_back();
+      keyword_of.push_back(keyword);
+    }
+  };
   std::istringstream text(PlainLines(Bytes(path), true));
   int seen = 0;
   for (std::string whole; std::getline(text, whole);) {
@@ -411,9 +382,8 @@ std::vector<MeshGroup> ReadMeshGroups(const fs::path& path) {
     std::string keyword;
     line >> keyword;
     seen += keyword == "v";
-    if (keyword == "g") sorter.Open(MeshGroup::Kind::kGroup, Words(line));
-    if (keyword == "o") sorter.Open(MeshGroup::Kind::kObject, OneName(line));
-    if (keyword == "usemtl") sorter.Open(MeshGroup::Kind::kMaterial, OneName(line));
+    if (keyword == "g") begin(keyword, Words(line));
+    if (keyword == "o" || keyword == "usemtl") begin(keyword, OneName(line));
     if (keyword != "f") continue;
     std::vector<int> polygon;
     for (const std::string& word : Words(line)) {
@@ -425,10 +395,12 @@ std::vector<MeshGroup> ReadMeshGroups(const fs::path& path) {
       Corners triangle;
       triangle << mesh.vertices.col(polygon[0]), mesh.vertices.col(polygon[k - 1]),
           mesh.vertices.col(polygon[k]);
-      sorter.Add(triangle);
+      for (const std::size_t i : open) triangles[i].push_back(triangle);
     }
   }
-  return sorter.Take();
+  for (std::size_t i = 0; i < groups.size(); ++i) groups[i].surface = SurfaceOf(triangles[i]);
+  std::erase_if(groups, [](const MeshGroup& group) { return group.surface.NumFaces() == 0; });
+  return groups;
 }
 
 TriangleMesh ReadVertexRegion(const fs::path& path, const TriangleMesh& mesh) {
@@ -450,7 +422,7 @@ TriangleMesh ReadVertexRegion(const fs::path& path, const TriangleMesh& mesh) {
                     fmt::format("List vertex numbers, 0 to {}, separated by blanks",
                                 mesh.NumVertices() - 1));
       }
-      listed[static_cast<std::size_t>(id)] = true;
+      listed[id] = true;
     }
   }
   std::vector<Corners> triangles;

@@ -36,23 +36,14 @@ struct TexturedMesh {
   std::vector<std::string> notes;  ///< what was left out of the file, and why
 };
 
-/// Whether a file begins like a PNG or a JPEG.
-bool IsPngOrJpeg(std::string_view bytes);
+/// Bytes for the images of one mesh's materials together. Materials may share a file, of which each
+/// takes a copy, so a small file could demand any amount of memory.
+inline constexpr std::size_t kMaterialImagesRoom = std::size_t{256} << 20;
 
-/// The images of one mesh's materials. Materials may share a file, of which each takes a copy, so a
-/// small file could demand any amount of memory: together they get 256 MB.
-class MaterialImages {
- public:
-  /// Whether more images may be added.
-  bool HasRoom() const { return room_ > 0; }
-  /// Gives the image to the material; if it cannot, returns false and adds the reason to `notes`.
-  /// `name` is the name of the image in the notes.
-  bool Add(std::string bytes, std::string_view name, Material& material,
-           std::vector<std::string>& notes);
-
- private:
-  std::size_t room_ = std::size_t{256} << 20;
-};
+/// Gives the image to the material and takes its bytes from `room`; if it cannot, returns false and
+/// adds the reason to `notes`. `name` is the name of the image in the notes.
+bool AddImage(std::string bytes, std::string_view name, std::size_t& room, Material& material,
+              std::vector<std::string>& notes);
 
 /// Material of objects that have none.
 inline Material ObjectMaterial() { return {"object", {0.16, 0.38, 0.62, 1}, 0, 0.45, {}}; }
@@ -71,8 +62,6 @@ std::optional<TexturedMesh> ReadTexturedObj(const std::filesystem::path& path, d
 
 /// A named part of a mesh, as defined by its file.
 struct MeshGroup {
-  enum class Kind { kGroup, kObject, kMaterial };
-  Kind kind = Kind::kGroup;
   std::string name;
   TriangleMesh surface;  ///< only its triangles, in the file's unit
 };

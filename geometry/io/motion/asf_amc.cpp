@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <numbers>
 #include <utility>
@@ -82,12 +83,21 @@ Eigen::Vector3d ReadVector(TextScanner& scanner, std::string_view what) {
 
 bool AtSection(TextScanner& scanner) { return scanner.AtEnd() || scanner.Peek().starts_with(':'); }
 
-Freedom ReadFreedom(TextScanner& scanner) {
-  const std::string_view word = scanner.Next();
-  for (int i = 0; i < 7; ++i) {
-    if (EqualIgnoringCase(word, kFreedomNames[i])) return static_cast<Freedom>(i);
+// Adds those on the rest of the line.
+void ReadFreedoms(TextScanner& scanner, std::string_view repeats, std::vector<Freedom>& freedoms) {
+  while (!scanner.PeekOnLine().empty()) {
+    const std::string_view word = scanner.Next();
+    const auto* const name = std::ranges::find_if(
+        kFreedomNames, [&](std::string_view known) { return EqualIgnoringCase(word, known); });
+    if (name == std::end(kFreedomNames)) {
+      scanner.Fail("a degree of freedom that is not one of tx ty tz rx ry rz l", "Repair the line");
+    }
+    const auto freedom = static_cast<Freedom>(name - std::begin(kFreedomNames));
+    if (std::ranges::find(freedoms, freedom) != freedoms.end()) {
+      scanner.Fail(repeats, "Repair the line");
+    }
+    freedoms.push_back(freedom);
   }
-  scanner.Fail("a degree of freedom that is not one of tx ty tz rx ry rz l", "Repair the line");
 }
 
 void ReadUnits(TextScanner& scanner, Skeleton& skeleton) {
@@ -113,14 +123,8 @@ void ReadRoot(TextScanner& scanner, Skeleton& skeleton) {
   while (!AtSection(scanner)) {
     const std::string_view key = scanner.Next();
     if (EqualIgnoringCase(key, "order")) {
-      auto& freedoms = skeleton.bones[0].freedoms;
-      freedoms.clear();
-      while (!scanner.PeekOnLine().empty()) {
-        freedoms.push_back(ReadFreedom(scanner));
-        if (std::count(freedoms.begin(), freedoms.end(), freedoms.back()) > 1) {
-          scanner.Fail("a root channel that repeats", "Repair the line");
-        }
-      }
+      skeleton.bones[0].freedoms.clear();
+      ReadFreedoms(scanner, "a root channel that repeats", skeleton.bones[0].freedoms);
     } else if (EqualIgnoringCase(key, "axis")) {
       axis_order = scanner.Next();
     } else if (EqualIgnoringCase(key, "position")) {
@@ -153,12 +157,7 @@ void ReadBone(TextScanner& scanner, Skeleton& skeleton) {
       const Eigen::Vector3d angles = skeleton.angle_unit * ReadVector(scanner, "a bone's axis");
       bone.axis = EulerInOrder(scanner, scanner.Next(), angles);
     } else if (EqualIgnoringCase(key, "dof")) {
-      while (!scanner.PeekOnLine().empty()) {
-        bone.freedoms.push_back(ReadFreedom(scanner));
-        if (std::count(bone.freedoms.begin(), bone.freedoms.end(), bone.freedoms.back()) > 1) {
-          scanner.Fail("a degree of freedom that repeats", "Repair the line");
-        }
-      }
+      ReadFreedoms(scanner, "a degree of freedom that repeats", bone.freedoms);
     } else if (key.empty() || key.starts_with(':')) {
       scanner.Fail("ends inside a bone", "Close the bone with 'end'");
     } else {
@@ -395,16 +394,15 @@ Eigen::Matrix3Xd PlaceBones(const Skeleton& skeleton, const std::vector<int>& or
 }  // namespace
 
 SourceMotion ParseAmc(std::string_view asf_text, std::string asf_name, std::string_view amc_text,
-                      std::string amc_name, const AmcOptions& options) {
+                      std::string amc_name, double meters_per_unit, double frame_rate) {
   TextScanner asf(std::move(asf_name), asf_text, '#');
   const Skeleton skeleton = ParseSkeleton(asf);
   const std::vector<int> order = ParentsFirst(asf, skeleton);
-  const double scale =
-      options.meters_per_unit > 0 ? options.meters_per_unit : kInch / skeleton.length_unit;
+  const double scale = meters_per_unit > 0 ? meters_per_unit : kInch / skeleton.length_unit;
 
   SourceMotion motion;
   motion.format = "ASF/AMC";
-  motion.frame_rate = options.frame_rate;
+  motion.frame_rate = frame_rate;
   SetRestBones(skeleton, order, scale, motion);
   if (!motion.rest_offsets.allFinite()) {
     throw Error(asf.Where(), "bone lengths that overflow", "Repair the lengths");
@@ -460,13 +458,12 @@ std::filesystem::path FindAsfBeside(const std::filesystem::path& amc) {
               "Name the skeleton with --asf FILE");
 }
 
-SourceMotion ReadAmc(const std::filesystem::path& path, const AmcOptions& options) {
-  const std::filesystem::path asf =
-      options.skeleton.empty() ? FindAsfBeside(path) : options.skeleton;
+SourceMotion ReadAmc(const std::filesystem::path& path) {
+  const std::filesystem::path asf = FindAsfBeside(path);
   std::vector<std::string> notes;
   const std::string asf_text = PlainText(ReadGzipText(asf), notes);
   const std::string amc_text = PlainText(ReadGzipText(path), notes);
-  SourceMotion motion = ParseAmc(asf_text, asf.string(), amc_text, path.string(), options);
+  SourceMotion motion = ParseAmc(asf_text, asf.string(), amc_text, path.string());
   motion.notes = std::move(notes);
   return motion;
 }

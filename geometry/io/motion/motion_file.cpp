@@ -19,6 +19,7 @@ namespace holdfast {
 void CheckMemoryBudget(const TextScanner& scanner, double frames, int joints,
                        std::size_t text_bytes) {
   constexpr double kAlwaysBytes = 60 << 20;
+  constexpr double kJointFrameBytes = 56;  // a rotation and a position
   const double joint_frames = frames * joints;
   if (joint_frames > kMaxJointFrames) {
     scanner.Fail(fmt::format("{} frames of {} joints exceed the limit", frames, joints),
@@ -62,7 +63,7 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 RowMajor Joints(const Clip& clip, int begin, int count) {
   RowMajor values(clip.NumFrames(), 3 * count);
   for (int t = 0; t < clip.NumFrames(); ++t) {
-    values.row(t) = clip.pose[static_cast<std::size_t>(t)].middleCols(begin, count).reshaped();
+    values.row(t) = clip.pose[t].middleCols(begin, count).reshaped();
   }
   return values;
 }

@@ -63,9 +63,6 @@ struct SourceMotion {
   }
 };
 
-/// Bytes of a rotation and a position of a SourceMotion.
-inline constexpr std::size_t kJointFrameBytes = 56;
-
 /// A joint without channels takes no text, but memory in every frame. Throws Error at the scanner's
 /// line if `frames` of `joints` would take more than ten times the text they come from plus 60 MB,
 /// or more than kMaxJointFrames.

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/motion/skillmimic.h"
 
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
@@ -10,7 +9,6 @@
 
 #include "geometry/error.h"
 #include "geometry/io/mesh/load_object.h"
-#include "geometry/io/pickle/data_file.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {
@@ -24,39 +22,27 @@ constexpr int kRootPosition = 0, kRootTurn = 3, kJointTurns = 9, kBodyPositions 
               kBallContact = 336;
 constexpr double kTouches = 0.5;
 
-struct NamedBody {
-  const char* name;
-  int parent;
-};
-
-// Depth first, as in the file; one side after the other.
-std::vector<NamedBody> Bodies() {
-  std::vector<NamedBody> bodies = {{"Pelvis", -1}};
-  const auto add = [&](const char* name, int parent) {
-    bodies.push_back({name, parent});
-    return static_cast<int>(bodies.size()) - 1;
-  };
-  const auto chain = [&](std::initializer_list<const char*> names, int parent) {
-    for (const char* name : names) parent = add(name, parent);
+// Adds the joints: depth first, as in the file; one side after the other.
+void AddJoints(SourceMotion& motion) {
+  const auto chain = [&](const std::string& prefix, std::initializer_list<const char*> names,
+                         int parent) {
+    for (const char* name : names) {
+      motion.joint_names.push_back(prefix + name);
+      motion.parents.push_back(parent);
+      parent = motion.NumJoints() - 1;
+    }
     return parent;
   };
-  chain({"L_Hip", "L_Knee", "L_Ankle", "L_Toe"}, 0);
-  chain({"R_Hip", "R_Knee", "R_Ankle", "R_Toe"}, 0);
-  const int chest = chain({"Torso", "Spine", "Spine2", "Chest"}, 0);
-  chain({"Neck", "Head"}, chest);
-  const int left = chain({"L_Thorax", "L_Shoulder", "L_Elbow", "L_Wrist"}, chest);
-  chain({"L_Index1", "L_Index2", "L_Index3"}, left);
-  chain({"L_Middle1", "L_Middle2", "L_Middle3"}, left);
-  chain({"L_Pinky1", "L_Pinky2", "L_Pinky3"}, left);
-  chain({"L_Ring1", "L_Ring2", "L_Ring3"}, left);
-  chain({"L_Thumb1", "L_Thumb2", "L_Thumb3"}, left);
-  const int right = chain({"R_Thorax", "R_Shoulder", "R_Elbow", "R_Wrist"}, chest);
-  chain({"R_Index1", "R_Index2", "R_Index3"}, right);
-  chain({"R_Middle1", "R_Middle2", "R_Middle3"}, right);
-  chain({"R_Pinky1", "R_Pinky2", "R_Pinky3"}, right);
-  chain({"R_Ring1", "R_Ring2", "R_Ring3"}, right);
-  chain({"R_Thumb1", "R_Thumb2", "R_Thumb3"}, right);
-  return bodies;
+  const int pelvis = chain("", {"Pelvis"}, -1);
+  for (const char* side : {"L_", "R_"}) chain(side, {"Hip", "Knee", "Ankle", "Toe"}, pelvis);
+  const int chest = chain("", {"Torso", "Spine", "Spine2", "Chest"}, pelvis);
+  chain("", {"Neck", "Head"}, chest);
+  for (const std::string side : {"L_", "R_"}) {
+    const int wrist = chain(side, {"Thorax", "Shoulder", "Elbow", "Wrist"}, chest);
+    for (const char* finger : {"Index", "Middle", "Pinky", "Ring", "Thumb"}) {
+      chain(side + finger, {"1", "2", "3"}, wrist);
+    }
+  }
 }
 
 Eigen::MatrixXd FiniteFrames(const DataValue& root) {
@@ -80,28 +66,25 @@ Eigen::MatrixXd FiniteFrames(const DataValue& root) {
   return table;
 }
 
-void AddRotations(const Eigen::MatrixXd& table, const std::vector<NamedBody>& bodies,
-                  SourceMotion& motion) {
-  motion.rotations.resize(static_cast<std::size_t>(table.cols()) * bodies.size());
+void AddRotations(const Eigen::MatrixXd& table, SourceMotion& motion) {
+  motion.rotations.resize(static_cast<std::size_t>(table.cols()) * kBodies);
   const auto turn = [&](Eigen::Index t, int column) {
     return Eigen::Quaterniond(ExpSO3(table.block<3, 1>(column, t)));
   };
   for (Eigen::Index t = 0; t < table.cols(); ++t) {
-    Eigen::Quaterniond* const q = &motion.rotations[static_cast<std::size_t>(t) * bodies.size()];
+    Eigen::Quaterniond* const q = &motion.rotations[static_cast<std::size_t>(t) * kBodies];
     q[0] = turn(t, kRootTurn);
-    for (std::size_t j = 1; j < bodies.size(); ++j) {
-      const int column = kJointTurns + 3 * static_cast<int>(j - 1);
-      q[j] = (q[bodies[j].parent] * turn(t, column)).normalized();
+    for (int j = 1; j < kBodies; ++j) {
+      q[j] = (q[motion.parents[j]] * turn(t, kJointTurns + 3 * (j - 1))).normalized();
     }
   }
 }
 
 // Mean directions in the parent's frame, at the mean lengths between the positions.
-void AddOffsets(const Eigen::MatrixXd& table, const std::vector<NamedBody>& bodies,
-                SourceMotion& motion) {
+void AddOffsets(const Eigen::MatrixXd& table, SourceMotion& motion) {
   motion.rest_offsets.setZero(3, kBodies);
   for (int j = 1; j < kBodies; ++j) {
-    const int parent = bodies[static_cast<std::size_t>(j)].parent;
+    const int parent = motion.parents[j];
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double length = 0;
     for (Eigen::Index t = 0; t < table.cols(); ++t) {
@@ -115,8 +98,7 @@ void AddOffsets(const Eigen::MatrixXd& table, const std::vector<NamedBody>& bodi
 }
 
 // Positions of body and ball over the frames, from the file's z-up world to a y-up world.
-void AddPositions(const Eigen::MatrixXd& table, const std::vector<NamedBody>& bodies,
-                  SourceMotion& motion) {
+void AddPositions(const Eigen::MatrixXd& table, SourceMotion& motion) {
   const Eigen::Quaterniond upright(
       Eigen::AngleAxisd(-0.5 * std::numbers::pi, Eigen::Vector3d::UnitX()));
   SourceMotion::Prop& ball = *motion.prop;
@@ -126,7 +108,7 @@ void AddPositions(const Eigen::MatrixXd& table, const std::vector<NamedBody>& bo
     Eigen::Matrix3Xd positions(3, kBodies);
     positions.col(0) = upright * Eigen::Vector3d(table.block<3, 1>(kRootPosition, t));
     for (int j = 1; j < kBodies; ++j) {
-      const int parent = bodies[static_cast<std::size_t>(j)].parent;
+      const int parent = motion.parents[j];
       positions.col(j) = positions.col(parent) +
                          motion.Rotation(static_cast<int>(t), parent) * motion.rest_offsets.col(j);
     }
@@ -158,20 +140,16 @@ bool LooksLikeSkillMimic(const DataValue& root) {
 
 SourceMotion ReadSkillMimic(const DataValue& root) {
   const Eigen::MatrixXd table = FiniteFrames(root);
-  const std::vector<NamedBody> bodies = Bodies();
   SourceMotion motion;
   motion.format = "SkillMimic";
   motion.frame_rate = kSkillMimicRate;
-  for (const NamedBody& body : bodies) {
-    motion.joint_names.emplace_back(body.name);
-    motion.parents.push_back(body.parent);
-  }
+  AddJoints(motion);
   motion.prop.emplace();
   motion.prop->name = "ball";
   motion.prop->mesh = BallMesh();
-  AddRotations(table, bodies, motion);
-  AddOffsets(table, bodies, motion);
-  AddPositions(table, bodies, motion);
+  AddRotations(table, motion);
+  AddOffsets(table, motion);
+  AddPositions(table, motion);
   motion.notes.push_back(fmt::format(
       "the file marks contact of a hand with the ball in {} of {} frames; its rotation is not "
       "recorded",
@@ -181,10 +159,6 @@ SourceMotion ReadSkillMimic(const DataValue& root) {
     motion.notes.emplace_back("no finger moves: hands are flat in every frame");
   }
   return motion;
-}
-
-SourceMotion ReadSkillMimic(const std::filesystem::path& path) {
-  return ReadSkillMimic(DataFile(path).Root());
 }
 
 }  // namespace holdfast

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-#include <filesystem>
 #include <string_view>
 
 #include "geometry/io/container/data_value.h"
@@ -25,7 +24,5 @@ bool LooksLikeSkillMimic(const DataValue& root);
 /// up; the result is y up. Throws Error for other shapes, no frames, and numbers that are not
 /// finite.
 SourceMotion ReadSkillMimic(const DataValue& root);
-/// Same for a file. Also throws Error for a file that is something else.
-SourceMotion ReadSkillMimic(const std::filesystem::path& path);
 
 }  // namespace holdfast

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include "geometry/error.h"
@@ -20,6 +19,7 @@
 #include "geometry/io/container/npy_header.h"
 #include "geometry/io/container/npz.h"
 #include "geometry/io/container/safetensors.h"
+#include "geometry/io/container/text_scanner.h"
 #include "geometry/io/container/zip_archive.h"
 #include "geometry/io/pickle/pickle.h"
 #include "geometry/io/pickle/torch_archive.h"
@@ -37,11 +37,8 @@ std::span<const std::byte> AsBytes(std::string_view text) {
 
 // Rejects files that users give by mistake, with a remedy.
 void RefuseKnownOthers(std::string_view head, const std::string& name) {
-  struct Other {
-    std::string_view begin, what, remedy;
-  };
   constexpr std::string_view kFetch = "Fetch the file itself";
-  constexpr Other kOthers[] = {
+  constexpr std::string_view kOthers[][3] = {
       {"\x89HDF", "is HDF5", "Save its arrays as .npz"},
       {"MATLAB 5.0", "is a MATLAB file", "Save its arrays as .npz (scipy.io.loadmat)"},
       {"version https://git-lfs", "is a pointer of git-lfs, not the data", "Run 'git lfs pull'"},
@@ -55,8 +52,8 @@ void RefuseKnownOthers(std::string_view head, const std::string& name) {
        "7zXZ",
        "is packed by xz", "Unpack it first (unxz)"},
   };
-  for (const Other& other : kOthers) {
-    if (head.starts_with(other.begin)) throw Error(name, other.what, other.remedy);
+  for (const auto& [begin, problem, remedy] : kOthers) {
+    if (head.starts_with(begin)) throw Error(name, problem, remedy);
   }
   if (head.size() > kTarMarkOffset && head.substr(kTarMarkOffset).starts_with("ustar")) {
     throw Error(name, "is a tar archive, or a file of torch before 0.4, which used that format",
@@ -91,14 +88,12 @@ DataFormat ZipFormat(const ZipArchive& archive) {
       continue;  // another member may decide
     }
   }
-  std::vector<std::string_view> names;
+  std::vector<std::string> names;
   for (const ZipMember& member : members) {
-    if (names.size() == kNamesInMessage) break;
-    names.push_back(member.name);
+    if (names.size() <= kNamesInMessage) names.emplace_back(member.name);
   }
   throw Error(archive.Source().Name(), "is a zip archive of neither numpy nor torch",
-              fmt::format("Unpack it first. It has: {}{}", fmt::join(names, ", "),
-                          members.size() > names.size() ? ", ..." : ""));
+              fmt::format("Unpack it first. It has: {}", SomeNames(names, kNamesInMessage)));
 }
 
 // Copies all values of `from` to `to`, which keeps them alive; returns the new index of `index`.
@@ -228,20 +223,20 @@ struct DataFile::Content {
 
   void OpenNpy(ByteSource source) {
     std::uint64_t at = 0;
-    const NpyStart start = ReadNpyStart(
+    NpyArray array = ReadNpyStart(
         [&](std::span<std::byte> target) {
           source.ReadAt(at, target);
           at += target.size();
         },
-        path.string(), NpyObjects::kAllowed);
-    if (start.array.kind == 'O') {
+        path.string(), true);
+    if (array.kind == 'O') {
       std::vector<std::byte> pickle(static_cast<std::size_t>(source.Size() - at));
       source.ReadAt(at, pickle);
       root = ReadObjectArray(OwnBytes(std::move(pickle)), path.string(), Options(0));
       return;
     }
-    NpyDataBytes(start.array, source.Size() - at, path.string());
-    npy = NpyFile{std::move(source), start.array, at};
+    NpyDataBytes(array, source.Size() - at, path.string());
+    npy = NpyFile{std::move(source), std::move(array), at};
   }
 
   DataValue ReadNpy() const {
@@ -272,7 +267,7 @@ struct DataFile::Content {
   // A pickle may be well compressed within its file.
   PickleOptions Options(std::size_t packed_pickle_bytes) const {
     PickleOptions options;
-    options.limits.max_memory = MemoryLimit() + 2 * packed_pickle_bytes;
+    options.max_memory = MemoryLimit() + 2 * packed_pickle_bytes;
     options.nested_torch_file = [where = path.string()](std::span<const std::byte> file,
                                                         ElementType& element) {
       return ReadNestedTorchStorage(file, where, element);
@@ -387,9 +382,9 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
   }
   bool string(string_t& text) override { return Put(store_.AddText(std::move(text))); }
   bool binary(binary_t&) override { return false; }  // for formats other than JSON
-  bool start_object(std::size_t) override { return Open(store_.AddDict(), true); }
+  bool start_object(std::size_t) override { return Open(store_.AddDict()); }
   bool end_object() override { return Close(); }
-  bool start_array(std::size_t) override { return Open(store_.AddList(), false); }
+  bool start_array(std::size_t) override { return Open(store_.AddList()); }
   bool end_array() override { return Close(); }
   bool key(string_t& name) override {
     key_ = store_.AddText(std::move(name));
@@ -411,28 +406,23 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
   }
 
  private:
-  struct Level {
-    NodeIndex container;
-    bool is_dict;
-  };
-
   bool Put(NodeIndex value) {
     if (open_.empty()) {
       root_ = value;
-    } else if (open_.back().is_dict) {
-      store_.SetItem(open_.back().container, key_, value);
+    } else if (std::holds_alternative<ListNode>(store_[open_.back()])) {
+      store_.Append(open_.back(), value);
     } else {
-      store_.Append(open_.back().container, value);
+      store_.SetItem(open_.back(), key_, value);
     }
     return true;
   }
-  bool Open(NodeIndex container, bool is_dict) {
+  bool Open(NodeIndex container) {
     if (open_.size() == kMaxDepth) {
       throw Error(store_.Where(), fmt::format("is nested more than {} levels deep", kMaxDepth),
                   "Reduce its nesting");
     }
     Put(container);
-    open_.push_back({container, is_dict});
+    open_.push_back(container);
     return true;
   }
   bool Close() {
@@ -443,7 +433,7 @@ class Builder : public nlohmann::json_sax<nlohmann::json> {
   DataStore& store_;
   std::string_view text_;
   std::size_t offset_ = 0;
-  std::vector<Level> open_;
+  std::vector<NodeIndex> open_;  // containers
   NodeIndex key_ = 0;
   NodeIndex root_ = 0;
 };

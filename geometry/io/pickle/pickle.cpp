@@ -14,6 +14,9 @@
 namespace holdfast {
 namespace {
 
+// Steps from the root to the deepest value, along the shortest path if there are several.
+constexpr std::size_t kMaxPickleDepth = 1000;
+
 // Calls `visit` for each value that a node holds.
 template <typename Visit>
 void ForEachChild(const DataNode& node, Visit&& visit) {
@@ -28,14 +31,14 @@ void ForEachChild(const DataNode& node, Visit&& visit) {
 }
 
 // Level by level from the root; each value counts at its smallest depth, so that cycles end.
-void CheckDepth(DataStore& store, NodeIndex root, std::size_t max_depth) {
+void CheckDepth(DataStore& store, NodeIndex root) {
   store.Charge(store.NumNodes() * (1 + 2 * sizeof(NodeIndex)));
   std::vector<bool> seen(store.NumNodes(), false);
   std::vector<NodeIndex> level{root}, next;
   seen[root] = true;
   for (std::size_t depth = 0; !level.empty(); ++depth) {
-    if (depth > max_depth) {
-      throw Error(store.Where(), fmt::format("is nested more than {} values deep", max_depth),
+    if (depth > kMaxPickleDepth) {
+      throw Error(store.Where(), fmt::format("is nested more than {} values deep", kMaxPickleDepth),
                   "The file is damaged or hostile: get it from its source again");
     }
     next.clear();
@@ -50,17 +53,11 @@ void CheckDepth(DataStore& store, NodeIndex root, std::size_t max_depth) {
   }
 }
 
-struct Reading {
-  std::shared_ptr<const DataStore> store;
-  NodeIndex root;
-  bool root_is_scalar;  ///< an array of objects without dimensions, which stands for its only item
-};
-
-Reading Read(DataBytes bytes, const std::string& where, const PickleOptions& options,
-             std::size_t* bytes_read = nullptr) {
-  const std::size_t limit = options.limits.max_memory != 0
-                                ? options.limits.max_memory
-                                : DataStore::DefaultLimit(bytes.view.size());
+// `is_object_array`: an array of objects without dimensions stands for its only item.
+DataValue Read(DataBytes bytes, std::string where, const PickleOptions& options,
+               std::size_t* bytes_read, bool is_object_array) {
+  const std::size_t limit =
+      options.max_memory != 0 ? options.max_memory : DataStore::DefaultLimit(bytes.view.size());
   auto store = std::make_shared<DataStore>(where, limit);
   if (!bytes.owner) {
     store->Charge(bytes.view.size());
@@ -70,27 +67,26 @@ Reading Read(DataBytes bytes, const std::string& where, const PickleOptions& opt
   PickleScanner scanner(bytes.view, where);
   PickleContext context{*store, scanner, options};
   PickleMachine machine(scanner, context);
-  const NodeIndex root = machine.Run();
+  NodeIndex root = machine.Run();
   if (bytes_read != nullptr) *bytes_read = scanner.Position();
   machine.Finish();
-  CheckDepth(*store, root, options.limits.max_depth);
+  CheckDepth(*store, root);
   store->Finish();
-  return {std::move(store), root, machine.IsObjectScalar(root)};
+  if (is_object_array && machine.IsObjectScalar(root)) {
+    root = std::get<ListNode>((*store)[root]).items.front();
+  }
+  return DataValue(std::move(store), root, std::move(where));
 }
 
 }  // namespace
 
 DataValue ReadPickle(DataBytes bytes, std::string where, const PickleOptions& options,
                      std::size_t* bytes_read) {
-  const Reading reading = Read(std::move(bytes), where, options, bytes_read);
-  return DataValue(reading.store, reading.root, std::move(where));
+  return Read(std::move(bytes), std::move(where), options, bytes_read, false);
 }
 
 DataValue ReadObjectArray(DataBytes pickle, std::string where, const PickleOptions& options) {
-  const Reading reading = Read(std::move(pickle), where, options);
-  NodeIndex root = reading.root;
-  if (reading.root_is_scalar) root = std::get<ListNode>((*reading.store)[root]).items.front();
-  return DataValue(reading.store, root, std::move(where));
+  return Read(std::move(pickle), std::move(where), options, nullptr, true);
 }
 
 bool LooksLikePickle(std::span<const std::byte> head) {

@@ -33,15 +33,6 @@ namespace holdfast {
 // - *All arithmetic on sizes is checked*, and arrays are checked against their bytes.
 // - Every fault of a file ends in an Error with the position in bytes.
 
-/// Limits for a pickle.
-struct PickleLimits {
-  /// Steps from the root to the deepest value (along the shortest path, if there are several).
-  std::size_t max_depth = 1000;
-  std::size_t max_values = std::size_t{1} << 28;
-  /// Bytes; 0 stands for DataStore::DefaultLimit() of the pickle's size.
-  std::size_t max_memory = 0;
-};
-
 /// Request for numbers of a torch tensor, which are stored outside the pickle, under a key.
 struct TorchStorageRequest {
   std::string key;
@@ -50,7 +41,8 @@ struct TorchStorageRequest {
 };
 
 struct PickleOptions {
-  PickleLimits limits;
+  /// Bytes that the values may take; 0 stands for DataStore::DefaultLimit() of the pickle's size.
+  std::size_t max_memory = 0;
   /// Returns the bytes of a torch storage, at least count x element.size (fewer are an Error of the
   /// reader). Called once per key, after the pickle's last byte, when `bytes_read` of ReadPickle is
   /// already set: in older torch files the storages follow the pickle. Without it, a pickle that
@@ -59,8 +51,6 @@ struct PickleOptions {
   /// Reads what torch.save wrote into bytes inside a pickle (torch.storage._load_from_bytes), and
   /// returns the bytes of its only storage. Without it, such a pickle is rejected.
   std::function<DataBytes(std::span<const std::byte> file, ElementType& element)> nested_torch_file;
-  /// Buffers of protocol 5 outside the pickle, in the order of their use.
-  std::vector<DataBytes> buffers;
 };
 
 /// Returns the value of one pickle, which other bytes may follow: `bytes_read`, if given, is set to

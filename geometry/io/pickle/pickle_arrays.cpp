@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <charconv>
-#include <limits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/npy_header.h"
 
 namespace holdfast {
 namespace {
@@ -19,18 +19,6 @@ constexpr std::size_t kMaxItemSize = std::size_t{1} << 20;
 constexpr std::size_t kDtypeBytes = 96;
 
 }  // namespace
-
-std::optional<std::size_t> CheckedProduct(std::span<const std::size_t> factors, std::size_t first) {
-  std::size_t product = first;
-  bool overflows = false;
-  for (const std::size_t factor : factors) {
-    if (factor == 0) return 0;
-    overflows |= product > std::numeric_limits<std::size_t>::max() / factor;
-    product *= factor;
-  }
-  if (overflows) return std::nullopt;
-  return product;
-}
 
 std::optional<std::vector<std::size_t>> PickleContext::SizesAt(NodeIndex index) const {
   const std::vector<NodeIndex>* items = ItemsAt(index);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 // The names that a pickle may use. To allow another class whose instances are plain data, add a row
 // with kInstance: its fields become names of a DataValue. No row executes anything.
@@ -90,7 +91,7 @@ constexpr AllowedGlobal kAllowed[] = {
     {"scipy.sparse.arrays", "csr_array", kInstance},
     {"scipy.sparse.arrays", "coo_array", kInstance},
 
-    // chumpy, used by the first SMPL and MANO models (see data_numbers.h)
+    // chumpy, used by the first SMPL and MANO models (see data_numbers.cpp)
     {"chumpy.ch", "Ch", kInstance},
     {"chumpy", "Ch", kInstance},
     {"chumpy.reordering", "Select", kInstance},
@@ -144,10 +145,8 @@ constexpr AllowedGlobal kAllowed[] = {
     {"torch", "bool", kClassOnly, "b1"},
 };
 
-struct Rename {
-  std::string_view now;
-  std::string_view then;
-};
+// Names now, and in the table.
+using Rename = std::pair<std::string_view, std::string_view>;
 
 constexpr Rename kModules[] = {
     {"__builtin__", "builtins"},

@@ -100,7 +100,4 @@ struct PickleContext {
   std::optional<std::vector<std::size_t>> SizesAt(NodeIndex index) const;
 };
 
-/// Product of `first` and all factors; nullopt on overflow.
-std::optional<std::size_t> CheckedProduct(std::span<const std::size_t> factors, std::size_t first);
-
 }  // namespace holdfast

@@ -2,22 +2,16 @@
 #include "geometry/io/pickle/pickle_machine.h"
 
 #include <algorithm>
-#include <limits>
 
 #include <fmt/format.h>
 
+#include "geometry/io/container/text_scanner.h"
 #include "geometry/io/pickle/pickle_text.h"
 
 namespace holdfast {
 namespace {
 
-// A name from a pickle for an error message: printable and short.
-std::string Printable(std::string_view name) {
-  constexpr std::size_t kLongest = 80;
-  std::string text;
-  for (const char c : name.substr(0, kLongest)) text.push_back(c >= ' ' && c <= '~' ? c : '?');
-  return name.size() > kLongest ? text + "..." : text;
-}
+constexpr std::size_t kShownName = 80;
 
 }  // namespace
 
@@ -26,7 +20,7 @@ NodeIndex PickleCalls::Global(std::string_view module, std::string_view name) {
   if (row == nullptr) {
     context_.scanner.FailRefused(
         fmt::format("asks for '{}.{}', which is refused: nothing in a file is executed",
-                    Printable(module), Printable(name)),
+                    Excerpt(module, kShownName), Excerpt(name, kShownName)),
         "If you trust the file, load it in Python and save what is needed as arrays (numpy.savez)");
   }
   std::string full = fmt::format("{}.{}", module, name);
@@ -87,8 +81,9 @@ NodeIndex PickleCalls::Latin1(const Arguments& arguments) {
   const auto encoding = arguments.size() != 2 ? std::nullopt : context_.TextAt(arguments[1]);
   if (!text || !encoding) context_.scanner.FailDamaged("encodes a value that is not text");
   if (*encoding != "latin1" && *encoding != "latin-1") {
-    context_.scanner.FailRefused(fmt::format("holds bytes encoded as '{}'", Printable(*encoding)),
-                                 "Save it again with Python's own pickle");
+    context_.scanner.FailRefused(
+        fmt::format("holds bytes encoded as '{}'", Excerpt(*encoding, kShownName)),
+        "Save it again with Python's own pickle");
   }
   context_.store.Charge(text->size());  // temporaries cost time, too
   auto bytes = EncodeLatin1(*text);
@@ -251,6 +246,7 @@ namespace {
 // Memo numbers up to this far beyond the memo's end extend it.
 constexpr std::uint64_t kMemoGap = 64;
 constexpr std::size_t kFarMemoEntry = 64;
+constexpr std::size_t kMaxValues = std::size_t{1} << 28;
 
 // Makes room for one more value, which is charged first.
 template <typename T>
@@ -271,8 +267,8 @@ NodeIndex PickleMachine::Run() {
         !RunText(opcode) && !RunCall(opcode)) {
       FailOpcode(opcode);
     }
-    if (store_.NumNodes() > options_.limits.max_values) {
-      scanner_.FailDamaged(fmt::format("holds more than {} values", options_.limits.max_values));
+    if (store_.NumNodes() > kMaxValues) {
+      scanner_.FailDamaged(fmt::format("holds more than {} values", kMaxValues));
     }
   }
   if (stack_.size() != 1 || !marks_.empty()) {
@@ -328,12 +324,10 @@ std::vector<NodeIndex> PickleMachine::PopToMark() {
 void PickleMachine::PushInteger(std::string_view decimal) {
   const auto value = ParseDecimal(decimal);
   if (!value) scanner_.FailDamaged("has an unreadable whole number");
-  const auto* integer = std::get_if<std::int64_t>(&*value);
-  Push(integer ? store_.AddInteger(*integer) : store_.AddReal(std::get<double>(*value)));
+  PushWhole(*value);
 }
 
-void PickleMachine::PushTwosComplement(std::string_view bytes) {
-  const PickleInteger value = ParseTwosComplement(bytes);
+void PickleMachine::PushWhole(const PickleInteger& value) {
   const auto* integer = std::get_if<std::int64_t>(&value);
   Push(integer ? store_.AddInteger(*integer) : store_.AddReal(std::get<double>(value)));
 }
@@ -388,17 +382,6 @@ std::uint64_t PickleMachine::DecimalPlace() {
   const auto* integer = place ? std::get_if<std::int64_t>(&*place) : nullptr;
   if (integer == nullptr || *integer < 0) scanner_.FailDamaged("has an unreadable memo number");
   return static_cast<std::uint64_t>(*integer);
-}
-
-void PickleMachine::PushNextBuffer() {
-  if (next_buffer_ == options_.buffers.size()) {
-    scanner_.FailRefused("needs buffers that lie outside of the file (protocol 5)",
-                         "Save it without buffer_callback");
-  }
-  const DataBytes& buffer = options_.buffers[next_buffer_++];
-  store_.Keep(buffer.owner);
-  Push(
-      store_.AddBytesView({reinterpret_cast<const char*>(buffer.view.data()), buffer.view.size()}));
 }
 
 std::string_view PickleMachine::TextOf(NodeIndex name) const {

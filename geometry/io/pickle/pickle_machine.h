@@ -57,7 +57,7 @@ class PickleCalls {
 class PickleMachine {
  public:
   PickleMachine(PickleScanner& scanner, PickleContext& context)
-      : scanner_(scanner), store_(context.store), options_(context.options), calls_(context) {}
+      : scanner_(scanner), store_(context.store), calls_(context) {}
 
   /// Runs to STOP and returns the remaining value.
   NodeIndex Run();
@@ -84,26 +84,23 @@ class PickleMachine {
   std::vector<NodeIndex> PopToMark();
 
   void PushInteger(std::string_view decimal);
-  void PushTwosComplement(std::string_view bytes);
+  void PushWhole(const PickleInteger& value);
   void PushUnicode(std::string_view utf8);
   void PushTuple(int count);
   void SetItems(const std::vector<NodeIndex>& keys_and_values);
   void Memoize(std::uint64_t place);
   void PushMemo(std::uint64_t place);
   std::uint64_t DecimalPlace();
-  void PushNextBuffer();
   std::string_view TextOf(NodeIndex name) const;
 
   PickleScanner& scanner_;
   DataStore& store_;
-  const PickleOptions& options_;
   PickleCalls calls_;
   std::vector<NodeIndex> stack_;
   std::vector<std::size_t> marks_;                         ///< heights of the stack
   std::vector<NodeIndex> memo_;                            ///< by number, for consecutive numbers
   std::unordered_map<std::uint64_t, NodeIndex> far_memo_;  ///< for the others
   std::size_t memo_size_ = 0;
-  std::size_t next_buffer_ = 0;
   std::vector<NodeIndex> small_integers_;
 };
 

@@ -51,14 +51,14 @@ bool PickleMachine::RunNumber(unsigned char opcode) {
       Push(store_.AddInteger(static_cast<std::int64_t>(scanner_.Unsigned(2))));
       return true;
     case 0x8a:
-      PushTwosComplement(scanner_.Counted(1));
+      PushWhole(ParseTwosComplement(scanner_.Counted(1)));
       return true;
     case 0x8b: {
       const std::uint64_t length = scanner_.Unsigned(4);
       if (length > std::numeric_limits<std::int32_t>::max()) {
         scanner_.FailDamaged("has an integer of negative length");
       }
-      PushTwosComplement(scanner_.Take(length));
+      PushWhole(ParseTwosComplement(scanner_.Take(length)));
       return true;
     }
     case 'F': {
@@ -116,8 +116,8 @@ bool PickleMachine::RunText(unsigned char opcode) {
       Push(store_.AddBytesView(scanner_.Counted(8)));
       return true;
     case 0x97:
-      PushNextBuffer();
-      return true;
+      scanner_.FailRefused("needs buffers that lie outside of the file (protocol 5)",
+                           "Save it without buffer_callback");
     case 0x98:  // marks a buffer as read-only, as all are here
       Top();
       return true;

@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/text_scanner.h"
 
 namespace holdfast {
 namespace {
@@ -18,25 +20,6 @@ std::optional<unsigned> Hexadecimal(std::string_view digits) {
   const auto [stop, error] = std::from_chars(digits.data(), end, value, 16);
   if (error != std::errc() || stop != end || digits.empty()) return std::nullopt;
   return value;
-}
-
-void AppendUtf8(std::string& text, unsigned code) {
-  const auto put = [&](unsigned byte) { text.push_back(static_cast<char>(byte)); };
-  if (code < 0x80) {
-    put(code);
-  } else if (code < 0x800) {
-    put(0xc0 | code >> 6);
-    put(0x80 | (code & 0x3f));
-  } else if (code < 0x10000) {
-    put(0xe0 | code >> 12);
-    put(0x80 | (code >> 6 & 0x3f));
-    put(0x80 | (code & 0x3f));
-  } else {
-    put(0xf0 | code >> 18);
-    put(0x80 | (code >> 12 & 0x3f));
-    put(0x80 | (code >> 6 & 0x3f));
-    put(0x80 | (code & 0x3f));
-  }
 }
 
 // Appends what the escape at the front of `rest` (after its backslash) stands for, and removes it.
@@ -200,10 +183,7 @@ std::string_view PickleScanner::Line() {
 }
 
 std::uint64_t PickleScanner::Unsigned(int bytes) {
-  const std::string_view raw = Take(static_cast<std::uint64_t>(bytes));
-  std::uint64_t value = 0;
-  for (int i = bytes; i-- > 0;) value = value << 8 | static_cast<std::uint8_t>(raw[i]);
-  return value;
+  return FromLittleEndian(Take(static_cast<std::uint64_t>(bytes)));
 }
 
 void PickleScanner::FailDamaged(std::string_view problem) const {

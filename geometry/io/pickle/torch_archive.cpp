@@ -49,7 +49,7 @@ class TorchArchive {
     }
     big_endian_ = IsBigEndian();
     PickleOptions options;
-    options.limits.max_memory = budget_;
+    options.max_memory = budget_;
     options.storage = [this](const TorchStorageRequest& request) { return Storage(request); };
     options.nested_torch_file = [this](std::span<const std::byte> file, ElementType& element) {
       return ReadNestedTorchStorage(file, archive_.Source().Name(), element);
@@ -191,7 +191,7 @@ class LegacyReader {
   DataValue NextPickle(std::function<DataBytes(const TorchStorageRequest&)> storage) {
     if (at_ >= file_.view.size()) Damaged("ends too early");
     PickleOptions options;
-    options.limits.max_memory = DataStore::DefaultLimit(file_.view.size());
+    options.max_memory = DataStore::DefaultLimit(file_.view.size());
     options.storage = std::move(storage);
     std::size_t bytes_read = 0;
     DataValue value =

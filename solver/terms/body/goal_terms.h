@@ -30,7 +30,7 @@ struct Gaze {
     constexpr int kHeadJoint = 15;
     const Eigen::Vector3d face = state.Placed().rotation[kHeadJoint].col(2);
     residuals = (face - wanted) / sigma;
-    J_residuals_change = state.HeadDirectionJacobian(face) / sigma;
+    J_residuals_change = state.DirectionJacobian(kHeadJoint, face) / sigma;
   }
 };
 
@@ -134,8 +134,8 @@ struct HeldAtFace {
                  share * (placed.joints.col(kHeadJoint) + from_head)) /
                 sigma_m;
     J_residuals_change =
-        (state.PointJacobian(wrist) -
-         share * (state.PointJacobian(kHeadJoint) + state.HeadDirectionJacobian(from_head))) /
+        (state.PointJacobian(wrist) - share * (state.PointJacobian(kHeadJoint) +
+                                               state.DirectionJacobian(kHeadJoint, from_head))) /
         sigma_m;
   }
 };

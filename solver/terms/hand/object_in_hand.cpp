@@ -174,7 +174,7 @@ void ObjectInHand::FindNear(const Eigen::Matrix3Xd& z) {
     if ((o.array() < low.array()).any() || (o.array() > high.array()).any()) continue;
     int vertex = 0;
     const double distance = NearestVertex(z, o, kFar, vertex);
-    if (distance < kFar) near_.push_back({static_cast<int>(j), distance});
+    if (distance < kFar) near_.emplace_back(static_cast<int>(j), distance);
   }
   near_at_ = z;
 }
@@ -191,29 +191,27 @@ bool ObjectInHand::Watch(const Eigen::Matrix3Xd& z) {
   candidates_.clear();
   const Eigen::Matrix3Xi& faces = hand_.Surface().Faces();
   constexpr double kFar = kReach + kWatchMargin;
-  for (const Near& near : near_) {
-    if (near.distance - moved > kFar) continue;
-    const Eigen::Vector3d o = samples_.col(near.sample);
+  for (const auto& [sample, distance] : near_) {
+    if (distance - moved > kFar) continue;
+    const Eigen::Vector3d o = samples_.col(sample);
     int vertex = -1;
     NearestVertex(z, o, kFar, vertex);
     if (vertex < 0 || at_edge_[static_cast<std::size_t>(vertex)]) continue;
     const std::size_t begin = candidates_.size();
     Nearest nearest(z, faces, o);
     for (const int f : faces_around_[static_cast<std::size_t>(vertex)]) {
-      candidates_.push_back({f, std::sqrt(nearest.Show(f))});
+      candidates_.emplace_back(std::sqrt(nearest.Show(f)), f);
     }
     const double depth = nearest.Depth();
     // The skin may move by the margin, and so may the nearest point.
     const double within = depth < -2.0 * kWatchMargin ? -1.0 : std::abs(depth) + 2.0 * kWatchMargin;
     const auto first = candidates_.begin() + static_cast<std::ptrdiff_t>(begin);
-    candidates_.erase(std::remove_if(first, candidates_.end(),
-                                     [&](const Candidate& c) { return c.distance > within; }),
-                      candidates_.end());
+    candidates_.erase(
+        std::remove_if(first, candidates_.end(), [&](const auto& c) { return c.first > within; }),
+        candidates_.end());
     if (candidates_.size() == begin) continue;
-    std::sort(first, candidates_.end(), [](const Candidate& a, const Candidate& b) {
-      return std::pair(a.distance, a.face) < std::pair(b.distance, b.face);
-    });
-    watched_.push_back({near.sample, depth, begin, candidates_.size()});
+    std::sort(first, candidates_.end());
+    watched_.push_back({sample, depth, begin, candidates_.size()});
   }
   watched_at_ = z;
   return true;
@@ -228,9 +226,9 @@ double ObjectInHand::Add(const Eigen::Matrix3Xd& z, SkinRows& rows) const {
     if (watched.depth + moved <= give_m_) continue;
     Nearest nearest(z, faces, samples_.col(watched.sample));
     for (std::size_t k = watched.begin; k < watched.end; ++k) {
-      const double least = candidates_[k].distance - moved;
+      const double least = candidates_[k].first - moved;
       if (least > 0.0 && least * least > nearest.Squared() * (1.0 + 1e-6)) break;
-      nearest.Show(candidates_[k].face);
+      nearest.Show(candidates_[k].second);
     }
     const double depth = nearest.Depth();
     if (depth <= give_m_) continue;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -41,14 +42,6 @@ class ObjectInHand final : public SkinTerm {
     double depth;            // at watched_at_
     std::size_t begin, end;  // range in candidates_
   };
-  struct Candidate {
-    int face;
-    double distance;  // from the sample, at watched_at_
-  };
-  struct Near {
-    int sample;
-    double distance;  // of the nearest vertex, at near_at_
-  };
   struct Clump {
     std::vector<int> vertices;
     Eigen::Vector3d center;
@@ -68,9 +61,11 @@ class ObjectInHand final : public SkinTerm {
   std::vector<std::vector<int>> faces_around_;  // per vertex, within two rings
   std::vector<bool> at_edge_;                   // per vertex: near the open edge
   std::vector<Clump> clumps_;                   // clusters of nearby vertices
-  std::vector<Near> near_;                      // samples within reach
+  // Samples within reach, with the distance of the nearest vertex at near_at_.
+  std::vector<std::pair<int, double>> near_;
   std::vector<Watched> watched_;
-  std::vector<Candidate> candidates_;      // per sample, nearest first
+  // Per sample, distance at watched_at_ and face, nearest first.
+  std::vector<std::pair<double, int>> candidates_;
   Eigen::Matrix3Xd near_at_, watched_at_;  // z at their selection
 };
 

@@ -228,28 +228,4 @@ class Temporal final : public ceres::SizedCostFunction<51, 4, 3, kHandDofs> {
   double scale_;
 };
 
-/// Only the fingers' part of E_t, for a second hand on the same object: 45 residuals, radians.
-/// Parameter block: fingers P (45).
-class FingerTemporal final : public ceres::SizedCostFunction<kHandDofs, kHandDofs> {
- public:
-  FingerTemporal(const FingerPose& fingers, double weight)
-      : fingers_(fingers), scale_(std::sqrt(weight)) {}
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    Eigen::Map<FingerPose> r(residuals);
-    r = scale_ * (Eigen::Map<const FingerPose>(parameters[0]) - fingers_);
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, kHandDofs, kHandDofs, Eigen::RowMajor>> J(jacobians[0]);
-      J.setIdentity();
-      J *= scale_;
-    }
-    return true;
-  }
-
- private:
-  FingerPose fingers_;
-  double scale_;
-};
-
 }  // namespace holdfast

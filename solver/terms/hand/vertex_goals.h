@@ -82,11 +82,7 @@ class Slip final : public VertexTerm {
     for (Eigen::Index i = 0; i < z.cols(); ++i) distances(i) = object.Distance(z.col(i));
     const double limit = std::max(0.0, distances.minCoeff()) + touch_m;
     for (Eigen::Index i = 0; i < z.cols(); ++i) {
-      if (distances(i) >= limit) continue;
-      Contact contact;
-      contact.vertex = i;
-      contact.distance = distances(i);
-      contacts_.push_back(contact);
+      if (distances(i) < limit) contacts_.push_back({i, distances(i)});
     }
     MoveTo(z);
   }
@@ -135,10 +131,8 @@ class Slip final : public VertexTerm {
 
  private:
   struct Contact {
-    Eigen::Index vertex = 0;
-    double distance = 0.0;                             // d_i0
-    Eigen::Vector3d at = Eigen::Vector3d::Zero();      // y_i
-    Eigen::Vector3d normal = Eigen::Vector3d::Zero();  // n_i
+    Eigen::Index vertex;
+    double distance;  // d_i0
   };
 
   const DistanceGrid& object_;

@@ -3,46 +3,79 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 #include <vector>
 
 #include <ceres/cost_function.h>
-#include <ceres/sized_cost_function.h>
 #include <Eigen/Core>
 
 namespace holdfast {
+
+/// A term of a motion that is given by its evaluation: as CostFunction::Evaluate.
+template <typename Evaluation>
+class EvaluatedTerm final : public ceres::CostFunction {
+ public:
+  EvaluatedTerm(int num_residuals, const std::vector<int>& block_sizes, Evaluation evaluation)
+      : evaluation_(std::move(evaluation)) {
+    set_num_residuals(num_residuals);
+    *mutable_parameter_block_sizes() = block_sizes;
+  }
+  bool Evaluate(double const* const* parameters, double* residuals,
+                double** jacobians) const override {
+    return evaluation_(parameters, residuals, jacobians);
+  }
+
+ private:
+  Evaluation evaluation_;
+};
+
+using MotionTerm = std::shared_ptr<const ceres::CostFunction>;
+
+template <typename Evaluation>
+MotionTerm MakeTerm(int num_residuals, const std::vector<int>& block_sizes, Evaluation evaluation) {
+  return std::make_shared<EvaluatedTerm<Evaluation>>(num_residuals, block_sizes,
+                                                     std::move(evaluation));
+}
+template <int kResiduals, int... kBlockSizes, typename Evaluation>
+MotionTerm MakeTerm(Evaluation evaluation) {
+  return MakeTerm(kResiduals, {kBlockSizes...}, std::move(evaluation));
+}
+
+/// `scale` max(0, |off| / dt - most) for a horizontal way `off`, and its derivative by the way's
+/// end.
+inline double HorizontalExcess(const Eigen::Vector2d& off, double dt, double most, double scale,
+                               Eigen::Vector3d& slope) {
+  const double length = off.norm(), beyond = length / dt - most;
+  slope.setZero();
+  if (beyond > 0.0) slope.head<2>() = scale / (dt * length) * off;
+  return scale * std::max(0.0, beyond);
+}
 
 /// Direction of the forearm, for the approach of the hand.
 ///
 ///   r = sqrt(w) ((q_wrist - q_elbow) / |q_wrist - q_elbow| - a),   3 residuals
 ///
 /// Parameter blocks: positions of elbow and wrist (3 each, world, meters). a: unit vector.
-class ApproachDirection final : public ceres::SizedCostFunction<3, 3, 3> {
- public:
-  ApproachDirection(const Eigen::Vector3d& direction, double weight)
-      : direction_(direction), scale_(std::sqrt(weight)) {}
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const Eigen::Vector3d way = Eigen::Map<const Eigen::Vector3d>(parameters[1]) -
-                                Eigen::Map<const Eigen::Vector3d>(parameters[0]);
-    const double length = std::max(way.norm(), 1e-9);
-    const Eigen::Vector3d unit = way / length;
-    Eigen::Map<Eigen::Vector3d>{residuals} = scale_ * (unit - direction_);
-    if (jacobians == nullptr) return true;
-    const Eigen::Matrix3d J_unit_way =
-        scale_ / length * (Eigen::Matrix3d::Identity() - unit * unit.transpose());
-    for (const int k : {0, 1}) {
-      if (jacobians[k] == nullptr) continue;
-      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{jacobians[k]} =
-          k == 0 ? Eigen::Matrix3d(-J_unit_way) : J_unit_way;
-    }
-    return true;
-  }
-
- private:
-  Eigen::Vector3d direction_;
-  double scale_;
-};
+inline MotionTerm ApproachDirection(const Eigen::Vector3d& direction, double weight) {
+  return MakeTerm<3, 3, 3>(
+      [direction, scale = std::sqrt(weight)](auto parameters, auto residuals, auto jacobians) {
+        const Eigen::Vector3d way = Eigen::Map<const Eigen::Vector3d>(parameters[1]) -
+                                    Eigen::Map<const Eigen::Vector3d>(parameters[0]);
+        const double length = std::max(way.norm(), 1e-9);
+        const Eigen::Vector3d unit = way / length;
+        Eigen::Map<Eigen::Vector3d>{residuals} = scale * (unit - direction);
+        if (jacobians == nullptr) return true;
+        const Eigen::Matrix3d J_unit_way =
+            scale / length * (Eigen::Matrix3d::Identity() - unit * unit.transpose());
+        for (const int k : {0, 1}) {
+          if (jacobians[k] == nullptr) continue;
+          Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{jacobians[k]} =
+              k == 0 ? Eigen::Matrix3d(-J_unit_way) : J_unit_way;
+        }
+        return true;
+      });
+}
 
 /// A joint reaches a target at some time within a window: soft minimum of its distance over n
 /// frames,
@@ -52,68 +85,63 @@ class ApproachDirection final : public ceres::SizedCostFunction<3, 3, 3> {
 /// One residual, meters; never less than the minimum distance, and close to it for small tau. The
 /// gradient of s^2 / 2 is sum_t p_t (q_t - G) with p = softmax(-|q_t - G|^2 / tau^2): frames are
 /// weighted by their proximity. Parameter blocks: the joint's positions q_t (n times 3, world,
-/// meters). The time of arrival is free.
-class FirstArrival final : public ceres::CostFunction {
- public:
-  /// `tau_m`: tau as a distance, meters.
-  FirstArrival(const Eigen::Vector3d& goal, int num_frames, double tau_m, double weight)
-      : goal_(goal), tau_(tau_m), scale_(std::sqrt(weight)) {
-    set_num_residuals(1);
-    mutable_parameter_block_sizes()->assign(static_cast<std::size_t>(num_frames), 3);
-  }
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const std::size_t n = parameter_block_sizes().size();
+/// meters). The time of arrival is free. `tau_m`: tau as a distance, meters.
+inline MotionTerm FirstArrival(const Eigen::Vector3d& goal, int num_frames, double tau_m,
+                               double weight) {
+  const auto evaluate = [goal, n = static_cast<std::size_t>(num_frames), tau = tau_m,
+                         scale = std::sqrt(weight)](auto parameters, auto residuals,
+                                                    auto jacobians) {
     std::vector<double> share(n);
     double least = INFINITY;
     for (std::size_t t = 0; t < n; ++t) {
-      share[t] = (Eigen::Map<const Eigen::Vector3d>(parameters[t]) - goal_).squaredNorm();
+      share[t] = (Eigen::Map<const Eigen::Vector3d>(parameters[t]) - goal).squaredNorm();
       least = std::min(least, share[t]);
     }
     double sum = 0.0;
-    for (double& value : share) sum += value = std::exp((least - value) / (tau_ * tau_));
-    const double squared = least - tau_ * tau_ * std::log(sum / static_cast<double>(n));
+    for (double& value : share) sum += value = std::exp((least - value) / (tau * tau));
+    const double squared = least - tau * tau * std::log(sum / static_cast<double>(n));
     const double s = std::sqrt(std::max(squared, 1e-18));
-    residuals[0] = scale_ * s;
+    residuals[0] = scale * s;
     if (jacobians == nullptr) return true;
     for (std::size_t t = 0; t < n; ++t) {
       if (jacobians[t] == nullptr) continue;
       Eigen::Map<Eigen::Vector3d>{jacobians[t]} =
-          scale_ * share[t] / (sum * s) *
-          (Eigen::Map<const Eigen::Vector3d>(parameters[t]) - goal_);
+          scale * share[t] / (sum * s) * (Eigen::Map<const Eigen::Vector3d>(parameters[t]) - goal);
     }
     return true;
-  }
+  };
+  return MakeTerm(1, std::vector<int>(static_cast<std::size_t>(num_frames), 3), evaluate);
+}
 
- private:
-  Eigen::Vector3d goal_;
-  double tau_, scale_;
-};
-
-/// Target position of a joint.
+/// Keeps a parameter block near a given point: a joint near its goal, latents near their sample.
 ///
-///   r = sqrt(w) (q - G),   3 residuals, meters
+///   r = sqrt(w) (x - x_0),   n residuals
 ///
-/// Parameter block: the joint's position q (3, world, meters). `weight` w on the sum. This is the
-/// goal of WANDR's VAE + opt at a given frame (Diomataris et al. 2024, sec. 4).
-class JointGoal final : public ceres::SizedCostFunction<3, 3> {
+/// Parameter block: x (n). `weight` w on the sum. For a joint (world, meters), this is the goal of
+/// WANDR's VAE + opt at a given frame (Diomataris et al. 2024, sec. 4). For latents, with x_0 a
+/// sample of N(0, I), the result stays at the typical radius of samples; with x_0 = 0 this is the
+/// paper's prior, which biases motions towards the mean.
+class NearPoint final : public ceres::CostFunction {
  public:
-  JointGoal(const Eigen::Vector3d& goal, double weight) : goal_(goal), scale_(std::sqrt(weight)) {}
+  NearPoint(Eigen::VectorXd point, double weight)
+      : point_(std::move(point)), scale_(std::sqrt(weight)) {
+    set_num_residuals(static_cast<int>(point_.size()));
+    *mutable_parameter_block_sizes() = {num_residuals()};
+  }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    Eigen::Map<Eigen::Vector3d>{residuals} =
-        scale_ * (Eigen::Map<const Eigen::Vector3d>(parameters[0]) - goal_);
+    const Eigen::Index n = point_.size();
+    Eigen::Map<Eigen::VectorXd>(residuals, n) =
+        scale_ * (Eigen::Map<const Eigen::VectorXd>(parameters[0], n) - point_);
     if (jacobians != nullptr && jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{jacobians[0]} =
-          scale_ * Eigen::Matrix3d::Identity();
+      Eigen::Map<Eigen::MatrixXd>(jacobians[0], n, n) = scale_ * Eigen::MatrixXd::Identity(n, n);
     }
     return true;
   }
 
  private:
-  Eigen::Vector3d goal_;
+  Eigen::VectorXd point_;
   double scale_;
 };
 
@@ -123,27 +151,19 @@ class JointGoal final : public ceres::SizedCostFunction<3, 3> {
 ///
 /// Parameter block: the pelvis (3, world, meters). Without this term, a body that stopped too early
 /// bends to cover the remaining distance.
-class StandNear final : public ceres::SizedCostFunction<1, 3> {
- public:
-  StandNear(const Eigen::Vector3d& goal, double farthest_m, double weight)
-      : goal_(goal.head<2>()), farthest_(farthest_m), scale_(std::sqrt(weight)) {}
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const Eigen::Vector2d way = Eigen::Map<const Eigen::Vector2d>(parameters[0]) - goal_;
-    const double length = way.norm(), beyond = length - farthest_;
-    residuals[0] = scale_ * std::max(0.0, beyond);
-    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
-    Eigen::Map<Eigen::Vector3d> slope(jacobians[0]);
-    slope.setZero();
-    if (beyond > 0.0) slope.head<2>() = scale_ / length * way;
-    return true;
-  }
-
- private:
-  Eigen::Vector2d goal_;
-  double farthest_, scale_;
-};
+inline MotionTerm StandNear(const Eigen::Vector3d& goal, double farthest_m, double weight) {
+  return MakeTerm<1, 3>(
+      [stand = Eigen::Vector2d(goal.head<2>()), farthest = farthest_m, scale = std::sqrt(weight)](
+          auto parameters, auto residuals, auto jacobians) {
+        const Eigen::Vector2d way = Eigen::Map<const Eigen::Vector2d>(parameters[0]) - stand;
+        Eigen::Vector3d slope;
+        residuals[0] = HorizontalExcess(way, 1.0, farthest, scale, slope);
+        if (jacobians != nullptr && jacobians[0] != nullptr) {
+          Eigen::Map<Eigen::Vector3d>{jacobians[0]} = slope;
+        }
+        return true;
+      });
+}
 
 /// Turns the face to a target.
 ///
@@ -151,33 +171,35 @@ class StandNear final : public ceres::SizedCostFunction<1, 3> {
 ///
 /// Parameter blocks: the head's rotation A to the world (9, row-major; SMPL-X faces look along z),
 /// the head's position q (3, world, meters).
-class LookAt final : public ceres::SizedCostFunction<3, 9, 3> {
- public:
-  LookAt(const Eigen::Vector3d& goal, double weight) : goal_(goal), scale_(std::sqrt(weight)) {}
+inline MotionTerm LookAt(const Eigen::Vector3d& goal, double weight) {
+  return MakeTerm<3, 9, 3>(
+      [goal, scale = std::sqrt(weight)](auto parameters, auto residuals, auto jacobians) {
+        const Eigen::Vector3d way = goal - Eigen::Map<const Eigen::Vector3d>(parameters[1]);
+        const double distance = std::max(way.norm(), 1e-6);
+        const Eigen::Vector3d wanted = way / distance;
+        for (int k = 0; k < 3; ++k) residuals[k] = scale * (parameters[0][3 * k + 2] - wanted[k]);
+        if (jacobians == nullptr) return true;
+        if (jacobians[0] != nullptr) {
+          Eigen::Map<Eigen::Matrix<double, 3, 9, Eigen::RowMajor>> J(jacobians[0]);
+          J.setZero();
+          for (int k = 0; k < 3; ++k) J(k, 3 * k + 2) = scale;
+        }
+        if (jacobians[1] != nullptr) {
+          Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{jacobians[1]} =
+              scale / distance * (Eigen::Matrix3d::Identity() - wanted * wanted.transpose());
+        }
+        return true;
+      });
+}
 
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const Eigen::Vector3d way = goal_ - Eigen::Map<const Eigen::Vector3d>(parameters[1]);
-    const double distance = std::max(way.norm(), 1e-6);
-    const Eigen::Vector3d wanted = way / distance;
-    for (int k = 0; k < 3; ++k) residuals[k] = scale_ * (parameters[0][3 * k + 2] - wanted[k]);
-    if (jacobians == nullptr) return true;
-    if (jacobians[0] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 3, 9, Eigen::RowMajor>> J(jacobians[0]);
-      J.setZero();
-      for (int k = 0; k < 3; ++k) J(k, 3 * k + 2) = scale_;
-    }
-    if (jacobians[1] != nullptr) {
-      Eigen::Map<Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>{jacobians[1]} =
-          scale_ / distance * (Eigen::Matrix3d::Identity() - wanted * wanted.transpose());
-    }
-    return true;
-  }
-
- private:
-  Eigen::Vector3d goal_;
-  double scale_;
-};
+/// Writes `scale` times the derivative of the angle of `facing` = S A e_z by A (9, row-major); does
+/// nothing without a `jacobian`.
+inline void WriteHeadingJacobian(const Eigen::Vector2d& facing, double scale, double* jacobian) {
+  if (jacobian == nullptr) return;
+  std::fill_n(jacobian, 9, 0.0);
+  jacobian[2] = -scale * facing.y() / facing.squaredNorm();
+  jacobian[5] = scale * facing.x() / facing.squaredNorm();
+}
 
 /// Heading along the path while walking.
 ///
@@ -185,28 +207,17 @@ class LookAt final : public ceres::SizedCostFunction<3, 9, 3> {
 ///
 /// Parameter block: the pelvis' rotation to the world (9, row-major; SMPL-X faces along z); d is
 /// the direction of the path. Returns false for a pelvis that faces straight up or down.
-class HeadingAlong final : public ceres::SizedCostFunction<1, 9> {
- public:
-  HeadingAlong(const Eigen::Vector2d& direction, double weight)
-      : direction_(direction), scale_(std::sqrt(weight)) {}
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
-    const Eigen::Vector2d facing(parameters[0][2], parameters[0][5]);
-    if (facing.squaredNorm() < 1e-12) return false;
-    residuals[0] = scale_ * std::atan2(facing.x() * direction_.y() - facing.y() * direction_.x(),
-                                       facing.dot(direction_));
-    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
-    std::fill_n(jacobians[0], 9, 0.0);
-    jacobians[0][2] = scale_ * facing.y() / facing.squaredNorm();
-    jacobians[0][5] = -scale_ * facing.x() / facing.squaredNorm();
-    return true;
-  }
-
- private:
-  Eigen::Vector2d direction_;
-  double scale_;
-};
+inline MotionTerm HeadingAlong(const Eigen::Vector2d& direction, double weight) {
+  return MakeTerm<1, 9>(
+      [direction, scale = std::sqrt(weight)](auto parameters, auto residuals, auto jacobians) {
+        const Eigen::Vector2d facing(parameters[0][2], parameters[0][5]);
+        if (facing.squaredNorm() < 1e-12) return false;
+        residuals[0] = scale * std::atan2(facing.x() * direction.y() - facing.y() * direction.x(),
+                                          facing.dot(direction));
+        if (jacobians != nullptr) WriteHeadingJacobian(facing, -scale, jacobians[0]);
+        return true;
+      });
+}
 
 /// Limits the turning rate of the pelvis.
 ///
@@ -216,35 +227,22 @@ class HeadingAlong final : public ceres::SizedCostFunction<1, 9> {
 /// Parameter blocks: the pelvis' rotation to the world in one frame and a later one (9 each,
 /// row-major; SMPL-X faces along z); dt: time between them, seconds. Returns false for a pelvis
 /// that faces straight up or down.
-class HeadingTurn final : public ceres::SizedCostFunction<1, 9, 9> {
- public:
-  HeadingTurn(double fastest_rad_s, double dt_s, double weight)
-      : fastest_(fastest_rad_s), dt_(dt_s), scale_(std::sqrt(weight)) {}
-
-  bool Evaluate(double const* const* parameters, double* residuals,
-                double** jacobians) const override {
+inline MotionTerm HeadingTurn(double fastest_rad_s, double dt_s, double weight) {
+  return MakeTerm<1, 9, 9>([fastest = fastest_rad_s, dt = dt_s, scale = std::sqrt(weight)](
+                               auto parameters, auto residuals, auto jacobians) {
     const Eigen::Vector2d before(parameters[0][2], parameters[0][5]);
     const Eigen::Vector2d after(parameters[1][2], parameters[1][5]);
     if (before.squaredNorm() < 1e-12 || after.squaredNorm() < 1e-12) return false;
     const double angle =
         std::atan2(before.x() * after.y() - before.y() * after.x(), before.dot(after));
-    const double beyond = std::abs(angle) / dt_ - fastest_;
-    residuals[0] = scale_ * std::max(0.0, beyond);
+    const double beyond = std::abs(angle) / dt - fastest;
+    residuals[0] = scale * std::max(0.0, beyond);
     if (jacobians == nullptr) return true;
-    const double slope = beyond > 0.0 ? std::copysign(scale_ / dt_, angle) : 0.0;
-    const auto write = [](double* jacobian, const Eigen::Vector2d& facing, double by) {
-      if (jacobian == nullptr) return;
-      std::fill_n(jacobian, 9, 0.0);
-      jacobian[2] = -by * facing.y() / facing.squaredNorm();
-      jacobian[5] = by * facing.x() / facing.squaredNorm();
-    };
-    write(jacobians[0], before, -slope);
-    write(jacobians[1], after, slope);
+    const double slope = beyond > 0.0 ? std::copysign(scale / dt, angle) : 0.0;
+    WriteHeadingJacobian(before, -slope, jacobians[0]);
+    WriteHeadingJacobian(after, slope, jacobians[1]);
     return true;
-  }
-
- private:
-  double fastest_, dt_, scale_;
-};
+  });
+}
 
 }  // namespace holdfast

@@ -15,6 +15,7 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/rotation.h"
 #include "tests/generator/test_body.h"
+#include "tests/support/error_text.h"
 
 namespace holdfast {
 namespace {
@@ -224,13 +225,8 @@ TEST(ActionCatalog, HasGrabsNamesAndEmbeddedObjects) {
 }
 
 TEST(ActionCatalog, NamesTheNearestForAnUnknownAction) {
-  try {
-    FindScriptedAction("drnk");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("'drink'"));
-    EXPECT_THAT(error.what(), HasSubstr("takepicture"));
-  }
+  EXPECT_THAT(testing::ErrorText([] { FindScriptedAction("drnk"); }),
+              ::testing::AllOf(HasSubstr("'drink'"), HasSubstr("takepicture")));
 }
 
 TEST(ObjectMarks, OfTheMugAreItsRim) {

@@ -165,14 +165,6 @@ TEST(ActionSequence, TwoMirrorsMakeItWhatItWas) {
   EXPECT_LT((twice.canonical.turn - sequence.canonical.turn).cwiseAbs().maxCoeff(), 1e-12);
 }
 
-TEST(ActionSequence, GrabsRotationsOfObjectsAreTheTransposed) {
-  const ActionSequence sequence = testing::ComposedSequence(2, 1);
-  const RotationColumns rows = sequence.ObjectRotationForRows();
-  const Eigen::Matrix3d R =
-      wandr::RotationFromRows12<double>(Eigen::Vector<double, 6>(rows.col(9)));
-  EXPECT_LT((R.transpose() - sequence.ObjectRotation(9)).cwiseAbs().maxCoeff(), 1e-12);
-}
-
 TEST(ActionSet, IsSplitBySubject) {
   const TemporaryFolder folder;
   testing::WriteComposedSet(folder.Path(), 2, {"s1", "s2", "s3", "s10"});
@@ -185,7 +177,8 @@ TEST(ActionSet, IsSplitBySubject) {
   EXPECT_EQ(paper.test[0].subject, "s10");
   EXPECT_EQ(paper.test[0].name, "apple_pass_1");
   ActionSetOptions ours;
-  ours.split = {{}, {"s3", "s10"}};
+  ours.validation = {};
+  ours.test = {"s3", "s10"};
   ours.without = {"pass"};
   ours.threads = 2;
   const ActionSet set = ReadActionSet({folder.Path()}, BodyModel::Default(), ours);

@@ -23,7 +23,6 @@ using nn::testing::RunNetwork;
 using nn::testing::SupportedIsas;
 using testing::DrawnNetwork;
 using ::testing::HasSubstr;
-using wandr::testing::NumericGradient;
 using wandr::testing::RelativeError;
 
 double MillionsOf(const Config& config, const std::string& module, bool training) {
@@ -60,7 +59,7 @@ TEST(ImosConfig, TheCompactOneFitsSevenMegabytesAtHalfPrecision) {
 
 TEST(ImosConfig, TextsComeBack) {
   for (Config config : {PaperConfig(), CompactConfig(), testing::SmallConfig()}) {
-    config.modules = Modules::kOne;
+    config.has_arms = false;
     config.self_attention = false;
     config.arm_order = ArmOrder::kRightThenLeft;
     auto texts = ConfigTexts(config);
@@ -183,11 +182,11 @@ TEST(BlockNetwork, IsItsDefinitionOnEveryInstructionSet) {
                             expected_d = PlainDecoder(weights.tensors, d);
       for (const Isa isa : SupportedIsas()) {
         SCOPED_TRACE(std::string(IsaName(isa)) + ", columns: " + std::to_string(columns));
-        const Network<double> exact(weights, false, isa);
+        const Network<double> exact(weights, isa);
         EXPECT_LT(RelativeError(RunNetwork(exact.ArmsCondition(), c), expected_c), 1e-13);
         EXPECT_LT(RelativeError(RunNetwork(exact.ArmsEncoder(), e), expected_e), 1e-13);
         EXPECT_LT(RelativeError(RunNetwork(exact.ArmsDecoder(), d), expected_d), 1e-13);
-        const Network<float> single(weights, false, isa);
+        const Network<float> single(weights, isa);
         EXPECT_LT(RelativeError(RunNetwork(single.ArmsCondition(), c), expected_c), 5e-6);
         EXPECT_LT(RelativeError(RunNetwork(single.ArmsEncoder(), e), expected_e), 5e-6);
         EXPECT_LT(RelativeError(RunNetwork(single.ArmsDecoder(), d), expected_d), 5e-6);
@@ -196,43 +195,14 @@ TEST(BlockNetwork, IsItsDefinitionOnEveryInstructionSet) {
   }
 }
 
-TEST(BlockNetwork, VectorJacobianProductIsTheDerivative) {
-  std::srand(5);
-  for (const Config& config : {testing::SmallConfig(), StraightConfig()}) {
-    const NetworkWeights weights = DrawnNetwork(config, 6);
-    const nn::TensorMap& t = weights.tensors;
-    for (const Isa isa : SupportedIsas()) {
-      SCOPED_TRACE(IsaName(isa));
-      const Network<double> network(weights, true, isa);
-      nn::testing::CheckBackward(network.ArmsCondition(), [&](const Eigen::VectorXd& x) {
-        return PlainCondition(t, x, config.arms_condition).col(0).eval();
-      });
-      nn::testing::CheckBackward(network.ArmsEncoder(), [&](const Eigen::VectorXd& x) {
-        return PlainEncoder(t, x).col(0).eval();
-      });
-      nn::testing::CheckBackward(network.ArmsDecoder(), [&](const Eigen::VectorXd& x) {
-        return PlainDecoder(t, x).col(0).eval();
-      });
-    }
-  }
-}
-
 TEST(BlockNetwork, AColumnDoesNotDependOnItsNeighbors) {
   const NetworkWeights weights = DrawnNetwork(CompactConfig(), 2);
   for (const Isa isa : SupportedIsas()) {
     SCOPED_TRACE(IsaName(isa));
-    const Network<float> network(weights, false, isa);
+    const Network<float> network(weights, isa);
     nn::testing::CheckColumnsAreAlone(
         network.BodyEncoder(), Eigen::MatrixXd::Random(network.BodyEncoder().InputSize(), 23));
   }
-}
-
-TEST(BlockNetwork, SingleGradientsAreThoseOfDouble) {
-  const NetworkWeights weights = DrawnNetwork(CompactConfig(), 8);
-  const Network<float> single(weights, true);
-  const Network<double> exact(weights, true);
-  EXPECT_LT(nn::testing::SingleGradientError(single.ArmsEncoder(), exact.ArmsEncoder()), 1e-5);
-  EXPECT_LT(nn::testing::SingleGradientError(single.BodyDecoder(), exact.BodyDecoder()), 1e-5);
 }
 
 // Attention by the paper's steps: heads of `width`, queries, keys, values, and what combines them.
@@ -276,25 +246,23 @@ Eigen::VectorXd PlainAttention(const NetworkWeights& weights, const Eigen::Vecto
 TEST(SelfAttention, IsItsDefinition) {
   std::srand(7);
   Config one = testing::SmallConfig();
-  one.modules = Modules::kOne;
+  one.has_arms = false;
   one.attention_heads = 3;
   one.attention_width = 5;
   for (const Config& config : {PaperConfig(), one}) {
     const NetworkWeights weights = DrawnNetwork(config, 9);
     const Network<double> network(weights);
     const Network<float> single(weights);
-    auto tape = network.SelfAttention()->MakeTape();
-    auto single_tape = single.SelfAttention()->MakeTape();
     for (int k = 0; k < 5; ++k) {
       const Eigen::VectorXd pose =
           2.0 * Eigen::VectorXf::Random(config.BodyPoseSize()).cast<double>();
       const Eigen::VectorXd expected = PlainAttention(weights, pose);
       Eigen::VectorXd found(pose.size());
-      network.SelfAttention()->Forward(pose.data(), found.data(), tape);
+      network.SelfAttention()->Forward(pose.data(), found.data());
       EXPECT_LT(RelativeError(found, expected), 1e-13);
       const Eigen::VectorXf single_pose = pose.cast<float>();
       Eigen::VectorXf single_found(pose.size());
-      single.SelfAttention()->Forward(single_pose.data(), single_found.data(), single_tape);
+      single.SelfAttention()->Forward(single_pose.data(), single_found.data());
       EXPECT_LT(RelativeError(single_found.cast<double>(), expected), 1e-5);
     }
   }
@@ -307,27 +275,6 @@ TEST(SelfAttention, PositionsAreThePublishedOnes) {
   EXPECT_NEAR(code(0, 3), std::sin(3.0), 1e-15);
   EXPECT_NEAR(code(1, 3), std::cos(3.0 / std::pow(10000.0, 1.0 / 3.0)), 1e-15);
   EXPECT_NEAR(code(4, 15), std::sin(15.0 / std::pow(10000.0, 4.0 / 3.0)), 1e-15);
-}
-
-TEST(SelfAttention, VectorJacobianProductIsTheDerivative) {
-  std::srand(8);
-  const NetworkWeights weights = DrawnNetwork(testing::SmallConfig(), 10);
-  const Network<double> network(weights, true);
-  const Attention<double>& attention = *network.SelfAttention();
-  auto tape = attention.MakeTape();
-  const Eigen::VectorXd pose = Eigen::VectorXd::Random(kTrunkSize);
-  Eigen::VectorXd out(kTrunkSize);
-  attention.Forward(pose.data(), out.data(), tape);
-  for (int k = 0; k < 3; ++k) {
-    const Eigen::VectorXd row = Eigen::VectorXd::Random(kTrunkSize);
-    const Eigen::VectorXd before = Eigen::VectorXd::Random(kTrunkSize);
-    Eigen::VectorXd bar = before;
-    attention.Backward(tape, row.data(), bar.data());
-    const auto value = [&](const Eigen::VectorXd& step) {
-      return row.dot(PlainAttention(weights, pose + step));
-    };
-    EXPECT_LT(RelativeError(bar - before, NumericGradient(value, kTrunkSize)), 1e-8) << "it adds";
-  }
 }
 
 TEST(ImosWeights, ComeBackFromAFile) {

@@ -22,8 +22,6 @@ using testing::DrawnNetwork;
 using testing::Given;
 using testing::RandomGiven;
 using testing::Roll;
-using wandr::testing::NumericGradient;
-using wandr::testing::RelativeError;
 
 struct Named {
   const char* name;
@@ -34,15 +32,15 @@ std::vector<Named> AllKinds() {
   std::vector<Named> kinds{{"compact", testing::SmallConfig()}};
   Config published = testing::SmallConfig();
   published.arms_see_class = false;
-  published.arms_object = ArmsObject::kTranslation;
+  published.arms_see_object_pose = false;
   published.object_now = ObjectInput::kTrue;
   published.arm_order = ArmOrder::kRightThenLeft;
-  published.root = RootTranslation::kGiven;
-  published.attended_past = AttentionInput::kReplace;
+  published.predicts_root = false;
+  published.keeps_past_poses = false;
   published.sees_progress = false;
   kinds.push_back({"published", published});
   Config one = testing::SmallConfig();
-  one.modules = Modules::kOne;
+  one.has_arms = false;
   kinds.push_back({"one module", one});
   Config plain = testing::SmallConfig();
   plain.self_attention = false;
@@ -50,126 +48,6 @@ std::vector<Named> AllKinds() {
   plain.object_now = ObjectInput::kAbsent;
   kinds.push_back({"no attention", plain});
   return kinds;
-}
-
-// What a rollout makes, weighted and summed: poses and roots of all frames.
-struct Functional {
-  std::vector<Eigen::MatrixXd> of_poses, of_roots;  // per frame, (132 x N m), (3 x N m)
-  int rows;
-
-  Functional(int samples, int frames, int m) : rows(m) {
-    for (int f = 0; f < frames; ++f) {
-      of_poses.push_back(Eigen::MatrixXd::Random(kPoseSize, samples * m));
-      of_roots.push_back(Eigen::MatrixXd::Random(3, samples * m));
-    }
-  }
-  double Of(const Rollout<double>& rollout, int column) const {
-    double sum = 0.0;
-    for (int f = 0; f < rollout.NumFrames(); ++f) {
-      sum += of_poses[f].col(column).dot(rollout.Frame(f).pose.col(column / rows)) +
-             of_roots[f].col(column).dot(rollout.Frame(f).root.col(column / rows));
-    }
-    return sum;
-  }
-};
-
-// All that a sample is given, one below the other, so that one can step along any of it.
-Eigen::VectorXd Flat(const Given<double>& given, int i) {
-  std::vector<double> values;
-  const auto add = [&](const auto& column) {
-    values.insert(values.end(), column.begin(), column.end());
-  };
-  add(given.conditions.col(i));
-  add(given.noise.col(i));
-  for (const auto& frame : given.history) {
-    add(frame.pose.col(i));
-    add(frame.root.col(i));
-  }
-  for (const auto& object : given.objects) add(object.col(i));
-  return Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
-void Move(Given<double>& given, int i, const Eigen::VectorXd& step) {
-  Eigen::Index at = 0;
-  const auto move = [&](auto&& column) {
-    column += step.segment(at, column.size());
-    at += column.size();
-  };
-  move(given.conditions.col(i));
-  move(given.noise.col(i));
-  for (auto& frame : given.history) {
-    move(frame.pose.col(i));
-    move(frame.root.col(i));
-  }
-  for (auto& object : given.objects) move(object.col(i));
-  for (int f = 0; f < kHistory; ++f) given.history[f].object = given.objects[f];
-}
-
-Eigen::VectorXd Flat(const RolloutGradient<double>& gradient, int c) {
-  std::vector<double> values;
-  const auto add = [&](const auto& column) {
-    values.insert(values.end(), column.begin(), column.end());
-  };
-  add(gradient.condition.col(c));
-  add(gradient.noise.col(c));
-  for (const auto& frame : gradient.history) {
-    add(frame.pose.col(c));
-    add(frame.root.col(c));
-  }
-  for (const auto& object : gradient.objects) add(object.col(c));
-  return Eigen::Map<Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-}
-
-// Of one step (5 key frames) and of several.
-TEST(ImosRollout, VectorJacobianProductIsTheDerivative) {
-  std::srand(11);
-  constexpr int kSamples = 2, kRows = 2;
-  for (const auto& [name, config] : AllKinds()) {
-    const Network<double> network(DrawnNetwork(config, 14), true);
-    for (const int frames : {5, 8}) {
-      SCOPED_TRACE(std::string(name) + ", frames: " + std::to_string(frames));
-      const Given<double> given = RandomGiven(config, kSamples, frames, 15);
-      Rollout<double> rollout(network, kSamples, frames, true);
-      Roll(rollout, given, config.NoiseSize());
-      const Functional functional(kSamples, frames, kRows);
-      RolloutGradient<double> gradient;
-      rollout.Backward({functional.of_poses, functional.of_roots}, kRows, gradient);
-      Rollout<double> moved(network, kSamples, frames);
-      const int c = frames == 5 ? 0 : 3, i = c / kRows;
-      const auto value = [&](const Eigen::VectorXd& step) {
-        Given<double> other = given;
-        Move(other, i, step);
-        Roll(moved, other, config.NoiseSize());
-        return functional.Of(moved, c);
-      };
-      const Eigen::Index size = Flat(given, i).size();
-      EXPECT_LT(RelativeError(Flat(gradient, c), NumericGradient(value, size)), 2e-7);
-    }
-  }
-}
-
-TEST(ImosRollout, SingleGradientsAreThoseOfDouble) {
-  const Config config = CompactConfig();
-  const NetworkWeights weights = DrawnNetwork(config, 16);
-  const Given<double> given = RandomGiven(config, 3, 9, 17);
-  const Network<double> exact(weights, true);
-  const Network<float> single(weights, true);
-  Rollout<double> a(exact, 3, 9, true);
-  Rollout<float> b(single, 3, 9, true);
-  Roll(a, given, config.NoiseSize());
-  Roll(b, given.Cast<float>(), config.NoiseSize());
-  RolloutSeed<double> seed;
-  seed.poses.resize(9);
-  seed.poses[8] = Eigen::MatrixXf::Random(kPoseSize, 3).cast<double>();
-  RolloutSeed<float> single_seed;
-  single_seed.poses.resize(9);
-  single_seed.poses[8] = seed.poses[8].cast<float>();
-  RolloutGradient<double> of_a;
-  RolloutGradient<float> of_b;
-  a.Backward(seed, 1, of_a);
-  b.Backward(single_seed, 1, of_b);
-  EXPECT_LT((of_b.noise.cast<double>() - of_a.noise).norm(), 1e-4 * of_a.noise.norm());
-  EXPECT_LT((of_b.condition.cast<double>() - of_a.condition).norm(), 1e-4 * of_a.condition.norm());
 }
 
 TEST(ImosRollout, ASampleDoesNotDependOnTheOthers) {
@@ -205,15 +83,13 @@ TEST(ImosRollout, StepsAllocateNothing) {
   constexpr int kSamples = 5, kFrames = 10;
   for (const auto& [name, config] : AllKinds()) {
     SCOPED_TRACE(name);
-    const Network<float> network(DrawnNetwork(config, 20), true);
+    const Network<float> network(DrawnNetwork(config, 20));
     const Given<float> given = RandomGiven(config, kSamples, kFrames, 21).Cast<float>();
-    for (const bool differentiable : {false, true}) {
-      Rollout<float> rollout(network, kSamples, kFrames, differentiable);
-      const long before = holdfast::testing::AllocationCount();
-      Roll(rollout, given, config.NoiseSize());
-      Roll(rollout, given, config.NoiseSize());
-      EXPECT_EQ(holdfast::testing::AllocationCount(), before);
-    }
+    Rollout<float> rollout(network, kSamples, kFrames);
+    const long before = holdfast::testing::AllocationCount();
+    Roll(rollout, given, config.NoiseSize());
+    Roll(rollout, given, config.NoiseSize());
+    EXPECT_EQ(holdfast::testing::AllocationCount(), before);
   }
   const long before = holdfast::testing::AllocationCount();
   const Eigen::VectorXf some(50);
@@ -325,7 +201,7 @@ TEST(RunSynthesis, PosesAreRotationsAndWhatTheCallbackSaw) {
 
 TEST(RunSynthesis, RootsAreGivenOrPredicted) {
   Config given = testing::SmallConfig();
-  given.root = RootTranslation::kGiven;
+  given.predicts_root = false;
   const Scene scene(given, 2);
   std::vector<Eigen::Matrix3Xd> roots(2, Eigen::Matrix3Xd::Random(3, 15));
   const SynthesisRequest request{.starts = scene.starts, .roots = roots};

@@ -9,10 +9,12 @@
 #include "generator/imos/vocabulary.h"
 #include "geometry/embedded.h"
 #include "geometry/error.h"
+#include "tests/support/error_text.h"
 
 namespace holdfast::imos {
 namespace {
 
+using holdfast::testing::ErrorText;
 using ::testing::HasSubstr;
 
 std::string_view Label(const Intent& intent) { return Actions()[intent.action].label; }
@@ -66,30 +68,20 @@ TEST(Vocabulary, SentencesAsPeopleSayThem) {
   expect("switches on the flashlight", "switchON", "flashlight");
 }
 
-template <typename Call>
-std::string ErrorOf(const Call& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 TEST(Vocabulary, UnknownNamesSuggestTheNearest) {
-  EXPECT_THAT(ErrorOf([] { ActionId("drnik", "--action"); }),
+  EXPECT_THAT(ErrorText([] { ActionId("drnik", "--action"); }),
               HasSubstr("--action: there is no action 'drnik'. Did you mean 'drink'?"));
-  const std::string error = ErrorOf([] { ObjectId("weinglass"); });
+  const std::string error = ErrorText([] { ObjectId("weinglass"); });
   EXPECT_THAT(error, HasSubstr("Did you mean 'wineglass'?"));
   EXPECT_THAT(error, HasSubstr("mug, elephant"));  // and lists all
-  EXPECT_THAT(ErrorOf([] { ActionId("xylophonically"); }), Not(HasSubstr("Did you mean")));
-  EXPECT_THAT(ErrorOf([] { ParseSentence("the person swims with the mug"); }),
+  EXPECT_THAT(ErrorText([] { ActionId("xylophonically"); }), Not(HasSubstr("Did you mean")));
+  EXPECT_THAT(ErrorText([] { ParseSentence("the person swims with the mug"); }),
               HasSubstr("none of its words is a known action"));
-  EXPECT_THAT(ErrorOf([] { ParseSentence("the person drinks from the zeppelin"); }),
+  EXPECT_THAT(ErrorText([] { ParseSentence("the person drinks from the zeppelin"); }),
               HasSubstr("none of its words is a known object"));
-  EXPECT_THAT(ErrorOf([] { ParseSentence("drink from the binocculars"); }),
+  EXPECT_THAT(ErrorText([] { ParseSentence("drink from the binocculars"); }),
               HasSubstr("Did you mean 'binoculars'?"));
-  EXPECT_THAT(ErrorOf([] { ParseSentence(" ... "); }), HasSubstr("no word"));
+  EXPECT_THAT(ErrorText([] { ParseSentence(" ... "); }), HasSubstr("no word"));
 }
 
 TEST(Vocabulary, EmbeddedMeshesAreInIt) {

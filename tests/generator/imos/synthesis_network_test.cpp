@@ -6,6 +6,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/byte_source.h"
+#include "tests/support/error_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -37,12 +38,8 @@ TEST(SynthesisNetwork, KnowsWhatItWasTrainedOn) {
 
   weights.notes["seen"] = "mugs";
   imos::WriteNetwork(weights, file);
-  try {
-    LoadSynthesisNetwork(file);
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("its note 'seen' is not a JSON object"));
-  }
+  EXPECT_THAT(testing::ErrorText([&] { LoadSynthesisNetwork(file); }),
+              HasSubstr("its note 'seen' is not a JSON object"));
 }
 
 }  // namespace

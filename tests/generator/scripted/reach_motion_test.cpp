@@ -50,12 +50,9 @@ TEST(ReachMotion, WristGoesThroughItsKeys) {
   for (const Side side : {Side::kRight, Side::kLeft}) {
     ScriptedReachOptions options;
     options.side = side;
-    ScriptedReachReport report;
     const std::vector<ReachKey> keys = Keys(side);
-    const Clip clip = MakeReachMotion(DefaultMeasures(), keys, options, &report);
+    const Clip clip = MakeReachMotion(DefaultMeasures(), keys, options);
     EXPECT_EQ(clip.NumFrames(), 55);
-    EXPECT_EQ(report.frames_out_of_reach, 0);
-    EXPECT_LT(report.max_wrist_error_m, 1e-6);
     const auto frames = JointTrajectory(clip, DefaultMeasures().rest_joints);
     for (const ReachKey& key : keys) {
       const int t = static_cast<int>(std::lround(key.time_s * clip.frame_rate));
@@ -146,13 +143,10 @@ TEST(ReachMotion, HeadTurnsTowardsTheHand) {
   EXPECT_GT(left, head_yaw() + 0.1);
 }
 
-TEST(ReachMotion, FarTargetsAreReportedNotForced) {
+TEST(ReachMotion, FarTargetsAreNotForced) {
   std::vector<ReachKey> keys = Keys(Side::kRight);
   keys[1].wrist = {-0.2, -2.0, 1.2};
-  ScriptedReachReport report;
-  const Clip clip = MakeReachMotion(DefaultMeasures(), keys, {}, &report);
-  EXPECT_GT(report.frames_out_of_reach, 0);
-  EXPECT_GT(report.max_wrist_error_m, 0.5);
+  const Clip clip = MakeReachMotion(DefaultMeasures(), keys);
   for (const JointPose& pose : clip.pose) EXPECT_TRUE(pose.allFinite());
 }
 

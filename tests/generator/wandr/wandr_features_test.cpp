@@ -89,15 +89,9 @@ TEST(BodyKinematics, IsTheBodyModels) {
               .norm(),
           1e-13);
     }
-    // In float, over a batch.
-    const std::vector<Pose<float>> batch(3, pose.Cast<float>());
-    Eigen::MatrixXf joints = Eigen::MatrixXf::Constant(kJointNumbers, 3, NAN);
-    ForwardKinematics<float>(DefaultBones().Cast<float>(), batch, joints);
-    EXPECT_LT((joints.col(2).cast<double>() -
-               Eigen::Map<const Eigen::VectorXd>(kinematics.joints.data(), kJointNumbers))
-                  .cwiseAbs()
-                  .maxCoeff(),
-              3e-6);
+    BodyKinematics<float> single;
+    ForwardKinematics(DefaultBones().Cast<float>(), pose.Cast<float>(), single);
+    EXPECT_LT((single.joints.cast<double>() - kinematics.joints).cwiseAbs().maxCoeff(), 3e-6);
   }
 }
 
@@ -159,7 +153,7 @@ TEST(PoseDelta, VectorJacobianProductIsTheDerivative) {
     };
     TangentVector<double> pose_bar = TangentVector<double>::Zero();
     StateVector<double> delta_bar = StateVector<double>::Constant(NAN);
-    ApplyDeltaVjp<double>(HeadingOf<double>(pose.rotation[0]), delta, next_bar, false, pose_bar,
+    ApplyDeltaVjp<double>(HeadingOf<double>(pose.rotation[0]), delta, next_bar, pose_bar,
                           delta_bar);
     EXPECT_LT(RelativeError(pose_bar, NumericGradient(
                                           [&](const Eigen::VectorXd& step) {
@@ -190,9 +184,8 @@ Eigen::Matrix<double, 9, 1> PaperIntention(const Pose<double>& pose,
   I[5] = 0.0;
   Eigen::Vector3d towards = goal.position - P;
   towards.z() = 0.0;
-  const Eigen::Vector3d wanted = goal.heading ? *goal.heading : towards.normalized();
   const Eigen::Vector3d h = -Z.col(1);
-  I.tail<3>() = Z.transpose() * (wanted - h);
+  I.tail<3>() = Z.transpose() * (towards.normalized() - h);
   return I;
 }
 
@@ -205,8 +198,7 @@ TEST(Intention, IsThePapersInBothForms) {
   nn::RandomStream random(7);
   for (int trial = 0; trial < 20; ++trial) {
     const Pose<double> pose = RandomPose(random);
-    FrameGoal<double> goal{true, 3.0 * Draw(random, 3), 1.0 + 240.0 * random.Uniform(), {}};
-    if (trial % 2) goal.heading = HeadingOf<double>(RandomPose(random).rotation[0]).Forward();
+    const FrameGoal<double> goal{true, 3.0 * Draw(random, 3), 1.0 + 240.0 * random.Uniform(), {}};
     Eigen::VectorXd found = Eigen::VectorXd::Constant(9, NAN);
     WriteIntention(IntentionLayout::kPaper, Seen(pose), goal, found.data());
     EXPECT_LT((found - PaperIntention(pose, goal)).norm(), 1e-10 * found.norm());
@@ -257,8 +249,7 @@ TEST(Intention, VectorJacobianProductIsTheDerivative) {
        {IntentionLayout::kPaper, IntentionLayout::kFlagged, IntentionLayout::kBounded}) {
     for (int trial = 0; trial < 6; ++trial) {
       const Pose<double> pose = RandomPose(random);
-      FrameGoal<double> goal{true, 2.0 * Draw(random, 3), 1.0 + 60.0 * random.Uniform(), {}};
-      if (trial % 2) goal.heading = Eigen::Vector3d(0.6, -0.8, 0.0);
+      const FrameGoal<double> goal{true, 2.0 * Draw(random, 3), 1.0 + 60.0 * random.Uniform(), {}};
       const int size = IntentionSize(layout);
       const Eigen::VectorXd weights = Draw(random, size);
       const auto value = [&](const Pose<double>& at, const FrameGoal<double>& wanted) {
@@ -304,8 +295,9 @@ TEST(Condition, PoseFeaturesAreNormalizedStateWithoutTheHeading) {
   WritePoseFeatures(pose, heading, normalizer, found.data());
   EXPECT_NEAR(found[0], (pose.translation.z() - 0.1) / (0.2 + 1e-5), 1e-12);
   const Eigen::Matrix3d R_xy = HeadingMatrix(pose).transpose() * pose.rotation[0];
-  const Vector6<double> six = (Rows12<double>(R_xy) - statistics.body_orient_xy.mean)
-                                  .cwiseProduct(statistics.body_orient_xy.Scale());
+  const Vector6<double> six =
+      (Rows12<double>(R_xy) - statistics.body_orient_xy.mean)
+          .cwiseQuotient((statistics.body_orient_xy.deviation.array() + 1e-5).matrix());
   EXPECT_NEAR(found[1], six[0], 1e-12);
   EXPECT_NEAR(found[6], six[5], 1e-12);
   EXPECT_EQ(found[4], 0.0) << "its deviation is 0: rounding must not be divided by it";

@@ -212,22 +212,5 @@ TEST(Network, SaysWhatIsWrongWithAFileOfAResidualNetwork) {
   EXPECT_NE(Message(path).find("belongs to a chain of layers"), std::string::npos) << Message(path);
 }
 
-TEST(Network, EncodesAndSamples) {
-  const NetworkWeights weights = testing::SmallNetwork(IntentionLayout::kPaper, 4);
-  const Network<float> network(weights);
-  nn::Tape<float> tape(network.Encoder(), 5);
-  tape.Input().setRandom();
-  network.Encoder().Forward(tape);
-  const Eigen::MatrixXf code = tape.Output(), eps = Eigen::MatrixXf::Random(8, 5);
-  ASSERT_EQ(code.rows(), 16);
-  const Eigen::MatrixXf published = SampleLatents(code, eps, Spread::kAsPublished);
-  const Eigen::MatrixXf variance = SampleLatents(code, eps, Spread::kFromVariance);
-  EXPECT_NEAR(published(3, 2), code(3, 2) + eps(3, 2) * std::exp(code(11, 2)), 1e-6);
-  EXPECT_NEAR(variance(3, 2), code(3, 2) + eps(3, 2) * std::exp(0.5f * code(11, 2)), 1e-6);
-  NetworkWeights decoder_only = weights;
-  decoder_only.encoder.reset();
-  EXPECT_THROW(Network<float>(decoder_only).Encoder(), Error);
-}
-
 }  // namespace
 }  // namespace holdfast::wandr

@@ -9,7 +9,7 @@
 
 #include <gtest/gtest.h>
 
-#include "generator/wandr/wandr.h"
+#include "generator/wandr/motion_states.h"
 #include "geometry/io/container/npz.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wandr_scene.h"
@@ -47,36 +47,29 @@ void Compare(const std::filesystem::path& folder) {
     starts.push_back({PoseOf<double>(states.col(i)), previous.col(i)});
     plans.push_back({{goals.col(i), kSteps + 2}});
   }
-  for (const bool detached : {false, true}) {
-    RolloutOptions options;
-    options.detached_heading = detached;
-    Rollout<double> rollout(network, bones, kBodies, kSteps, options, true);
-    rollout.Begin(starts, plans);
-    for (int t = 0; t < kSteps; ++t) rollout.Step(latents.middleRows(kLatent * t, kLatent));
-    for (int i = 0; i < kBodies; ++i) {
-      for (int t = 0; t <= kSteps; ++t) {
-        EXPECT_LT((StateOf(rollout.Poses(t)[i]) - motions.col(i * (kSteps + 1) + t))
-                      .cwiseAbs()
-                      .maxCoeff(),
-                  1e-9)
-            << "body " << i << ", frame " << t;
-      }
+  Rollout<double> rollout(network, bones, kBodies, kSteps, {}, true);
+  rollout.Begin(starts, plans);
+  for (int t = 0; t < kSteps; ++t) rollout.Step(latents.middleRows(kLatent * t, kLatent));
+  for (int i = 0; i < kBodies; ++i) {
+    for (int t = 0; t <= kSteps; ++t) {
+      EXPECT_LT(
+          (StateOf(rollout.Poses(t)[i]) - motions.col(i * (kSteps + 1) + t)).cwiseAbs().maxCoeff(),
+          1e-9)
+          << "body " << i << ", frame " << t;
     }
-    RolloutSeed<double> seed;
-    seed.poses.resize(kSteps + 1);
-    seed.poses[kSteps] = Eigen::MatrixXd::Zero(kTangentSize, kBodies);
-    seed.poses[kSteps].topRows<3>() = weights;
-    RolloutGradient<double> gradient;
-    rollout.Backward(seed, 1, gradient);
-    const std::string suffix = detached ? "_detached" : "";
-    const auto expected = [&](const std::string& name, int rows) {
-      return Columns(file, (name + suffix).c_str(), rows);
-    };
-    EXPECT_LT(RelativeError(gradient.latents, expected("d_latents", kLatent * kSteps)), 1e-8);
-    EXPECT_LT(RelativeError(gradient.previous_delta, expected("d_previous_deltas", kStateSize)),
-              1e-8);
-    EXPECT_LT(RelativeError(gradient.goals, expected("d_goals", 3)), 1e-8);
   }
+  RolloutSeed<double> seed;
+  seed.poses.resize(kSteps + 1);
+  seed.poses[kSteps] = Eigen::MatrixXd::Zero(kTangentSize, kBodies);
+  seed.poses[kSteps].topRows<3>() = weights;
+  RolloutGradient<double> gradient;
+  rollout.Backward(seed, 1, gradient);
+  const Eigen::MatrixXd d_latents = Columns(file, "d_latents", kLatent * kSteps),
+                        d_previous = Columns(file, "d_previous_deltas", kStateSize),
+                        d_goals = Columns(file, "d_goals", 3);
+  EXPECT_LT(RelativeError(gradient.latents, d_latents), 1e-8);
+  EXPECT_LT(RelativeError(gradient.previous_delta, d_previous), 1e-8);
+  EXPECT_LT(RelativeError(gradient.goals, d_goals), 1e-8);
 }
 
 TEST(PyTorchReference, MotionsAndGradientsAreTheSame) { Compare(kFixtures); }

@@ -29,7 +29,7 @@ struct Scene {
       : Scene(SmallNetwork(layout, 3), hold_last_goal) {}
   explicit Scene(const NetworkWeights& from, bool hold_last_goal = false)
       : weights(from), network(weights) {
-    options.intention.hold_last_goal = hold_last_goal;
+    intention.hold_last_goal = hold_last_goal;
     nn::RandomStream random(11);
     for (int i = 0; i < 3; ++i) starts.push_back(RandomStart(random));
     plans = {{{{1.5, 1.0, 1.1}, 4}, {{-1.0, 0.5, 0.3}, 20}}, {{{0.3, -2.0, 1.6}, 6}}, {}};
@@ -45,7 +45,7 @@ struct Scene {
 
   Rollout<double> Run(const std::vector<RolloutStart<double>>& from,
                       const std::vector<GoalPlan>& to, const Eigen::MatrixXd& z) const {
-    Rollout<double> rollout(network, DefaultBones(), 3, kRolloutSteps, options, true);
+    Rollout<double> rollout(network, DefaultBones(), 3, kRolloutSteps, intention, true);
     rollout.Begin(from, to);
     for (int t = 0; t < kRolloutSteps; ++t) rollout.Step(z.middleRows(8 * t, 8));
     return rollout;
@@ -65,7 +65,7 @@ struct Scene {
 
   NetworkWeights weights;
   Network<double> network;
-  RolloutOptions options;
+  IntentionOptions intention;
   std::vector<RolloutStart<double>> starts;
   std::vector<GoalPlan> plans;
   Eigen::MatrixXd latents;
@@ -161,16 +161,6 @@ TEST(Rollout, SeedsOnPosesCount) {
            2.0 * step[5];
   };
   EXPECT_LT(RelativeError(gradient.start_pose.col(1), NumericGradient(pose, kTangentSize)), 1e-5);
-}
-
-TEST(Rollout, DetachedHeadingLeavesItsGradientOut) {
-  Scene scene(IntentionLayout::kPaper);
-  RolloutGradient<double> exact, detached;
-  scene.Run(scene.starts, scene.plans, scene.latents).Backward({scene.joint_weights, {}}, 1, exact);
-  scene.options.detached_heading = true;
-  scene.Run(scene.starts, scene.plans, scene.latents)
-      .Backward({scene.joint_weights, {}}, 1, detached);
-  EXPECT_GT(RelativeError(detached.latents, exact.latents), 1e-3);
 }
 
 // The published sizes, float, for the laws of running.

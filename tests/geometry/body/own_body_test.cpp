@@ -123,8 +123,8 @@ TEST(OwnBody, ForearmAndHandAreBeyondTheElbow) {
   const Person person;
   const Eigen::Matrix3Xd& rest = person.surface.RestVertices();
   const Eigen::Matrix3Xd& joints = person.surface.RestJoints();
-  const std::vector<int> right = OwnBody::ForearmAndHand(person.surface, Side::kRight, 0.08);
-  const std::vector<int> left = OwnBody::ForearmAndHand(person.surface, Side::kLeft, 0.08);
+  const std::vector<int> right = OwnBody::ForearmAndHand(person.surface, Side::kRight);
+  const std::vector<int> left = OwnBody::ForearmAndHand(person.surface, Side::kLeft);
   EXPECT_GT(right.size(), 300u);
   EXPECT_NEAR(static_cast<double>(right.size()), static_cast<double>(left.size()),
               0.05 * static_cast<double>(right.size()));

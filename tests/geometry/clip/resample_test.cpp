@@ -72,11 +72,8 @@ TEST(ResampleSmoothly, VelocityDoesNotJump) {
 }
 
 TEST(ResampleSmoothly, WhatStaysStillStaysAndNothingOvershoots) {
-  const Clip fine = ResampleSmoothly(
-      KeyClip(8, [](int t) { return Vector3d(t < 4    ? 0.0
-                                             : t == 4 ? 0.3
-                                                      : 1.0,
-                                             0, 0); }), 60.0);
+  const auto step = [](int t) { return Vector3d(t < 4 ? 0.0 : t == 4 ? 0.3 : 1.0, 0, 0); };
+  const Clip fine = ResampleSmoothly(KeyClip(8, step), 60.0);
   for (int i = 0; i < fine.NumFrames(); ++i) {
     const double x = fine.trans(0, i), turn = fine.pose[i](0, 5);
     EXPECT_GE(x, -1e-12);
@@ -102,6 +99,13 @@ TEST(Resample, IsTheShortestArcBetweenFrames) {
   ASSERT_EQ(fine.NumFrames(), 7);
   EXPECT_NEAR(fine.pose[3](0, 5), 0.75, 1e-12);
   EXPECT_NEAR(fine.object->orient(0, 5), 1.25, 1e-12);
+  // There and back.
+  const Clip waves = KeyClip(9, Wave);
+  const Clip back = Resample(Resample(waves, 10.0), 5.0);
+  ASSERT_EQ(back.NumFrames(), 9);
+  for (int t = 0; t < 9; ++t) EXPECT_TRUE(back.pose[t].isApprox(waves.pose[t], 1e-9));
+  EXPECT_TRUE(back.trans.isApprox(waves.trans));
+  EXPECT_THROW(Resample(keys, 0.0), Error);
 }
 
 TEST(ResampleAt, IsTheClipAtThoseTimes) {

@@ -21,30 +21,21 @@
 namespace holdfast::testing {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::HasSubstr;
-
-std::string Fault(const std::filesystem::path& path) {
-  try {
-    Import(path);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
-}
 
 // Parameters of `frames` frames, one array of which is another.
 std::filesystem::path WriteParameters(const TemporaryFolder& folder, const std::string& name,
                                       std::size_t frames,
                                       const std::function<void(NpzWriter&)>& change) {
   NpzWriter writer;
-  const auto add = [&](const char* key, std::size_t n) {
+  for (const auto& [key, n] : {std::pair{"global_orient", 3U},
+                               {"body_pose", 63U},
+                               {"transl", 3U},
+                               {"left_hand_pose", 45U},
+                               {"right_hand_pose", 45U}}) {
     writer.AddFloat64(key, {frames, n}, std::vector<double>(frames * n, 0.1));
-  };
-  add("global_orient", 3);
-  add("body_pose", 63);
-  add("transl", 3);
-  add("left_hand_pose", 45);
-  add("right_hand_pose", 45);
+  }
   change(writer);
   writer.Write(folder / name);
   return folder / name;
@@ -81,62 +72,48 @@ TEST(ImportFile, AClipComesBackAsItIs) {
 
 TEST(ImportFile, SaysWhatAFileIsThatHoldsNoMotion) {
   const TemporaryFolder folder;
-  EXPECT_THAT(Fault(folder / "none.npz"), HasSubstr("does not exist"));
-  EXPECT_THAT(Fault(Fixture("parameters/SMPLX_TEST.npz")), HasSubstr("hands_componentsl"));
-  EXPECT_THAT(Fault(Fixture("torch/network.pt")), HasSubstr("without a known motion"));
+  EXPECT_THAT(ImportFault(folder / "none.npz"), HasSubstr("does not exist"));
+  EXPECT_THAT(ImportFault(Fixture("parameters/SMPLX_TEST.npz")), HasSubstr("hands_componentsl"));
+  EXPECT_THAT(ImportFault(Fixture("torch/network.pt")), HasSubstr("without a known motion"));
   NpzWriter model;
   model.AddFloat64("v_template", {2, 3}, std::vector<double>(6));
   model.AddFloat64("weights", {2, 55}, std::vector<double>(110));
   model.Write(folder / "model.npz");
-  EXPECT_THAT(Fault(folder / "model.npz"), HasSubstr("--body"));
+  EXPECT_THAT(ImportFault(folder / "model.npz"), HasSubstr("--body"));
   std::filesystem::create_directory(folder / "empty");
-  EXPECT_THAT(Fault(folder / "empty"), HasSubstr("without parameter files"));
+  EXPECT_THAT(ImportFault(folder / "empty"), HasSubstr("without parameter files"));
   std::ofstream(folder / "text.txt") << "once upon a time\n";
-  EXPECT_NE(Fault(folder / "text.txt"), "");
+  EXPECT_NE(ImportFault(folder / "text.txt"), "no error");
 }
 
 TEST(ImportFile, NamesTheFieldAndTheFrameOfWhatIsWrong) {
   const TemporaryFolder folder;
   const double nan = std::numeric_limits<double>::quiet_NaN();
-  const auto fault = [&](const std::function<void(NpzWriter&)>& change) {
-    return Fault(WriteParameters(folder, "p.npz", 5, change));
+  const auto fault = [&](const char* key, std::vector<std::size_t> shape,
+                         const std::vector<double>& values) {
+    return ImportFault(WriteParameters(folder, "p.npz", 5,
+                                       [&](NpzWriter& w) { w.AddFloat64(key, shape, values); }));
   };
-  EXPECT_EQ(fault([](NpzWriter&) {}), "");
   std::vector<double> body(5 * 63, 0.1);
+  EXPECT_EQ(fault("body_pose", {5, 63}, body), "no error");
   body[3 * 63 + 7] = nan;
-  const std::string not_finite = fault([&](NpzWriter& w) {
-    w.AddFloat64("body_pose", {5, 63}, body);
-  });
-  EXPECT_THAT(not_finite, HasSubstr("body_pose"));
-  EXPECT_THAT(not_finite, HasSubstr("frame 3"));
-  EXPECT_THAT(fault([](NpzWriter& w) {
-                w.AddFloat64("transl", {4, 3}, std::vector<double>(12));
-              }),
-              HasSubstr("4 frames"));
-  EXPECT_THAT(fault([](NpzWriter& w) {
-                w.AddFloat64("right_hand_pose", {3, 45}, std::vector<double>(135));
-              }),
-              HasSubstr("right_hand_pose"));
-  EXPECT_THAT(fault([](NpzWriter& w) {
-                w.AddFloat64("body_pose", {5, 84}, std::vector<double>(5 * 84));
-              }),
-              HasSubstr("quaternions"));
-  EXPECT_THAT(fault([](NpzWriter& w) {
-                w.AddFloat64("body_pose", {5, 126}, std::vector<double>(5 * 126));
-              }),
-              HasSubstr("6D"));
-  EXPECT_THAT(fault([](NpzWriter& w) {
-                w.AddFloat64("body_pose", {0, 63}, {});
-              }),
-              HasSubstr("body_pose"));
-  EXPECT_THAT(fault([](NpzWriter& w) { w.AddFloat64("fps", {}, {0}); }), HasSubstr("fps"));
+  EXPECT_THAT(fault("body_pose", {5, 63}, body),
+              AllOf(HasSubstr("body_pose"), HasSubstr("frame 3")));
+  const auto zeros = [&](const char* key, std::size_t frames, std::size_t columns) {
+    return fault(key, {frames, columns}, std::vector<double>(frames * columns));
+  };
+  EXPECT_THAT(zeros("transl", 4, 3), HasSubstr("4 frames"));
+  EXPECT_THAT(zeros("right_hand_pose", 3, 45), HasSubstr("right_hand_pose"));
+  EXPECT_THAT(zeros("body_pose", 5, 84), HasSubstr("quaternions"));
+  EXPECT_THAT(zeros("body_pose", 5, 126), HasSubstr("6D"));
+  EXPECT_THAT(zeros("body_pose", 0, 63), HasSubstr("body_pose"));
+  EXPECT_THAT(fault("fps", {}, {0}), HasSubstr("fps"));
 }
 
 TEST(ImportFile, WhatDoesNotMoveMayBeThereOnce) {
   const TemporaryFolder folder;
-  const Clip clip = Import(WriteParameters(folder, "p.npz", 5, [](NpzWriter& w) {
-                      w.AddFloat64("jaw_pose", {1, 3}, {0.2, 0, 0});
-                    })).clip;
+  const auto with_jaw = [](NpzWriter& w) { w.AddFloat64("jaw_pose", {1, 3}, {0.2, 0, 0}); };
+  const Clip clip = Import(WriteParameters(folder, "p.npz", 5, with_jaw)).clip;
   for (int t = 0; t < 5; ++t) EXPECT_EQ(clip.pose[t](0, 22), 0.2);
 }
 
@@ -146,7 +123,8 @@ TEST(ImportFile, AShortBodyClaimsNoMemoryForALongRoot) {
   writer.AddFloat32("global_orient", {1'500'000, 3}, std::vector<float>(4'500'000));
   writer.AddFloat32("body_pose", {1, 63}, std::vector<float>(63));
   writer.Write(folder / "long.npz");
-  EXPECT_THAT(Fault(folder / "long.npz"), HasSubstr("too few numbers for the 1500000 frames"));
+  EXPECT_THAT(ImportFault(folder / "long.npz"),
+              HasSubstr("too few numbers for the 1500000 frames"));
 }
 
 TEST(ImportFile, ThreeFramesOfOneJointAreNotAMatrix) {
@@ -162,17 +140,17 @@ TEST(ImportFile, ThreeFramesOfOneJointAreNotAMatrix) {
   writer.AddFloat64("flat", {1, 9}, rows);
   writer.Write(folder / "a.npz");
   const DataFile file(folder / "a.npz");
-  RotationDefects defects;
+  ImportedClip imported;
   for (const char* name : {"angles", "angles3"}) {
-    EXPECT_EQ(ReadRotations(file[name], 1, defects).cols(), 3) << name;
+    EXPECT_EQ(ReadObjectRotations(file[name], imported).cols(), 3) << name;
   }
-  EXPECT_EQ(defects.matrices, 0);
+  EXPECT_EQ(imported.object_defects.matrices, 0);
   for (const char* name : {"matrix", "matrix4", "flat"}) {
-    const Eigen::MatrixXd w = ReadRotations(file[name], 1, defects);
+    const Eigen::MatrixXd w = ReadObjectRotations(file[name], imported);
     ASSERT_EQ(w.cols(), 1) << name;
     EXPECT_LT((ExpSO3(w.col(0)) - R).cwiseAbs().maxCoeff(), 1e-12) << name;
   }
-  EXPECT_EQ(defects.matrices, 3);
+  EXPECT_EQ(imported.object_defects.matrices, 3);
 }
 
 TEST(ImportFile, ReadsWhatThisMachinesNumpyWrites) {
@@ -208,10 +186,10 @@ TEST(FrameFiles, OtherFilesInTheFolderAreNoFrames) {
        {"0001.pkl", "0002.pkl", "0004.pkl", "readme.txt", "meta.json", ".x.pkl"}) {
     std::ofstream(folder / name) << "x";
   }
-  const FrameFiles found = FindFrameFiles(folder.Path(), 0);
-  EXPECT_EQ(found.files.size(), 3U);
-  EXPECT_EQ(found.missing, 1);
-  EXPECT_EQ(found.people, 1);
+  std::vector<std::string> notes;
+  EXPECT_EQ(FindFrameFiles(folder.Path(), 0, notes).size(), 3U);
+  EXPECT_THAT(notes,
+              ::testing::ElementsAre(HasSubstr("between the first and the last number: 1;")));
 }
 
 // Which mesh the object of a clip is, by what the clip, its file and its importer tell.

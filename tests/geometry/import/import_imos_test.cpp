@@ -4,7 +4,6 @@
 
 #include <Eigen/LU>
 
-#include "geometry/error.h"
 #include "geometry/import/imos_result.h"
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/io/pickle/data_file.h"
@@ -41,8 +40,7 @@ TEST(ImportImos, ObjectVerticesAreThoseOfTheAuthorsViewer) {
       }
       const Eigen::RowVector3d T(transl[3 * t], transl[3 * t + 1], transl[3 * t + 2]);
       const Eigen::MatrixXd theirs = ((vertices.transpose() * R).rowwise() + T).transpose();
-      EXPECT_LT((ours.middleCols(20 * t, 20) - theirs).cwiseAbs().maxCoeff(), 1e-5)
-          << path << " frame " << t;
+      EXPECT_LT(MaxDifference(ours.middleCols(20 * t, 20), theirs), 1e-5) << path << " frame " << t;
     }
   }
 }
@@ -54,10 +52,10 @@ TEST(ImportImos, AllLayoutsAreTheSameBody) {
     ASSERT_EQ(other.NumFrames(), 15);
     EXPECT_LT(LargestTurn(Joints(a, 0, 22), Joints(other, 0, 22)), 1e-3);
     EXPECT_LT(LargestTurn(Joints(a, 25, 30), Joints(other, 25, 30)), 1e-3);
-    EXPECT_LT((a.trans - other.trans).cwiseAbs().maxCoeff(), 1e-6);
-    EXPECT_LT((a.v_template - other.v_template).cwiseAbs().maxCoeff(), 1e-6);
+    EXPECT_LT(MaxDifference(a.trans, other.trans), 1e-6);
+    EXPECT_LT(MaxDifference(a.v_template, other.v_template), 1e-6);
   }
-  EXPECT_LT((a.object->trans - c.object->trans).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_LT(MaxDifference(a.object->trans, c.object->trans), 1e-6);
   EXPECT_EQ(a.frame_rate, 10);
   EXPECT_EQ(a.object->name, "mug");
   EXPECT_EQ(a.subject, "s10");
@@ -121,7 +119,7 @@ TEST(ImportImos, TheFloorComesToZeroAndNothingElseChanges) {
   EXPECT_LT(moved.topRows(2).cwiseAbs().maxCoeff(), 1e-12);
   EXPECT_LT((moved.row(2).array() - moved(2, 0)).abs().maxCoeff(), 1e-12);
   const Eigen::Matrix3Xd object = settled.clip.object->trans - kept.clip.object->trans;
-  EXPECT_LT((object - moved).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT(MaxDifference(object, moved), 1e-12);
   EXPECT_TRUE(Mentions(settled.conventions, "the floor was at"));
 }
 

@@ -26,9 +26,8 @@ Clip DemoClip() {
   return ReadClip(NpzReader(file.bytes, "demo_drink"));
 }
 
-// The demo motion with an object that stays where it is in the right wrist's frame.
-Clip CarryingClip() {
-  Clip clip = DemoClip();
+// With an object that stays `at` that place of a wrist's frame.
+Clip Carrying(Clip clip, int wrist, const Eigen::Vector3d& at) {
   const auto body = BodyModel::Default();
   const Eigen::Matrix3Xd rest = body->RestJoints(body->Template());
   const Eigen::Matrix3d in_wrist = ExpSO3(Eigen::Vector3d(0.4, -0.9, 0.5));
@@ -38,12 +37,13 @@ Clip CarryingClip() {
   BodyState state;
   for (int t = 0; t < clip.NumFrames(); ++t) {
     ForwardJoints(rest, clip.pose[t], clip.trans.col(t), state);
-    const Eigen::Matrix3d& wrist = state.world_rotation[21];
-    clip.object->trans.col(t) = state.joints.col(21) + wrist * Eigen::Vector3d(-0.1, -0.03, 0.02);
-    clip.object->orient.col(t) = LogSO3(wrist * in_wrist);
+    clip.object->trans.col(t) = state.joints.col(wrist) + state.world_rotation[wrist] * at;
+    clip.object->orient.col(t) = LogSO3(state.world_rotation[wrist] * in_wrist);
   }
   return clip;
 }
+
+Clip CarryingClip() { return Carrying(DemoClip(), 21, {-0.1, -0.03, 0.02}); }
 
 class InspectClip : public ::testing::Test {
  protected:
@@ -108,17 +108,9 @@ TEST_F(InspectClip, TellsColumnsFromRows) {
 }
 
 TEST_F(InspectClip, TellsWhichHandCarries) {
-  Clip clip = CarryingClip();
+  Clip clip = DemoClip();
   for (JointPose& pose : clip.pose) pose = MirrorPose(pose);
-  const auto body = BodyModel::Default();
-  const Eigen::Matrix3Xd rest = body->RestJoints(body->Template());
-  BodyState state;
-  for (int t = 0; t < clip.NumFrames(); ++t) {
-    ForwardJoints(rest, clip.pose[t], clip.trans.col(t), state);
-    clip.object->trans.col(t) =
-        state.joints.col(20) + state.world_rotation[20] * Eigen::Vector3d(0.1, -0.03, 0.02);
-    clip.object->orient.col(t) = LogSO3(state.world_rotation[20]);
-  }
+  clip = Carrying(clip, 20, {0.1, -0.03, 0.02});
   clip.holding_hand.assign(static_cast<std::size_t>(clip.NumFrames()), kHoldsRight);
   const Inspection inspection = Look(clip);
   EXPECT_EQ(Text(inspection, "holding_hand"), "left");

@@ -18,6 +18,7 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/mesh.h"
 #include "tests/support/data_folder.h"
+#include "tests/support/error_text.h"
 #include "tests/support/synthetic_body.h"
 #include "tests/support/temporary_folder.h"
 
@@ -226,22 +227,18 @@ TEST(Inspect, ClipsInMatricesAreSoundAndAHandAloneIsToldItsModel) {
 
 TEST(Inspect, Meshes) {
   const TemporaryFolder folder;
-  TriangleMesh mesh = ReadMeshBytes(EmbeddedBytes("objects/mug.ply"), "mug.ply").mesh;
+  const TriangleMesh mesh = ReadMeshBytes(EmbeddedBytes("objects/mug.ply"), "mug.ply").mesh;
   WriteMesh(mesh, folder / "mug.obj");
   const Inspection sound = Inspect(folder / "mug.obj");
   EXPECT_EQ(sound.Worst(), Verdict::kOk) << All(sound);
 
-  TriangleMesh millimeters = mesh;
-  millimeters.vertices *= 1000.0;
-  WriteMesh(millimeters, folder / "large.obj");
+  WriteMesh({1000.0 * mesh.vertices, mesh.faces}, folder / "large.obj");
   const Inspection large = Inspect(folder / "large.obj");
   EXPECT_EQ(large.Worst(), Verdict::kWarning);
   EXPECT_THAT(All(large), HasSubstr("millimeters"));
   EXPECT_THAT(large.next.front(), HasSubstr("--object-scale 0.001"));
 
-  TriangleMesh open = mesh;
-  open.faces = mesh.faces.leftCols(mesh.NumFaces() - 40).eval();
-  WriteMesh(open, folder / "open.ply");
+  WriteMesh({mesh.vertices, mesh.faces.leftCols(mesh.NumFaces() - 40)}, folder / "open.ply");
   EXPECT_THAT(All(Inspect(folder / "open.ply")), HasSubstr("not watertight"));
 
   fs::copy_file(folder / "open.ply", folder / "wrong.obj");
@@ -306,12 +303,8 @@ TEST(Inspect, SizesThatTwoUnitsExplain) {
   const Inspection stl = Inspect(cube);
   EXPECT_THAT(All(stl), HasSubstr(both));
   EXPECT_THAT(stl.next.front(), HasSubstr("--object-scale 0.001"));
-  try {
-    RequireHandheld(LoadObject(cube.string()));
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.Remedy(), HasSubstr(both));
-  }
+  EXPECT_THAT(testing::ErrorText([&] { RequireHandheld(LoadObject(cube.string())); }),
+              HasSubstr(both));
   // Another format has no custom.
   const TemporaryFolder folder;
   WriteMesh(ReadMesh(cube), folder / "cube.obj");

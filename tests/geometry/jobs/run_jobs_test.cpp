@@ -274,13 +274,12 @@ TEST(JobOwner, OneElsewhereIsDeadWhenItsHeartStandsStill) {
       std::ofstream(folder / file) << "elsewhere-1-1-0 " << count << "\n";
     }
   };
-  JobOwnerOptions options;
-  options.dead_after_s = 0.3;
-  JobOwner mine(folder.Path(), options);
+  constexpr double kDeadAfter_s = 0.3;
+  JobOwner mine(folder.Path(), kDeadAfter_s);
   ASSERT_TRUE(mine.TryLock("job"));
   mine.Unlock("job");
   // Its lock is where mine was.
-  JobOwner probe(folder.Path(), options);
+  JobOwner probe(folder.Path(), kDeadAfter_s);
   ASSERT_TRUE(probe.TryLock("job"));
   fs::path lock;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder.Path())) {

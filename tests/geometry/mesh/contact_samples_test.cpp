@@ -5,6 +5,7 @@
 
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/signed_distance.h"
+#include "tests/geometry/mesh_shapes.h"
 
 namespace holdfast {
 namespace {
@@ -30,15 +31,7 @@ TEST(ContactSamples, LieOnTheSurfaceAndLeaveNoGap) {
 }
 
 TEST(ContactSamples, FollowTheEdgesOfABox) {
-  TriangleMesh box;
-  box.vertices.resize(3, 8);
-  for (int i = 0; i < 8; ++i) {
-    box.vertices.col(i) = 0.05 * Eigen::Vector3d(i & 1, (i >> 1) & 1, (i >> 2) & 1);
-  }
-  box.faces.resize(3, 12);
-  box.faces << 0, 0, 4, 4, 0, 0, 2, 2, 0, 0, 1, 1,  //
-      2, 3, 5, 7, 1, 5, 7, 6, 4, 6, 3, 7,           //
-      3, 1, 7, 6, 5, 4, 3, 7, 6, 2, 7, 5;
+  const TriangleMesh box = testing::Box(Eigen::Vector3d::Zero(), Eigen::Vector3d::Constant(0.05));
   Eigen::Matrix3Xd edge(3, 51);
   for (int k = 0; k <= 50; ++k) edge.col(k) = Eigen::Vector3d(0.001 * k, 0.0, 0.05);
   EXPECT_LT(FarthestFrom(ContactSamples(box, 0.003, 20'000), edge), 0.003);

@@ -16,18 +16,22 @@
 #include "geometry/mesh/mesh_parts.h"
 #include "geometry/mesh/wrap.h"
 #include "tests/geometry/mesh_shapes.h"
+#include "tests/support/error_text.h"
 
 namespace holdfast {
 namespace {
 
 using testing::Box;
 using ::testing::Contains;
+using testing::Exploded;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::Sheet;
 using testing::Sphere;
 using testing::Together;
 using testing::Torus;
+using testing::WithFace;
+using testing::WithVertex;
 
 Eigen::Index EulerCharacteristic(const MeshReport& report) {
   return report.num_vertices - report.num_edges + report.num_faces;
@@ -114,15 +118,7 @@ TEST(Decimate, LeavesASmallMeshAsItIs) {
 }
 
 TEST(Decimate, RepairsFirstAndSaysSo) {
-  TriangleMesh loose = Sphere(0.05, 4);
-  TriangleMesh exploded;
-  exploded.vertices.resize(3, 3 * loose.NumFaces());
-  exploded.faces.resize(3, loose.NumFaces());
-  for (int i = 0; i < 3 * loose.NumFaces(); ++i) {
-    exploded.vertices.col(i) = loose.vertices.col(loose.faces(i % 3, i / 3));
-    exploded.faces(i % 3, i / 3) = i;
-  }
-  const DecimateResult result = Decimate(exploded);
+  const DecimateResult result = Decimate(Exploded(Sphere(0.05, 4)));
   EXPECT_TRUE(CheckMesh(result.mesh).watertight);
   EXPECT_EQ(result.mesh.NumVertices(), 300);
   EXPECT_THAT(result.notes, Contains(HasSubstr("Welded")));
@@ -195,8 +191,7 @@ TriangleMesh OpenSphere() {
 // Adds a triangle on each of the first `count` edges of a path along the equator, to one apex.
 void AddFins(TriangleMesh& mesh, int count, bool turned) {
   const int apex = static_cast<int>(mesh.NumVertices());
-  mesh.vertices.conservativeResize(Eigen::NoChange, apex + 1);
-  mesh.vertices.col(apex) << 0.07, 0.01, 0.01;
+  mesh = WithVertex(mesh, {0.07, 0.01, 0.01});
   int from = 0;  // the octahedron's corner at +x
   for (int i = 0; i < count; ++i) {
     int to = -1;
@@ -210,8 +205,7 @@ void AddFins(TriangleMesh& mesh, int count, bool turned) {
       }
     }
     ASSERT_GE(to, 0);
-    mesh.faces.conservativeResize(Eigen::NoChange, mesh.NumFaces() + 1);
-    mesh.faces.col(mesh.NumFaces() - 1) << from, (turned ? apex : to), (turned ? to : apex);
+    mesh = WithFace(mesh, from, turned ? apex : to, turned ? to : apex);
     from = to;
   }
 }
@@ -231,17 +225,16 @@ TriangleMesh DecimatedOpen(const TriangleMesh& mesh, const char* note, int verti
 
 TEST(Decimate, AFinComesOffAnOpenSurfaceAndLeavesItWhole) {
   const double volume = SignedVolume(OpenSphere());
-  for (const int fins : {1, 4}) {
+  for (const auto& [fins, edges] : {std::pair{1, "1 edge"}, {4, "4 edges"}}) {
     for (const bool turned : {false, true}) {
       TriangleMesh mesh = OpenSphere();
       AddFins(mesh, fins, turned);
-      const TriangleMesh few =
-          DecimatedOpen(mesh, fins == 1 ? "Split the surface along 1 edge of more than two faces"
-                                        : "Split the surface along 4 edges of more than two faces");
+      const std::string note = std::string("Split the surface along ") + edges;
+      const TriangleMesh few = DecimatedOpen(mesh, (note + " of more than two faces").c_str());
       const MeshParts parts = FindParts(few);
       ASSERT_EQ(parts.parts.size(), 2u);
       // One loop of boundary each: an open sphere, a disk.
-      EXPECT_EQ(few.NumVertices() - CheckMesh(few).num_edges + few.NumFaces(), 2);
+      EXPECT_EQ(EulerCharacteristic(CheckMesh(few)), 2);
       EXPECT_NEAR(SignedVolume(few), volume, 0.02 * volume);
     }
   }
@@ -291,10 +284,7 @@ TEST(Decimate, OtherFaultsBesideAnEdgeOfThreeFacesAreNoHindrance) {
   TriangleMesh mesh = OpenSphere();
   const double volume = SignedVolume(mesh);
   AddFins(mesh, 2, false);
-  const auto add = [&](int a, int b, int c) {
-    mesh.faces.conservativeResize(Eigen::NoChange, mesh.NumFaces() + 1);
-    mesh.faces.col(mesh.NumFaces() - 1) << a, b, c;
-  };
+  const auto add = [&](int a, int b, int c) { mesh = WithFace(mesh, a, b, c); };
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {  // inconsistent orientation
     if (random() % 3 == 0) std::swap(mesh.faces(0, f), mesh.faces(1, f));
   }
@@ -376,13 +366,8 @@ TEST(Decimate, SaysAtOnceThatThereAreTooManyLooseParts) {
     const TriangleMesh crumb = Box(place, place + Eigen::Vector3d::Constant(0.5));
     crumbs = i == 0 ? crumb : Together(crumbs, crumb);
   }
-  const auto refused = [&](const TriangleMesh& mesh) -> std::string {
-    try {
-      Decimate(mesh, {.vertices = 300, .samples = 0});
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+  const auto refused = [](const TriangleMesh& mesh) {
+    return testing::ErrorText([&] { Decimate(mesh, {.vertices = 300, .samples = 0}); });
   };
   EXPECT_THAT(refused(crumbs), HasSubstr("its 125 loose parts need at least 500"));
   // Near each other they are wrapped together.
@@ -439,11 +424,11 @@ TEST(SurfaceDistance, SamplesAreEvenByArea) {
 
 TEST(WrapSurface, ClosesAnOpenBoxTightly) {
   TriangleMesh box = Box({0, 0, 0}, {0.1, 0.1, 0.1});
-  const TriangleMesh wrap = WrapSurface(box, {.alpha_m = 0.01, .offset_m = 0.0005});
+  const TriangleMesh wrap = WrapSurface(box, 0.01, 0.0005);
   EXPECT_TRUE(CheckMesh(wrap).watertight);
   const SurfaceDistance d = MeasureSurfaceDistance(box, wrap, 10'000);
   EXPECT_LT(d.hausdorff_backward_m, 0.0006);
-  EXPECT_THROW(WrapSurface(TriangleMesh{}), Error);
+  EXPECT_THROW(WrapSurface(TriangleMesh{}, 0.01, 0.0005), Error);
 }
 
 }  // namespace

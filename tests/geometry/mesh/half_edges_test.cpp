@@ -50,12 +50,8 @@ TEST(HalfEdges, EdgesOfABoxAreSharpAndItsDiagonalsAreNot) {
 }
 
 TEST(HalfEdges, AFaceThatIsNotManifoldStandsApart) {
-  TriangleMesh fin = Box({0, 0, 0}, {1, 1, 1});
-  fin.vertices.conservativeResize(Eigen::NoChange, 9);
-  fin.vertices.col(8) << 2, 2, 2;
-  fin.faces.conservativeResize(Eigen::NoChange, 14);
-  fin.faces.col(12) << 0, 1, 8;
-  fin.faces.col(13) << 2, 2, 3;  // no face
+  TriangleMesh fin = testing::WithVertex(Box({0, 0, 0}, {1, 1, 1}), {2, 2, 2});
+  fin = testing::WithFace(testing::WithFace(fin, 0, 1, 8), 2, 2, 3);  // the last is no face
   const HalfEdges edges(fin);
   EXPECT_EQ(edges.NumApart(), 1);
   EXPECT_THAT(edges.BoundaryLoops(), ElementsAre(SizeIs(3)));

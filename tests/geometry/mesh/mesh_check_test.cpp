@@ -5,7 +5,6 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
-#include <numbers>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -40,40 +39,16 @@ using ::testing::AllOf;
 using testing::Box;
 using ::testing::Contains;
 using ::testing::ElementsAre;
+using testing::Exploded;
 using ::testing::HasSubstr;
 using testing::InsideOut;
 using ::testing::IsEmpty;
-using ::testing::Not;
 using testing::Sheet;
 using testing::Sphere;
 using testing::Together;
 using testing::Torus;
-
-TriangleMesh WithFace(TriangleMesh mesh, int a, int b, int c) {
-  mesh.faces.conservativeResize(Eigen::NoChange, mesh.NumFaces() + 1);
-  mesh.faces.col(mesh.NumFaces() - 1) << a, b, c;
-  return mesh;
-}
-
-TriangleMesh WithVertex(TriangleMesh mesh, const Eigen::Vector3d& p) {
-  mesh.vertices.conservativeResize(Eigen::NoChange, mesh.NumVertices() + 1);
-  mesh.vertices.col(mesh.NumVertices() - 1) = p;
-  return mesh;
-}
-
-/// Every triangle with corners of its own, as an .stl file has them.
-TriangleMesh Exploded(const TriangleMesh& mesh) {
-  TriangleMesh loose;
-  loose.vertices.resize(3, 3 * mesh.NumFaces());
-  loose.faces.resize(3, mesh.NumFaces());
-  for (int f = 0; f < mesh.NumFaces(); ++f) {
-    for (int k = 0; k < 3; ++k) {
-      loose.vertices.col(3 * f + k) = mesh.vertices.col(mesh.faces(k, f));
-      loose.faces(k, f) = 3 * f + k;
-    }
-  }
-  return loose;
-}
+using testing::WithFace;
+using testing::WithVertex;
 
 const TriangleMesh kBox = Box({0, 0, 0}, {0.1, 0.2, 0.3});
 
@@ -232,10 +207,6 @@ TEST(RepairMesh, WeldsAnExplodedMesh) {
   EXPECT_TRUE(CheckMesh(repaired.mesh).watertight);
   EXPECT_EQ(repaired.mesh.NumVertices(), 8);
   EXPECT_THAT(repaired.actions, ElementsAre(HasSubstr("Welded 28 vertices")));
-  for (Eigen::Index v = 0; v < 8; ++v) {
-    EXPECT_EQ(repaired.mesh.vertices.col(v),
-              Exploded(kBox).vertices.col(repaired.source_vertex[v]));
-  }
 }
 
 TEST(RepairMesh, UndoesAllItCanAtOnce) {

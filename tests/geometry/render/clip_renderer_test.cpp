@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/render/clip_pictures.h"
 
-#include <memory>
-
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "tests/geometry/mesh_shapes.h"
 
 namespace holdfast {
 namespace {
@@ -27,16 +26,7 @@ Clip StandingClip(const Eigen::Vector3d& object_at) {
 }
 
 TriangleMesh Cube(double half) {
-  TriangleMesh cube;
-  cube.vertices.resize(3, 8);
-  for (int v = 0; v < 8; ++v) {
-    cube.vertices.col(v) = half * Eigen::Vector3d(v & 1 ? 1 : -1, v & 2 ? 1 : -1, v & 4 ? 1 : -1);
-  }
-  cube.faces.resize(3, 12);
-  cube.faces << 0, 0, 4, 4, 0, 0, 2, 2, 0, 0, 1, 1,  //
-      2, 3, 5, 7, 1, 5, 6, 7, 4, 6, 3, 7,            //
-      3, 1, 7, 6, 5, 4, 7, 3, 6, 2, 7, 5;
-  return cube;
+  return testing::Box(Eigen::Vector3d::Constant(-half), Eigen::Vector3d::Constant(half));
 }
 
 ClipRenderOptions Small(ClipView view) {

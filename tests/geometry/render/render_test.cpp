@@ -122,20 +122,6 @@ TEST(Render, VertexColorsReplaceTheColor) {
   EXPECT_TRUE(Bluish(image.Pixel(160, 120)));
 }
 
-TEST(Render, BackFacesShowOnlyWhenAskedFor) {
-  TriangleMesh sphere = Sphere({0, 0, 1}, 0.3);
-  const Camera camera = OrbitCamera({0, 0, 1}, 0, 0, 3.0);
-  RenderOptions options = Bare();
-  options.back_face_color = Eigen::Vector3d(0.9, 0.0, 0.0);
-  const auto reddish = [&] {
-    const RenderItem item{&sphere, {0.5, 0.5, 0.5}, nullptr};
-    return Reddish(Render({&item, 1}, camera, options).Pixel(160, 120));
-  };
-  EXPECT_FALSE(reddish());
-  sphere.faces.row(0).swap(sphere.faces.row(1));
-  EXPECT_TRUE(reddish());
-}
-
 TEST(Render, GroundLiesUnderAndShadowFalls) {
   const TriangleMesh sphere = Sphere({0, 0, 0.3}, 0.25);
   const RenderItem item{&sphere, {0.5, 0.5, 0.5}, nullptr};

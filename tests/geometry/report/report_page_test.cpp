@@ -10,6 +10,7 @@
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
 #include "geometry/io/container/atomic_file.h"
+#include "tests/support/error_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -68,12 +69,10 @@ TEST(ReportPage, SaysWhatIsMissing) {
   EXPECT_THROW(MakeReportPage({}), Error);
   if (HasReportPlayer()) return;
   const ReportInput clip = Shown("one", 1);
-  try {
-    MakeReportPage({&clip, 1});
-    FAIL() << "there is no player";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("HOLDFAST_BUILD_PLAYER=ON"));
-  }
+  EXPECT_THAT(testing::ErrorText([&] {
+                MakeReportPage({&clip, 1});
+              }),
+              HasSubstr("HOLDFAST_BUILD_PLAYER=ON"));
 }
 
 TEST(ReportPage, ReadsTheMetricsOfAResult) {

@@ -11,6 +11,7 @@
 #include "geometry/error.h"
 #include "geometry/io/motion/motion_file.h"
 #include "geometry/rotation.h"
+#include "tests/support/error_text.h"
 #include "tests/support/mano_like.h"
 #include "tests/support/smplh_like.h"
 #include "tests/support/temporary_folder.h"
@@ -94,9 +95,7 @@ TEST_F(ConvertTest, WithoutBetasTheResidualIsTheShapesDifference) {
   Clip clip = RandomClip(2, 2);
   clip.pose = {JointPose::Zero(), JointPose::Zero()};
   clip.betas = 2.0 * Eigen::VectorXd::Unit(10, 4);  // longer arms
-  ConvertOptions options;
-  options.num_betas = 0;
-  const ConvertedClip mean = ConvertClip(clip, smplx, clip.betas, smplh, options);
+  const ConvertedClip mean = ConvertClip(clip, smplx, clip.betas, smplh, 0);
   EXPECT_EQ(mean.clip.betas.size(), 0);
   const Eigen::Matrix3Xd rest = smplx->RestJoints(smplx->ShapedVertices(clip.betas));
   const Eigen::Matrix3Xd plain = smplx->RestJoints(smplx->Template());
@@ -177,12 +176,8 @@ TEST_F(ConvertTest, RefusesWhatHasNoCommonJoints) {
   const Clip clip = RandomClip(1, 6);
   const auto right = Mano(Side::kRight);
   const auto left = Mano(Side::kLeft);
-  try {
-    ConvertClip(clip, right, {}, BodyModel::Default());
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("--onto"));
-  }
+  EXPECT_THAT(testing::ErrorText([&] { ConvertClip(clip, right, {}, BodyModel::Default()); }),
+              HasSubstr("--onto"));
   EXPECT_THROW(ConvertClip(clip, right, {}, left), Error);
 }
 

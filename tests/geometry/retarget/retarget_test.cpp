@@ -15,7 +15,6 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/body/body_model.h"
-#include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/import/import_motion.h"
 #include "geometry/io/container/atomic_file.h"
@@ -29,16 +28,7 @@
 namespace holdfast {
 namespace {
 
-RetargetBody DefaultBody() {
-  const auto model = BodyModel::Default();
-  const Eigen::Matrix3Xd shaped = model->ShapedVertices({});
-  RetargetBody body;
-  body.rest_joints = model->RestJoints(shaped);
-  body.floor_y = shaped.row(1).minCoeff();
-  body.left_hand = model->HandMean(Side::kLeft);
-  body.right_hand = model->HandMean(Side::kRight);
-  return body;
-}
+RetargetBody DefaultBody() { return RetargetBodyOf(*BodyModel::Default()); }
 
 SkeletonMap IdentityMap() {
   SkeletonMap map;
@@ -163,23 +153,29 @@ Difference Compare(const Clip& a, const Clip& b, const Eigen::Matrix3Xd& rest, i
   return worst;
 }
 
-TEST(Retarget, CopiesASkeletonThatRestsLikeSmplx) {
+RetargetOptions WhereItIs() {
+  RetargetOptions options;
+  options.find_ground = false;
+  return options;
+}
+
+TEST(Retarget, CopiesASkeletonOfAnySizeThatRestsLikeSmplx) {
   const RetargetBody body = DefaultBody();
   std::srand(5);
   Clip clip = NaturalClip(body, 30);
   for (auto& pose : clip.pose) {
     pose.rightCols(kNumJoints - 1) += 0.3 * JointPose::Random().rightCols(kNumJoints - 1);
   }
-  RetargetOptions options;
-  options.find_ground = false;
-  RetargetReport report;
-  const Clip found = Retarget(AsSource(clip, body.rest_joints, 1, PlainFrames()), IdentityMap(),
-                              body, options, &report);
-  EXPECT_TRUE(report.same_skeleton);
-  EXPECT_NEAR(report.scale, 1, 1e-9);
-  const Difference difference = Compare(clip, found, body.rest_joints, kNumJoints);
-  EXPECT_LT(difference.joint, 1e-6);
-  EXPECT_LT(difference.rotation, 1e-6);
+  for (const double size : {0.5, 1.0, 100.0}) {
+    RetargetReport report;
+    const Clip found = Retarget(AsSource(clip, body.rest_joints, size, PlainFrames()),
+                                IdentityMap(), body, WhereItIs(), &report);
+    EXPECT_TRUE(report.same_skeleton);
+    EXPECT_NEAR(report.scale * size, 1, 1e-9);
+    const Difference difference = Compare(clip, found, body.rest_joints, kNumJoints);
+    EXPECT_LT(difference.joint, 1e-6);
+    EXPECT_LT(difference.rotation, 1e-6);
+  }
 }
 
 TEST(Retarget, LocalFramesAndRestPoseOfTheSourceDoNotMatter) {
@@ -190,11 +186,9 @@ TEST(Retarget, LocalFramesAndRestPoseOfTheSourceDoNotMatter) {
     std::vector<Eigen::Matrix3d> frames;
     for (int j = 0; j < kNumJoints; ++j) frames.push_back(RandomRotation(random));
     for (const int j : {6, 9, 12, 15}) frames[j] = frames[3];  // a spine straight at rest
-    RetargetOptions options;
-    options.find_ground = false;
     RetargetReport report;
     const Clip found = Retarget(AsSource(clip, body.rest_joints, 1, frames), IdentityMap(), body,
-                                options, &report);
+                                WhereItIs(), &report);
     EXPECT_FALSE(report.same_skeleton);
     const Difference difference = Compare(clip, found, body.rest_joints, kNumBodyJoints);
     EXPECT_LT(difference.joint, 0.006) << trial;
@@ -305,8 +299,7 @@ TEST(Retarget, AnyRestPoseOfTheSameBonesGivesTheSamePlaces) {
       {"curled up", posed(curled)},
       {"lying", posed({{0, {-90, 0, 0}}})},
   };
-  RetargetOptions options;
-  options.find_ground = false;
+  const RetargetOptions options = WhereItIs();
   const Clip moving = NaturalClip(body, 60);
   for (const Clip& clip : {moving, Slice(moving, 0, 15)}) {  // at first the legs are straight
     for (const bool fingers : {true, false}) {
@@ -358,36 +351,6 @@ TEST(Retarget, HandsWithoutAnyHintAreStraightAndReported) {
   EXPECT_LT(HandAngle(clip, found, body.rest_joints), 30 * kDegree);
   EXPECT_GT(report.hand_error_rad[0], 60 * kDegree);
   EXPECT_GT(report.hand_error_rad[1], 60 * kDegree);
-}
-
-TEST(Retarget, SizeOfTheSourceDoesNotMatter) {
-  const RetargetBody body = DefaultBody();
-  const Clip clip = NaturalClip(body, 30);
-  for (const double size : {0.5, 1.0, 100.0}) {
-    RetargetOptions options;
-    options.find_ground = false;
-    RetargetReport report;
-    const Clip found = Retarget(AsSource(clip, body.rest_joints, size, PlainFrames()),
-                                IdentityMap(), body, options, &report);
-    EXPECT_NEAR(report.scale * size, 1, 1e-9);
-    EXPECT_LT(Compare(clip, found, body.rest_joints, kNumJoints).joint, 1e-6);
-  }
-}
-
-TEST(Retarget, AZUpSourceGivesTheSameClip) {
-  const RetargetBody body = DefaultBody();
-  const Clip clip = NaturalClip(body, 20);
-  SourceMotion motion = AsSource(clip, body.rest_joints, 1, PlainFrames());
-  Eigen::Matrix3d z_up;
-  z_up << 1, 0, 0, 0, 0, -1, 0, 1, 0;
-  for (auto& positions : motion.positions) positions = (z_up * positions).eval();
-  for (auto& q : motion.rotations)
-    q = Eigen::Quaterniond(Eigen::Matrix3d(z_up * q.toRotationMatrix()));
-  RetargetOptions options;
-  options.find_ground = false;
-  options.up = UpAxis::kZ;
-  const Clip found = Retarget(motion, IdentityMap(), body, options);
-  EXPECT_LT(Compare(clip, found, body.rest_joints, kNumJoints).joint, 1e-6);
 }
 
 TEST(Retarget, FeetComeToStandOnTheGround) {
@@ -498,19 +461,6 @@ TEST(FindGroundTest, TakesTheLowestLevelWhereManyStandAndItsTilt) {
   EXPECT_NEAR(plane.height, 0.07, 0.004);
 }
 
-TEST(ResampleTest, KeepsEndsAndGoesTheShortWay) {
-  const RetargetBody body = DefaultBody();
-  const Clip clip = NaturalClip(body, 61);
-  const Clip twice = Resample(clip, 60);
-  ASSERT_EQ(twice.NumFrames(), 121);
-  for (int t = 0; t < 61; ++t) EXPECT_TRUE(twice.pose[2 * t].isApprox(clip.pose[t], 1e-9));
-  const Clip half = Resample(clip, 15);
-  ASSERT_EQ(half.NumFrames(), 31);
-  EXPECT_TRUE(half.pose[30].isApprox(clip.pose[60], 1e-9));
-  EXPECT_TRUE(half.trans.col(30).isApprox(clip.trans.col(60)));
-  EXPECT_THROW(Resample(clip, 0), Error);
-}
-
 // --- Files of our own of one motion, as other programs write it ---------------------------------
 
 class SameMotion : public ::testing::Test {
@@ -599,23 +549,19 @@ TEST_F(SameMotion, VrmOfVersion1) {
   for (const auto& bone : scene["extensions"]["VRM"]["humanoid"]["humanBones"]) {
     bones[bone["bone"].get<std::string>()] = {{"node", bone["node"]}};
   }
-  const auto write = [&](const nlohmann::json& extensions) {
-    scene["extensions"] = extensions;
+  const auto write = [&] {
+    scene["extensions"] = {{"VRMC_vrm", {{"humanoid", {{"humanBones", bones}}}}}};
     scene["buffers"][0]["uri"] = "vrm1.bin";
     WriteAtomically(folder / "vrm1.bin", std::string(parts.binary));
     WriteAtomically(folder / "vrm1.gltf", scene.dump());
     return folder / "vrm1.gltf";
   };
-  const Clip clip = ImportMotion(write({{"VRMC_vrm", {{"humanoid", {{"humanBones", bones}}}}}}),
-                                 body_, {}, &report_);
-  EXPECT_LT(Off(clip), 0.001);
+  EXPECT_LT(Off(ImportMotion(write(), body_, {}, &report_)), 0.001);
   EXPECT_EQ(report_.skeleton, "VRM humanoid");
   bones.erase("leftHand");  // not all limbs: the names count, which are of no kind
-  EXPECT_THROW(ImportMotion(write({{"VRMC_vrm", {{"humanoid", {{"humanBones", bones}}}}}}), body_),
-               Error);
+  EXPECT_THROW(ImportMotion(write(), body_), Error);
   bones["leftHand"]["node"] = 100000;
-  EXPECT_THROW(ImportMotion(write({{"VRMC_vrm", {{"humanoid", {{"humanBones", bones}}}}}}), body_),
-               Error);
+  EXPECT_THROW(ImportMotion(write(), body_), Error);
 }
 
 // --- Real captures, where they are at hand -------------------------------------------------------

@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/rotation.h"
+#include "geometry/score/clipped_volume.h"
 #include "geometry/score/contact_metrics.h"
 #include "tests/geometry/mesh_shapes.h"
 
@@ -180,9 +181,9 @@ TEST(ExactIntersection, AnOverlapHasTheFacesThatMeetAndThoseInside) {
   EXPECT_EQ(found.faces_a.size(), 2u);  // of the plate's top; no corner of it is inside
   EXPECT_GT(found.faces_b.size(), 20u);
   EXPECT_LT(found.faces_b.size(), static_cast<std::size_t>(ball.mesh.NumFaces()) / 2);
-  const double box = IntersectionVolume(plate.distance, ball.distance, 0.001, found.box);
-  EXPECT_GT(box, 0.0);
-  EXPECT_EQ(box, IntersectionVolume(plate.distance, ball.distance, 0.001));
+  const double inside = IntersectionVolume(plate, ball, found, 0.001);
+  EXPECT_GT(inside, 0.0);
+  EXPECT_EQ(inside, IntersectionVolume(plate.distance, ball.distance, 0.001));
 }
 
 }  // namespace

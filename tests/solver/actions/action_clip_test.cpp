@@ -31,11 +31,8 @@ const ActionProp& Mug() {
 }
 
 const ActionGrasps& MugGrasps() {
-  static const ActionGrasps grasps(
-      Actor(),
-      FindActionGrasps(Actor().Hand(Side::kRight), {Mug().mesh, Mug().surface, *Mug().fit.distance},
-                       1, 8),
-      {});
+  static const ActionGrasps grasps(Actor(),
+                                   FindActionGrasps(Actor().Hand(Side::kRight), Mug(), 1, 8), {});
   return grasps;
 }
 
@@ -125,8 +122,7 @@ TEST(ActionClip, SaysWhyWhenNoHandCanHoldTheObject) {
   simple.vertices *= 6.0;
   const ActionProp prop = MakeActionProp("cube", crate, simple, false, 1);
   GraspStatus status = GraspStatus::kFound;
-  std::vector<Grasp> none = FindActionGrasps(
-      Actor().Hand(Side::kRight), {prop.mesh, prop.surface, *prop.fit.distance}, 1, 8, &status);
+  std::vector<Grasp> none = FindActionGrasps(Actor().Hand(Side::kRight), prop, 1, 8, &status);
   EXPECT_TRUE(none.empty());
   EXPECT_NE(status, GraspStatus::kFound);
   const ActionGrasps grasps(Actor(), none, {});
@@ -152,8 +148,7 @@ int Falls(const std::vector<double>& heights, double by_m) {
 TEST(ActionClip, HammersWithTheWholeArmOrTheWristAlone) {
   const ActionProp hammer =
       MakeActionProp("hammer", Embedded("hammer"), Embedded("hammer_300"), false, 1);
-  std::vector<Grasp> grips = FindActionGrasps(
-      Actor().Hand(Side::kRight), {hammer.mesh, hammer.surface, *hammer.fit.distance}, 1, 16);
+  std::vector<Grasp> grips = FindActionGrasps(Actor().Hand(Side::kRight), hammer, 1, 16);
   AddTurnedOver(hammer.marks, grips);
   const ActionGrasps grasps(Actor(), grips, {});
   const StandingStart start = OwnStanding(Actor().Measures(), 5);

@@ -17,8 +17,7 @@ TEST(ActionGrasps, AHammerIsGrippedInThePalmWithTheThumbTowardsTheHead) {
       MakeActionProp("hammer", hammer.mesh, ForFitting(hammer, 300, nullptr), false, 2);
   const ActionActor actor(BodyModel::Default(), {});
   const HandModel& hand = actor.Hand(Side::kRight);
-  std::vector<Grasp> grips =
-      FindToolGrips(hand, {prop.mesh, prop.surface, *prop.fit.distance}, 1, 3, 2);
+  std::vector<Grasp> grips = FindToolGrips(hand, prop, 1, 3, 2);
   ASSERT_FALSE(grips.empty());
   EXPECT_LE(grips.size(), 3u);
   const HandAxes axes(hand);

@@ -18,7 +18,7 @@ class GlidingFeet : public ::testing::Test {
   std::vector<BodyFrame> Glide(double stride_m) const {
     std::vector<BodyFrame> frames(kFrames, standing);
     for (int t = 0; t < kFrames; ++t) {
-      frames[static_cast<std::size_t>(t)].pelvis.y() -= stride_m * t / (kFrames - 1);
+      frames[t].pelvis.y() -= stride_m * t / (kFrames - 1);
     }
     return frames;
   }

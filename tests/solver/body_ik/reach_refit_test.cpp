@@ -204,7 +204,7 @@ TEST(RefitReach, TheWristStaysAtALastGoalAndThePersonComesToRest) {
     goal.rests = true;
     const States rested = RefitReach(DefaultBody(), before, {&goal, 1}, options);
     EXPECT_GT(farthest(passed), 0.02) << "it would not have stayed";
-    EXPECT_LT(farthest(rested), wandr::kRestsWithin);
+    EXPECT_LT(farthest(rested), 0.02);
     EXPECT_LT(speed(rested, count - 1, 8), 0.15) << "of 0.7 on the way";
     EXPECT_GT(speed(rested, count - 1, 1), 1e-4) << "a statue";
     EXPECT_LT((rested.leftCols(frame - 30) - passed.leftCols(frame - 30)).cwiseAbs().maxCoeff(),
@@ -395,7 +395,6 @@ TEST(ReachByOptimization, GoesFromGoalToGoalWithoutAJump) {
 
 TEST(ReachByOptimization, SaysThatItDidNotComeUpThere) {
   ReachByOptimizationOptions options;
-  options.retries = 0;
   options.latent.lbfgs_iterations = 30;
   const std::vector<Vector3d> goals = {{0.2, -0.8, 2.7}, {0.2, -0.8, 1.1}};
   const OptimizedReach reach = Reach(goals, 1, 1, options)[0];
@@ -410,7 +409,6 @@ TEST(ReachByOptimization, NeitherThreadsNorTheNumberOfMotionsChangesOne) {
   ReachByOptimizationOptions options;
   options.latent.lbfgs_iterations = 10;
   options.latent.lm_iterations = 2;
-  options.retries = 1;
   const std::vector<Vector3d> goals = {{0.3, -0.7, 1.1}, {-0.3, -0.9, 0.9}};
   const auto one = Reach(goals, 3, 1, options);
   const auto two = Reach(goals, 3, 2, options);
@@ -468,9 +466,6 @@ TEST(ReachByOptimization, RefusesNoGoalsAndNoMotions) {
   EXPECT_THROW(Reach({}, 1, 1), Error);
   EXPECT_THROW(Reach({{0.3, -0.9, 1.1}}, 0, 1), Error);
   EXPECT_THROW(Reach({{0.3, NAN, 1.1}}, 1, 1), Error);
-  ReachByOptimizationOptions options;
-  options.deadline.walking_m_s = 0.0;
-  EXPECT_THROW(Reach({{0.3, -0.9, 1.1}}, 1, 1, options), Error);
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ TEST_P(ReachTerms, HaveTheJacobiansOfCentralDifferences) {
     }
     EXPECT_LT(
         JacobianError(block, {knots[0].data(), knots[1].data(), knots[2].data(), knots[3].data()},
-                      {nullptr, nullptr, nullptr, nullptr}, 1e-6),
+                      {}, 1e-6),
         1e-6)
         << scale;
   }
@@ -90,9 +90,8 @@ TEST_P(ReachTerms, VanishWhereTheCaptureIsWhatIsWanted) {
   terms.range = JointRange::Of(chain, frame, WideLimits());
   const ReachFrameBlock block(chain, frame, terms, Eigen::Vector4d(0.1, 0.5, 0.35, 0.05));
   const UpperBodyChange zero = UpperBodyChange::Zero();
-  const std::array<const double*, 4> knots = {zero.data(), zero.data(), zero.data(), zero.data()};
-  Eigen::VectorXd residuals = Eigen::VectorXd::Constant(ReachFrameBlock::kRows, NAN);
-  ASSERT_TRUE(block.Evaluate(knots.data(), residuals.data(), nullptr));
+  const Eigen::VectorXd residuals =
+      testing::ResidualsAt(block, {zero.data(), zero.data(), zero.data(), zero.data()});
   EXPECT_LT(residuals.cwiseAbs().maxCoeff(), 1e-9);
 }
 
@@ -102,8 +101,7 @@ TEST(ChangeSplinePrior, HasTheJacobianOfCentralDifferences) {
   const ChangeSplinePrior prior(UpperBodyChange::LinSpaced(0.5, 2.0), 0.5);
   std::array<UpperBodyChange, 3> knots;
   for (std::size_t k = 0; k < 3; ++k) knots[k].setLinSpaced(-1.0, 0.2 * static_cast<double>(k));
-  EXPECT_LT(JacobianError(prior, {knots[0].data(), knots[1].data(), knots[2].data()},
-                          {nullptr, nullptr, nullptr}, 1e-6),
+  EXPECT_LT(JacobianError(prior, {knots[0].data(), knots[1].data(), knots[2].data()}, {}, 1e-6),
             1e-8);
 }
 
@@ -126,22 +124,16 @@ TEST(WarpReach, BringsTheWristToTheGoalAndLeavesFeetAndAllElse) {
     EXPECT_LT(report.max_missed_m, 0.003) << off.transpose();
     double jerkiest = 0.0;
     for (int t = 0; t < 91; ++t) {
-      const BodyPlacement placed = Place(Rest(), frames[static_cast<std::size_t>(t)]);
+      const BodyPlacement placed = Place(Rest(), frames[t]);
       for (const int ankle : {7, 8}) {
-        EXPECT_LT((placed.joints.col(ankle) -
-                   feet[static_cast<std::size_t>(t)].ankle[static_cast<std::size_t>(ankle - 7)])
-                      .norm(),
-                  0.003);
+        EXPECT_LT((placed.joints.col(ankle) - feet[t].ankle[ankle - 7]).norm(), 0.003);
       }
       if (t < warp.begin || t >= warp.end) {
-        EXPECT_EQ((frames[static_cast<std::size_t>(t)].pelvis -
-                   captured[static_cast<std::size_t>(t)].pelvis)
-                      .norm(),
-                  0.0);
+        EXPECT_EQ((frames[t].pelvis - captured[t].pelvis).norm(), 0.0);
       }
       if (t > 0 && t < 90) {
         const auto wrist_at = [&](int s) -> Vector3d {
-          return Place(Rest(), frames[static_cast<std::size_t>(s)]).joints.col(21);
+          return Place(Rest(), frames[s]).joints.col(21);
         };
         jerkiest =
             std::max(jerkiest, (wrist_at(t + 1) - 2 * wrist_at(t) + wrist_at(t - 1)).norm() * 900);
@@ -170,8 +162,8 @@ TEST(MakeReachClip, ReachesItsLabelsAndIsTheSameForASeed) {
   const ReachClip again = MakeReachClip(library, options, 3);
   ASSERT_EQ(clip.labels.size(), 2u);
   for (const ReachLabel& label : clip.labels) {
-    const BodyPlacement placed = Place(Rest(), clip.frames[static_cast<std::size_t>(label.frame)]);
-    EXPECT_LT((placed.joints.col(21) - label.goal).norm(), options.limits.goal_error_m);
+    const BodyPlacement placed = Place(Rest(), clip.frames[label.frame]);
+    EXPECT_LT((placed.joints.col(21) - label.goal).norm(), 0.01);
   }
   ASSERT_EQ(again.frames.size(), clip.frames.size());
   for (std::size_t t = 0; t < clip.frames.size(); ++t) {

@@ -20,7 +20,7 @@ const Eigen::Matrix3Xd& RestJoints() { return DefaultMeasures().rest_joints; }
 std::vector<BodyFrame> LeansBack(double most) {
   std::vector<BodyFrame> frames(kFrames);
   for (int t = 0; t < kFrames; ++t) {
-    BodyFrame& frame = frames[static_cast<std::size_t>(t)];
+    BodyFrame& frame = frames[t];
     frame.pelvis.z() = 0.95;
     frame.local[0] = Eigen::AngleAxisd(0.7, Eigen::Vector3d::UnitZ()) *
                      Eigen::AngleAxisd(90.0 * kDegree, Eigen::Vector3d::UnitX());

@@ -75,11 +75,10 @@ TEST(Follow, IsToBeNearAndToMoveTogether) {
   const std::vector<std::uint8_t> follows = FindFollows(loaded.clip, hands, Ball());
   for (int t = 0; t < kBallFrames - 13; ++t) EXPECT_EQ(follows[t], kHoldsRight) << t;
   for (int t = kBallFrames - 9; t < kBallFrames; ++t) EXPECT_EQ(follows[t], 0) << t;  // flies
-  EXPECT_EQ(follows, FindFollows(loaded.clip, hands, Ball(), {}, 3));
+  EXPECT_EQ(follows, FindFollows(loaded.clip, hands, Ball(), 3));
   // Farther off it is near no more.
-  FollowProtocol near;
-  near.gap_m = 0.005;
-  for (const std::uint8_t bits : FindFollows(loaded.clip, hands, Ball(), near)) EXPECT_EQ(bits, 0);
+  const Clip far = WithBall(0.06).clip;
+  for (const std::uint8_t bits : FindFollows(far, hands, Ball())) EXPECT_EQ(bits, 0);
   // On the ground it lies.
   Clip lying = loaded.clip;
   for (int t = 0; t < kBallFrames; ++t) {

@@ -30,7 +30,7 @@ TEST(EnergyTerms, StandInTheOrderOfTheirEnum) {
 TEST(EnergyTerms, WeighTheirEnergies) {
   FitOptions options;
   for (int k = 0; k < kNumReportedEnergies; ++k) {
-    const EnergyTermInfo& info = EnergyTerms()[static_cast<std::size_t>(k)];
+    const EnergyTermInfo& info = EnergyTerms()[k];
     Energies energies;
     energies[info.term] = 2.0;
     energies += energies;

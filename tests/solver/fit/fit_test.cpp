@@ -2,7 +2,10 @@
 #include "solver/fit/fit.h"
 
 #include <cmath>
+#include <cstdint>
+#include <functional>
 #include <numbers>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -43,6 +46,18 @@ struct RigidClip {
   Clip clip;
   std::vector<ObjectPose> truth;
 };
+
+// One hand holding through the whole clip, with the paper's terms only.
+FitResult FitClip(const Clip& clip, const HandModel& hand, const Eigen::Matrix3Xd& object_vertices,
+                  const FitOptions& options = {},
+                  const std::function<bool(int, int)>& progress = {}) {
+  FitObject object;
+  object.vertices = object_vertices;
+  const HandModel* const hands[] = {&hand};
+  const std::vector<std::uint8_t> holding(
+      clip.pose.size(), hand.HandSide() == Side::kRight ? kHoldsRight : kHoldsLeft);
+  return holdfast::FitClip(clip, hands, object, holding, options.OnlyPaper(), {}, progress);
+}
 
 TEST(FitClip, RecoversAnObjectThatMovesRigidlyWithTheHand) {
   for (const Side side : {Side::kRight, Side::kLeft}) {

@@ -9,10 +9,12 @@
 #include <gtest/gtest.h>
 
 #include "solver/terms/hand/paper_terms.h"
+#include "solver/terms/motion/goal_terms.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/dense_problem.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "tests/support/hand_scene.h"
+#include "tests/support/numeric_jacobian.h"
 #include "tests/support/plain_terms.h"
 
 namespace holdfast {
@@ -36,7 +38,7 @@ struct Setting {
     std::srand(3);
     fingers = FingersOf(scene.pose, side) + 0.1 * FingerPose::Random();
   }
-  std::array<const double*, 3> Parameters() const {
+  std::vector<double*> Parameters() {
     return {orientation.coeffs().data(), translation.data(), fingers.data()};
   }
 
@@ -49,16 +51,9 @@ struct Setting {
 };
 
 // Cost, gradient and Gauss-Newton matrix of a cost function in the tangent of its parameters.
-HandObjectBlock::System Assemble(const ceres::CostFunction& cost, const Setting& setting) {
-  const int n = cost.num_residuals();
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-  Eigen::VectorXd r = Eigen::VectorXd::Constant(n, NAN);
-  Rows J_q = Rows::Constant(n, 4, NAN), J_t = Rows::Constant(n, 3, NAN),
-       J_p = Rows::Constant(n, kHandDofs, NAN);
-  double* jacobians[] = {J_q.data(), J_t.data(), J_p.data()};
-  EXPECT_TRUE(cost.Evaluate(setting.Parameters().data(), r.data(), jacobians));
-  Eigen::MatrixXd J(n, HandObjectBlock::kTangent);
-  J << J_q * RotationManifold::PlusJacobianAt(setting.Parameters()[0]), J_t, J_p;
+HandObjectBlock::System Assemble(const ceres::CostFunction& cost, Setting& setting) {
+  const RotationManifold manifold;
+  const auto [r, J] = testing::RowsAt(cost, setting.Parameters().data(), {&manifold});
   return {J.transpose() * J, J.transpose() * r, 0.5 * r.squaredNorm()};
 }
 
@@ -148,24 +143,9 @@ TEST(HandObjectBlock, GradientMatchesCentralDifferences) {
   HandObjectBlock::System system;
   block.Linearize(s.Parameters().data(), system);
   const RotationManifold manifold;
-  const double h = 1e-5;
-  const auto cost = [&](int k, double step) {
-    Setting moved = s;
-    if (k < 3) {
-      const Eigen::Vector3d delta = step * Eigen::Vector3d::Unit(k);
-      manifold.Plus(s.orientation.coeffs().data(), delta.data(), moved.orientation.coeffs().data());
-    } else if (k < 6) {
-      moved.translation(k - 3) += step;
-    } else {
-      moved.fingers(k - 6) += step;
-    }
-    Eigen::Matrix<double, HandObjectBlock::kRows, 1> r;
-    EXPECT_TRUE(block.Evaluate(moved.Parameters().data(), r.data(), nullptr));
-    return 0.5 * r.squaredNorm();
-  };
+  const Eigen::VectorXd numeric = testing::CostGradientAt(block, s.Parameters(), {&manifold}, 1e-5);
   for (int k = 0; k < HandObjectBlock::kTangent; ++k) {
-    const double numeric = (cost(k, h) - cost(k, -h)) / (2.0 * h);
-    EXPECT_NEAR(system.gradient(k), numeric, 1e-6 * system.gradient.norm()) << k;
+    EXPECT_NEAR(system.gradient(k), numeric(k), 1e-6 * system.gradient.norm()) << k;
   }
 }
 
@@ -177,26 +157,22 @@ TEST(HandObjectBlock, CompressedTermsEndWhereSeparateOnesDo) {
   HandObjectBlock block(&s.state);
   block.AddTerm(EnergyTerm::kDistance, &distance);
   block.AddTerm(EnergyTerm::kContact, &contact);
-  const FingerTemporal near(s.fingers, 1e-3);
+  const NearPoint near(s.fingers, 1e-3);
   Setting a = s, b = s;
-  const auto parameters = [](Setting& x) {
-    return std::vector<double*>{x.orientation.coeffs().data(), x.translation.data(),
-                                x.fingers.data()};
-  };
   DenseProblem compressed;
   compressed.AddParameterBlock(a.fingers.data(), kHandDofs);
   compressed.AddParameterBlock(a.orientation.coeffs().data(), 4, true);
   compressed.AddParameterBlock(a.translation.data(), 3);
-  compressed.AddResidualBlock(block, parameters(a));
+  compressed.AddResidualBlock(block, a.Parameters());
   compressed.AddResidualBlock(near, {a.fingers.data()});
   const ceres::Solver::Summary report = compressed.Solve(DenseOptions(100, 1e-10, 1e-14));
   EXPECT_TRUE(report.IsSolutionUsable()) << report.BriefReport();
 
   ceres::Problem problem(BorrowingProblem());
   RotationManifold manifold;
-  FingerTemporal near_for_ceres(s.fingers, 1e-3);
+  NearPoint near_for_ceres(s.fingers, 1e-3);
   problem.AddParameterBlock(b.orientation.coeffs().data(), 4, &manifold);
-  problem.AddResidualBlock(&block, nullptr, parameters(b));
+  problem.AddResidualBlock(&block, nullptr, b.Parameters());
   problem.AddResidualBlock(&near_for_ceres, nullptr, b.fingers.data());
   ceres::Solver::Options options;
   options.linear_solver_type = ceres::DENSE_QR;
@@ -217,8 +193,7 @@ TEST(HandObjectBlock, CostWithoutJacobianIsTheSameCost) {
   const HandObjectDistance distance(s.scene.object, s.reference, 1.0);
   HandObjectBlock block(&s.state);
   block.AddTerm(EnergyTerm::kDistance, &distance);
-  Eigen::Matrix<double, HandObjectBlock::kRows, 1> r;
-  ASSERT_TRUE(block.Evaluate(s.Parameters().data(), r.data(), nullptr));
+  const Eigen::VectorXd r = testing::ResidualsAt(block, s.Parameters().data());
   EXPECT_NEAR(0.5 * r.squaredNorm(), Assemble(block, s).cost, 1e-12);
 }
 

@@ -11,9 +11,12 @@
 #include "solver/grasp/grasp.h"
 #include "solver/grasp/grasp_handle_placement.h"
 #include "tests/support/data_folder.h"
+#include "tests/support/hand_scene.h"
 
 namespace holdfast {
 namespace {
+
+using testing::DefaultHand;
 
 struct Object {
   explicit Object(const std::filesystem::path& path)
@@ -26,9 +29,7 @@ struct Object {
 };
 
 std::vector<Handle> Handles(const Object& object, int threads = 2) {
-  HandleOptions options;
-  options.threads = threads;
-  return FindHandles(object.grid, options);
+  return FindHandles(object.grid, threads);
 }
 
 // Fits a handle's description to exact distances: material in the bar, a finger's room behind it.
@@ -41,12 +42,6 @@ void ExpectBarsWithRoom(const Object& object, const std::vector<Handle>& handles
     EXPECT_GT(handle.room, 0.015);
     EXPECT_LT(object.surface.Distance(handle.bar), 0.0035) << "no material in the bar";
   }
-}
-
-const HandModel& Hand(Side side) {
-  static const HandModel right(BodyModel::Default(), {}, Side::kRight);
-  static const HandModel left(BodyModel::Default(), {}, Side::kLeft);
-  return side == Side::kRight ? right : left;
 }
 
 TEST(FindHandles, SeesTheHandleOfAMug) {
@@ -102,8 +97,7 @@ TEST(FindHandles, TurnsWithTheObjectAndDoesNotDependOnThreads) {
       Eigen::AngleAxisd(0.7, Eigen::Vector3d(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
   turned.vertices = R * turned.vertices;
   const SignedDistance surface(turned);
-  const std::vector<Handle> of_turned =
-      FindHandles(DistanceGrid(surface, {.threads = 2}), {.threads = 2});
+  const std::vector<Handle> of_turned = FindHandles(DistanceGrid(surface, {.threads = 2}), 2);
   ASSERT_FALSE(of_turned.empty());
   EXPECT_GT((R.transpose() * of_turned.front().bar).x(), 0.04);
 }
@@ -143,7 +137,7 @@ TEST_P(HandleGrasp, HasFingersOnBothSidesOfTheBarAndNoneInTheObject) {
   options.style = GraspStyle::kHandle;
   GraspReport report;
   const Grasp grasp =
-      CloseHand(Hand(side), object.mesh, object.surface, object.grid, options, &report);
+      CloseHand(DefaultHand(side), object.mesh, object.surface, object.grid, options, &report);
   ASSERT_EQ(report.status, GraspStatus::kFound) << report.candidates.front().refused;
   EXPECT_EQ(grasp.style, GraspStyle::kHandle);
   EXPECT_LT(grasp.max_penetration_mm, 2.0);
@@ -154,8 +148,8 @@ TEST_P(HandleGrasp, HasFingersOnBothSidesOfTheBarAndNoneInTheObject) {
   EXPECT_GE(through, 2);
 
   // A finger that is through starts outside the bar and ends behind it.
-  const HandAxes axes(Hand(side));
-  HandEvaluation evaluation = AtWrist(Hand(side));
+  const HandAxes axes(DefaultHand(side));
+  HandEvaluation evaluation = AtWrist(DefaultHand(side));
   const HandState& state = evaluation.At(grasp.fingers.data(), false);
   const std::vector<Handle> handles = Handles(object);
   for (int finger = 0; finger < kThumb; ++finger) {
@@ -179,7 +173,7 @@ TEST(CloseHand, SaysSoWhenThereIsNoHandle) {
   GraspOptions options;
   options.style = GraspStyle::kHandle;
   GraspReport report;
-  CloseHand(Hand(Side::kRight), apple.mesh, apple.surface, apple.grid, options, &report);
+  CloseHand(DefaultHand(Side::kRight), apple.mesh, apple.surface, apple.grid, options, &report);
   EXPECT_EQ(report.status, GraspStatus::kNoHandle);
 }
 
@@ -191,7 +185,8 @@ TEST(CloseHand, KeepsToTheStyleAskedFor) {
   options.refinements = 8;
   for (const GraspStyle style : {GraspStyle::kPower, GraspStyle::kPrecision}) {
     options.style = style;
-    EXPECT_EQ(CloseHand(Hand(Side::kRight), mug.mesh, mug.surface, mug.grid, options).style, style);
+    EXPECT_EQ(CloseHand(DefaultHand(Side::kRight), mug.mesh, mug.surface, mug.grid, options).style,
+              style);
   }
   EXPECT_EQ(StyleByName("handle"), GraspStyle::kHandle);
   EXPECT_EQ(StyleByName("auto"), std::nullopt);

@@ -12,9 +12,12 @@
 #include "solver/grasp/grasp_candidates.h"
 #include "solver/grasp/grasp_placement.h"
 #include "tests/geometry/mesh_shapes.h"
+#include "tests/support/hand_scene.h"
 
 namespace holdfast {
 namespace {
+
+using testing::DefaultHand;
 
 struct HeldThing {
   explicit HeldThing(TriangleMesh m)
@@ -25,12 +28,6 @@ struct HeldThing {
   SignedDistance surface;
   DistanceGrid grid;
 };
-
-const HandModel& SharedHand(Side side) {
-  static const HandModel right(BodyModel::Default(), {}, Side::kRight);
-  static const HandModel left(BodyModel::Default(), {}, Side::kLeft);
-  return side == Side::kRight ? right : left;
-}
 
 // A cheaper search: enough for simple objects.
 GraspOptions Quick() {
@@ -44,12 +41,12 @@ GraspOptions Quick() {
 
 Grasp Close(Side side, const HeldThing& object, const GraspOptions& options,
             GraspReport* report = nullptr) {
-  return CloseHand(SharedHand(side), object.mesh, object.surface, object.grid, options, report);
+  return CloseHand(DefaultHand(side), object.mesh, object.surface, object.grid, options, report);
 }
 
 // What makes a grasp a grasp, by exact distances and independent of the search's own numbers.
 void ExpectClean(Side side, const HeldThing& object, const Grasp& grasp) {
-  const HandModel& hand = SharedHand(side);
+  const HandModel& hand = DefaultHand(side);
   const HandAnatomy anatomy(hand);
   HandEvaluation evaluation = AtWrist(hand);
   const Eigen::Matrix3Xd vertices = evaluation.At(grasp.fingers.data(), false).Vertices();
@@ -152,7 +149,7 @@ TEST(CloseHand, BestOnlyFindsTheSameAndReportsLess) {
 
 TEST(CloseHand, PrefersWhatStaysUpright) {
   const HeldThing object(std::string("cylinder"));
-  const HandAxes axes(SharedHand(Side::kRight));
+  const HandAxes axes(DefaultHand(Side::kRight));
   GraspOptions options = Quick();
   options.up_in_wrist = {axes.Across()};
   const Grasp grasp = Close(Side::kRight, object, options);
@@ -166,7 +163,7 @@ TEST(CloseHand, SaysSoWhenAnObjectIsTooLarge) {
   const SignedDistance surface(boulder);
   const DistanceGrid grid(surface, {.cell_m = 0.02, .threads = 2});
   GraspReport report;
-  CloseHand(SharedHand(Side::kRight), boulder, surface, grid, Quick(), &report);
+  CloseHand(DefaultHand(Side::kRight), boulder, surface, grid, Quick(), &report);
   EXPECT_EQ(report.status, GraspStatus::kNothingToGrasp);
 }
 
@@ -174,7 +171,7 @@ TEST(CloseHand, StopsWhenAsked) {
   const HeldThing object(std::string("cylinder"));
   int calls = 0;
   GraspReport report;
-  CloseHand(SharedHand(Side::kRight), object.mesh, object.surface, object.grid, Quick(), &report,
+  CloseHand(DefaultHand(Side::kRight), object.mesh, object.surface, object.grid, Quick(), &report,
             [&](double share) {
               EXPECT_GE(share, 0.0);
               EXPECT_LE(share, 1.0);
@@ -196,8 +193,8 @@ TEST(CloseHand, GoesWithTheWrist) {
 
 TEST(PinchHand, PadsFaceEachOtherAtTheWidthAsked) {
   for (const Side side : {Side::kRight, Side::kLeft}) {
-    const HandAnatomy anatomy(SharedHand(side));
-    HandEvaluation evaluation = AtWrist(SharedHand(side));
+    const HandAnatomy anatomy(DefaultHand(side));
+    HandEvaluation evaluation = AtWrist(DefaultHand(side));
     for (const double width : {0.03, 0.06, 0.09}) {
       const HandAngles angles = PinchHand(anatomy, width);
       EXPECT_EQ(anatomy.axes.LimitExcess(angles), 0.0);
@@ -217,8 +214,8 @@ TEST(PinchHand, PadsFaceEachOtherAtTheWidthAsked) {
 }
 
 TEST(PinchHand, LeftIsTheMirrorOfRight) {
-  const HandAngles right = PinchHand(HandAnatomy(SharedHand(Side::kRight)), 0.05);
-  const HandAngles left = PinchHand(HandAnatomy(SharedHand(Side::kLeft)), 0.05);
+  const HandAngles right = PinchHand(HandAnatomy(DefaultHand(Side::kRight)), 0.05);
+  const HandAngles left = PinchHand(HandAnatomy(DefaultHand(Side::kLeft)), 0.05);
   EXPECT_LT((right - left).cwiseAbs().maxCoeff(), 2.0 * kDegree);
 }
 
@@ -226,8 +223,8 @@ TEST(CloseFingers, StopsAtTheSurfaceAndMirrors) {
   const HeldThing object(std::string("sphere"));
   Closing closings[2];
   for (const Side side : {Side::kRight, Side::kLeft}) {
-    const HandAnatomy anatomy(SharedHand(side));
-    HandEvaluation evaluation = AtWrist(SharedHand(side));
+    const HandAnatomy anatomy(DefaultHand(side));
+    HandEvaluation evaluation = AtWrist(DefaultHand(side));
     Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
     const double radius = 0.5 * Extent(object.mesh).x();
     wrist_from_object.translation() = anatomy.landmarks.PalmCenter() +

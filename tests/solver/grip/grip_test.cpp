@@ -38,14 +38,14 @@ TEST(SqueezeDual, JacobianMatchesDifferences) {
   for (double& w : wrenches.reshaped()) w = normal(random);
   const SqueezeDual term(wrenches, 100.0);
   Eigen::Matrix<double, 6, 1> y = 0.2 * wrenches.col(0);
-  EXPECT_LT(testing::JacobianError(term, {y.data()}, {nullptr}), 1e-6);
+  EXPECT_LT(testing::JacobianError(term, {y.data()}), 1e-6);
 }
 
 // The forces of the documented sum of squares, one coordinate at a time.
 void PressOneAfterAnother(double radius_m, double friction, std::vector<GripContact>& contacts) {
   Eigen::Matrix<double, 6, Eigen::Dynamic> w(6, 4 * std::ssize(contacts));
   for (Eigen::Index g = 0; g < w.cols(); ++g) {
-    const GripContact& contact = contacts[static_cast<std::size_t>(g / 4)];
+    const GripContact& contact = contacts[g / 4];
     const Eigen::Vector3d side = contact.into.unitOrthogonal(), up = contact.into.cross(side);
     const double angle = 0.5 * std::numbers::pi * static_cast<double>(g % 4);
     const Eigen::Vector3d force =

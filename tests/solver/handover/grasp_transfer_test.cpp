@@ -106,7 +106,7 @@ TEST(TransferGrasp, StaysWhereAGoodWristIsGiven) {
       TransferGrasp(Hand(Side::kRight), MirrorFingers(own.fingers), away, Hand(Side::kLeft),
                     own.wrist_from_object, scene.mesh, scene.surface, scene.grid);
   EXPECT_TRUE(transfer.found) << transfer.refused;
-  EXPECT_EQ(transfer.method, TransferMethod::kMirrored);
+  EXPECT_EQ(transfer.method, "mirrored");
   EXPECT_LT(transfer.correction_m, 0.015);
   EXPECT_EQ(transfer.hand_overlap_mm, 0.0);
 }

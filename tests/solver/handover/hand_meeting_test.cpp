@@ -34,15 +34,16 @@ struct Wrists {
 
 TEST(SplitCorrection, LeavesHandsThatFitWhereTheyAre) {
   const Wrists at;
-  const HandMeeting met = SplitCorrection(at.giver, at.receiver, at.giver.inverse() * at.receiver);
-  EXPECT_LT(met.giver.translation.norm() + met.receiver.translation.norm(), 1e-9);
-  EXPECT_LT(met.giver.rotation.vec().norm() + met.receiver.rotation.vec().norm(), 1e-9);
+  const auto [giver, receiver] =
+      SplitCorrection(at.giver, at.receiver, at.giver.inverse() * at.receiver);
+  EXPECT_LT(giver.translation.norm() + receiver.translation.norm(), 1e-9);
+  EXPECT_LT(giver.rotation.vec().norm() + receiver.rotation.vec().norm(), 1e-9);
 }
 
 TEST(SplitCorrection, BringsHandsTogetherByTheLeastAndBothByAsMuch) {
   const Wrists at;
-  const HandMeeting met = SplitCorrection(at.giver, at.receiver, at.wanted);
-  const Isometry3d giver = Apply(at.giver, met.giver), receiver = Apply(at.receiver, met.receiver);
+  const auto [of_giver, of_receiver] = SplitCorrection(at.giver, at.receiver, at.wanted);
+  const Isometry3d giver = Apply(at.giver, of_giver), receiver = Apply(at.receiver, of_receiver);
   EXPECT_TRUE((giver.inverse() * receiver).isApprox(at.wanted, 1e-9));
   EXPECT_NEAR((giver.translation() - at.giver.translation()).norm(),
               (receiver.translation() - at.receiver.translation()).norm(), 1e-9);

@@ -42,8 +42,8 @@ HandoverMotion Handover(std::uint64_t seed, int switches = 1) {
   return MakeHandoverMotion(body, PalmGrasps(body, Ball().mesh.vertices, seed), options);
 }
 
-HoldLabels Find(const Clip& clip, HoldOptions options = {}) {
-  return FindHolds(clip, Right(), Left(), Ball().grid, options);
+HoldLabels Find(const Clip& clip, int threads = 1) {
+  return FindHolds(clip, Right(), Left(), Ball().grid, threads);
 }
 
 // Everything up to shortly before the first switch: the right hand carries.
@@ -126,9 +126,7 @@ TEST(FindHolds, DoesNotCareWhereTheWorldIs) {
 
 TEST(FindHolds, IsTheSameOnAnyNumberOfThreads) {
   const Clip clip = Handover(5).clip;
-  HoldOptions two;
-  two.threads = 2;
-  const HoldLabels a = Find(clip), b = Find(clip, two);
+  const HoldLabels a = Find(clip), b = Find(clip, 2);
   EXPECT_EQ(a.hands, b.hands);
   EXPECT_EQ(a.confidence, b.confidence);
 }

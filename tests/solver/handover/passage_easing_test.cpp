@@ -29,7 +29,7 @@ Matrix3Xd Detour(double height) {
 
 double Bend(const Matrix3Xd& way, const WayEnds& ends) {
   Matrix3Xd all(3, way.cols() + 4);
-  all << *ends.two_before, *ends.before, way, *ends.after, *ends.two_after;
+  all << *ends[0], *ends[1], way, *ends[2], *ends[3];
   double sum = 0.0;
   for (Eigen::Index k = 1; k + 1 < all.cols(); ++k) {
     sum += (all.col(k - 1) - 2.0 * all.col(k) + all.col(k + 1)).norm();
@@ -63,7 +63,7 @@ TEST(EasedWay, ComesBackAsItIsWhereNothingElseIsClear) {
 
 TEST(EasedWay, NeedsNothingBeyondTheEndsOfAClip) {
   const Matrix3Xd way = Detour(0.1);
-  for (const WayEnds& ends : {WayEnds{}, WayEnds{{}, Along(-1), {}, {}}}) {
+  for (const WayEnds& ends : {WayEnds{}, WayEnds{std::nullopt, Along(-1)}}) {
     EXPECT_TRUE(EasedWay(way, ends, kNothingInTheWay).allFinite());
   }
   const Matrix3Xd one = way.leftCols<1>();

@@ -28,8 +28,7 @@ std::vector<PairSums> Run(Isa isa, const Scene& scene) {
   std::vector<Real> reference(static_cast<std::size_t>(points.cols()) * targets.Stride(), Real(7));
   for (Eigen::Index i = 0; i < points.cols(); ++i) {
     for (Eigen::Index j = 0; j < scene.targets.cols(); ++j) {
-      reference[static_cast<std::size_t>(i * targets.Stride() + j)] =
-          static_cast<Real>(scene.reference(j, i));
+      reference[i * targets.Stride() + j] = static_cast<Real>(scene.reference(j, i));
     }
   }
   std::vector<PairSums> sums(static_cast<std::size_t>(points.cols()),

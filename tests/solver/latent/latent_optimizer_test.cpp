@@ -304,16 +304,6 @@ TEST(LatentOptimizer, TheForearmPointsWhereItIsAsked) {
   EXPECT_LT((Joint(solution, task.deadline, kWrist) - task.goal).norm(), 0.02);
 }
 
-TEST(LatentOptimizer, AnotherJointCanBeLed) {
-  // The left wrist, by a network that knows of the right one.
-  LatentOptions options;
-  options.with_intention = false;
-  options.goal_joint = 20;
-  const ReachTask task = Task(Net().weights, {0.3, -0.9, 1.2}, 70, 12);
-  const ReachSolution solution = Solve(task, options);
-  EXPECT_LT((Joint(solution, task.deadline, 20) - task.goal).norm(), 0.03);
-}
-
 TEST(LatentOptimizer, WhatPollThrowsEndsTheRun) {
   const wandr::NetworkWeights weights = SmallNetwork(wandr::IntentionLayout::kFlagged, 3);
   const wandr::Network<float> network(weights);

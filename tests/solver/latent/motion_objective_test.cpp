@@ -187,7 +187,7 @@ TEST(MotionObjective, IsTheSumOfItsTerms) {
   nn::RandomStream random(7);
   const std::vector<wandr::Pose<double>> poses = RandomPoses(random, 2);
   const MotionView motion = ViewOf(poses);
-  const auto goal = std::make_shared<JointGoal>(Eigen::Vector3d(1, 2, 3), 0.7);
+  const auto goal = std::make_shared<NearPoint>(Eigen::Vector3d(1, 2, 3), 0.7);
   MotionObjective objective;
   EXPECT_EQ(objective.Evaluate(motion), 0.0);
   objective.Add("goal", goal, nullptr, {Position(0, 21)});
@@ -232,22 +232,18 @@ TEST(MotionObjective, GradientOfLatentsThroughARolloutIsTheDerivative) {
   const Eigen::Vector3d goal(0.5, -0.5, 1.0);
   std::vector<MotionQuantity> all;
   for (int t = 1; t <= kSteps; ++t) all.push_back(Position(t, 21));
-  objective.Add("arrival", std::make_shared<FirstArrival>(goal, kSteps, 0.3, 1.0), nullptr, all);
-  objective.Add("goal", std::make_shared<JointGoal>(goal, 2.0), nullptr, {Position(kSteps, 21)});
+  objective.Add("arrival", FirstArrival(goal, kSteps, 0.3, 1.0), nullptr, all);
+  objective.Add("goal", std::make_shared<NearPoint>(goal, 2.0), nullptr, {Position(kSteps, 21)});
   for (int t = 1; t < kSteps; ++t) {
-    objective.Add("look", std::make_shared<LookAt>(goal, 0.5), nullptr,
-                  {WorldRotation(t, 15), Position(t, 15)});
-    objective.Add("limits", std::make_shared<RotationRange>(0.05, 0.3), nullptr,
-                  {LocalRotation(t, 1 + t)});
-    objective.Add("skate", std::make_shared<FootSkate>(3.0),
-                  std::make_shared<ceres::CauchyLoss>(0.02),
+    objective.Add("look", LookAt(goal, 0.5), nullptr, {WorldRotation(t, 15), Position(t, 15)});
+    objective.Add("limits", RotationRange(0.05, 0.3), nullptr, {LocalRotation(t, 1 + t)});
+    objective.Add("skate", FootSkate(3.0), std::make_shared<ceres::CauchyLoss>(0.02),
                   {Position(t, kNumBodyJoints), Position(t + 1, kNumBodyJoints)});
-    objective.Add("speed", std::make_shared<PelvisSpeed>(0.01, 1.0 / 30.0, 0.05), nullptr,
+    objective.Add("speed", HorizontalLimit(0.01, 1.0 / 30.0, 0.05), nullptr,
                   {Position(t, 0), Position(t + 1, 0)});
     objective.Add("smooth", std::make_shared<JointAcceleration>(1.0 / 30.0, 1e-5), nullptr,
                   {Position(t - 1, 20), Position(t, 20), Position(t + 1, 20)});
-    objective.Add("airborne",
-                  std::make_shared<Airborne>(std::vector<double>{-9.0, -9.0}, 0.01, 1.0), nullptr,
+    objective.Add("airborne", Airborne(std::vector<double>{-9.0, -9.0}, 0.01, 1.0), nullptr,
                   {Position(t, kNumBodyJoints), Position(t, 7)});
   }
 

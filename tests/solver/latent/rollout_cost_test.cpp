@@ -80,9 +80,8 @@ TEST_F(RolloutCostOf, TheJacobianIsTheDerivative) {
       const RolloutCost<double> cost(batch, i, view, goal,
                                      with_rest ? AllTerms(objectives[i]) : nullptr);
       EXPECT_EQ(cost.num_residuals(), with_rest ? 4 : 3);
-      EXPECT_LT(testing::JacobianError(cost, at.pointers, {at.pointers.size(), nullptr}), 1e-5);
-      Eigen::VectorXd r(cost.num_residuals());
-      ASSERT_TRUE(cost.Evaluate(at.pointers.data(), r.data(), nullptr));
+      EXPECT_LT(testing::JacobianError(cost, at.pointers), 1e-5);
+      const Eigen::VectorXd r = testing::ResidualsAt(cost, at.pointers.data());
       const Eigen::Vector3d off = cost.Motion().At(5, 21) - task_.goal;
       EXPECT_LT((r.head<3>() - off / 0.3).norm(), 1e-12);
     }

@@ -24,9 +24,9 @@ TEST(Adam, MovesEveryVariableByTheRateAndThenByLess) {
   // With the same gradient each time the ratio of its means is 1, whatever its size.
   const Eigen::VectorXd gradient = Eigen::Vector3d(1e-3, -2.0, 500.0);
   Eigen::VectorXd x = Eigen::Vector3d::Zero();
-  Adam adam({.first = 0.1, .last_ratio = 0.5, .iterations = 3});
+  Adam adam(0.1, 0.5, 3);
   for (const double moved : {0.1, 0.175, 0.225}) {
-    EXPECT_TRUE(adam.Step(moved < 0.15 ? 0 : moved < 0.2 ? 1 : 2, gradient, x));
+    EXPECT_TRUE(adam(moved < 0.15 ? 0 : moved < 0.2 ? 1 : 2, gradient, x));
     EXPECT_LT((x - moved * Eigen::Vector3d(-1.0, 1.0, -1.0)).norm(), 1e-4);
   }
 }
@@ -37,7 +37,7 @@ TEST(LbfgsStepOne, FindsTheMinimumOfAQuadraticAndStops) {
   LbfgsStepOne rule(10);
   int steps = 0;
   const auto gradient = [&] { return Eigen::VectorXd(scale.cwiseProduct(x - minimum)); };
-  while (steps < 40 && rule.Step(steps, gradient(), x)) {
+  while (steps < 40 && rule(steps, gradient(), x)) {
     ++steps;
     if (steps == 1) {
       EXPECT_NEAR(x.lpNorm<1>(), 1.0, 1e-6) << "the first step is short";

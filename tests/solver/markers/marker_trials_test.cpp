@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
+#include "tests/support/error_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -48,12 +49,8 @@ TEST(FindMarkerTrials, OfSeveralTheNameTells) {
   EXPECT_EQ(trials[1].Person(), "P1");
 
   Record(folder / "drink.csv");
-  try {
-    FindMarkerTrials(folder.Path());
-    FAIL() << "nothing thrown";
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("several static trials"));
-  }
+  EXPECT_THAT(testing::ErrorText([&] { FindMarkerTrials(folder.Path()); }),
+              ::testing::HasSubstr("several static trials"));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 
 #include "geometry/error.h"
 #include "geometry/rotation.h"
+#include "tests/support/error_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -65,12 +66,7 @@ struct ObjectMarkersTest : ::testing::Test {
     return worst;
   }
   std::string ErrorOf() const {
-    try {
-      TrackObject(recording, markers, "trial");
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+    return testing::ErrorText([&] { TrackObject(recording, markers, "trial"); });
   }
 
   MarkerRecording recording;
@@ -169,7 +165,7 @@ TEST_F(ObjectMarkersTest, SayWhatIsWrong) {
   EXPECT_THAT(ErrorOf(), HasSubstr("fewer than three of the object's markers are seen at a time"));
   markers = good;
   Hide(1, 0, kFrames);
-  EXPECT_EQ(ErrorOf(), "") << "three are enough";
+  EXPECT_EQ(ErrorOf(), "no error") << "three are enough";
   Hide(2, 0, kFrames);
   EXPECT_THAT(ErrorOf(), HasSubstr("fewer than three"));
   const ObjectMarkers line{{"cup_a", "cup_b", "cup_c"}, {}};

@@ -16,6 +16,7 @@
 #include "geometry/rotation.h"
 #include "solver/markers/marker_json.h"
 #include "tests/support/data_folder.h"
+#include "tests/support/error_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -120,12 +121,7 @@ struct SolveMarkersTest : ::testing::Test {
     return SolveMarkers(recording, &still, person.model, {}, "trial");
   }
   std::string ErrorOf(const MarkerRecording& recording) const {
-    try {
-      Solve(recording);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "";
+    return testing::ErrorText([&] { Solve(recording); });
   }
   // Root mean square of the distance of arm joints from the truth, mm.
   double JointError(const SolvedRecording& solved) const {
@@ -314,7 +310,7 @@ TEST(FindWorld, HandsOverTheHeadDoNotTurnThePersonUpsideDown) {
   std::vector<MarkerSite> sites;
   std::vector<int> column;
   for (int m = 0; m < combing.NumMarkers(); ++m) {
-    const MarkerSite* site = MarkerTable::Known().Find(combing.names[static_cast<std::size_t>(m)]);
+    const MarkerSite* site = MarkerTable::Known().Find(combing.names[m]);
     if (site == nullptr) continue;
     sites.push_back(*site);
     column.push_back(m);
@@ -331,8 +327,8 @@ TEST(FindWorld, HandsOverTheHeadDoNotTurnThePersonUpsideDown) {
 // What is not known is left out, told, and the name that may be meant with it.
 TEST_F(SolveMarkersTest, NamesTheNearestOfNamesThatItDoesNotKnow) {
   MarkerRecording other = trial;
-  other.names[static_cast<std::size_t>(*trial.Find("RUAR1"))] = "RUPR1";
-  other.names[static_cast<std::size_t>(*trial.Find("RUAR2"))] = "forceplate";
+  other.names[*trial.Find("RUAR1")] = "RUPR1";
+  other.names[*trial.Find("RUAR2")] = "forceplate";
   const SolvedRecording solved = Solve(other);
   ASSERT_EQ(solved.report.unused.size(), 2u);
   EXPECT_EQ(solved.report.unused[0].name, "RUPR1");
@@ -471,13 +467,8 @@ TEST(MarkerTable, ReadsNamesAndSaysWhatIsWrong) {
     std::ofstream(folder / "names.csv") << text;
     return MarkerTable::Read(folder / "names.csv", joint_of_vertex);
   };
-  const auto error = [&](const std::string& text) -> std::string {
-    try {
-      read(text);
-    } catch (const Error& fault) {
-      return fault.what();
-    }
-    return "";
+  const auto error = [&](const std::string& text) {
+    return testing::ErrorText([&] { read(text); });
   };
   const MarkerTable table =
       read("name,joint,vertex,cluster\nplate1,right_elbow,,forearm\ncap,,2,\n\nloose,spine3\n");

@@ -8,6 +8,7 @@
 #include "generator/wandr/network.h"
 #include "geometry/error.h"
 #include "solver/reach/goal_track.h"
+#include "tests/support/error_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -70,7 +71,7 @@ TEST_F(FollowedGoal, AnArmIsRaisedWhenTheGoalComesIntoReach) {
            report.track.joints(3 * kRightShoulder + 2, frame);
   };
   // On the way the arm swings, and nobody leans far; then the hand is there.
-  for (int t = 15; report.distance_m[static_cast<std::size_t>(t)] > 1.8; ++t) {
+  for (int t = 15; report.distance_m[t] > 1.8; ++t) {
     EXPECT_LT(height(t), -0.15) << t;
     const Eigen::Vector3f trunk =
         report.track.joints.block<3, 1>(3 * kNeck, t) - report.track.joints.block<3, 1>(0, t);
@@ -137,12 +138,7 @@ class GoalTable : public ::testing::Test {
     return ReadGoalTrack(file, rate);
   }
   std::string Complaint(const std::string& text) {
-    try {
-      Read(text);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return {};
+    return testing::ErrorText([&] { Read(text); });
   }
   testing::TemporaryFolder folder;
 };

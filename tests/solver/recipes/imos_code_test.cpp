@@ -207,10 +207,6 @@ TEST(ReferenceAdamTest, FirstStepsAreItsLearningRateAndMomentsStay) {
   EXPECT_NEAR(x(1), 0.1, 1e-5);
   adam.Step(Eigen::Vector2d(0.0, 0.0), 0.1, x);  // goes on by what it remembers
   EXPECT_LT(x(0), -0.15);
-  adam.Reset();
-  const Eigen::VectorXd before = x;
-  adam.Step(Eigen::Vector2d(0.0, 0.0), 0.1, x);
-  EXPECT_EQ(x, before);
 }
 
 TEST(ImosCode, ReferenceFrameIsTheLastBeforeTheObjectMoves) {
@@ -222,17 +218,6 @@ TEST(ImosCode, ReferenceFrameIsTheLastBeforeTheObjectMoves) {
   EXPECT_EQ(ImosReferenceFrame(track, 4), 2);
   track.trans.col(1) = Eigen::Vector3d(0, 0, 0.0011);
   EXPECT_EQ(ImosReferenceFrame(track, 4), 0);
-}
-
-TEST(ImosCode, TheRightHandIsTakenEvenWhenBothHold) {
-  Clip clip;
-  EXPECT_EQ(ImosCodeSide(clip), Side::kRight);
-  clip.holding_hand = {3, 3, 3, 3, 3};
-  EXPECT_EQ(ImosCodeSide(clip), Side::kRight);
-  clip.holding_hand = {2, 2, 2, 3, 2};
-  EXPECT_EQ(ImosCodeSide(clip), Side::kRight);
-  clip.holding_hand = {1, 1, 1, 2, 1};
-  EXPECT_EQ(ImosCodeSide(clip), Side::kLeft);
 }
 
 Clip MovingClip(const TwoFrames& frames, int count) {

@@ -28,6 +28,8 @@
 #include "solver/robot_hand/robot_kinematics.h"
 #include "solver/trial/trial_scene.h"
 #include "solver/unknowns/rotation_manifold.h"
+#include "tests/support/error_text.h"
+#include "tests/support/numeric_jacobian.h"
 #include "tests/support/robot_files.h"
 #include "tests/support/temporary_folder.h"
 
@@ -35,6 +37,7 @@ namespace holdfast {
 namespace {
 
 using testing::BoxHand;
+using testing::ErrorText;
 using ::testing::HasSubstr;
 using testing::TemporaryFolder;
 
@@ -47,12 +50,7 @@ RobotHand Read(const BoxHand& hand) {
 std::string WhatReadingSays(const std::string& text, const std::string& name = "hand.urdf") {
   const TemporaryFolder folder;
   std::ofstream(folder / name) << text;
-  try {
-    FindAnatomy(ReadRobotHand(folder / name));
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "nothing";
+  return ErrorText([&] { FindAnatomy(ReadRobotHand(folder / name)); });
 }
 
 Eigen::VectorXd RandomNumbers(const RobotHand& hand, std::mt19937& random) {
@@ -326,24 +324,14 @@ TEST(ReadRobotHand, FaultsOfLibrariesAreErrorsThatNameTheFile) {
     if (entry.path().extension() != ".xml") continue;
     ++read;
     const std::string name = entry.path().filename().string();
-    try {
-      ReadRobotHand(folder / name);
-      ADD_FAILURE() << name << " is read";
-    } catch (const Error& error) {
-      EXPECT_THAT(std::string(error.what()), HasSubstr(name));
-    }
+    EXPECT_THAT(ErrorText([&] { ReadRobotHand(folder / name); }), HasSubstr(name));
   }
   EXPECT_GE(read, 8);
 }
 
 TEST(ReaderProcess, AFaultIsAnErrorAndAHandComesBackAsItWas) {
-  const auto what = [](const std::function<RobotHand()>& reader) -> std::string {
-    try {
-      ReadInProcess("hand.x", "lib", reader);
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "nothing";
+  const auto what = [](const std::function<RobotHand()>& reader) {
+    return ErrorText([&] { ReadInProcess("hand.x", "lib", reader); });
   };
   EXPECT_THAT(what([]() -> RobotHand {
                 std::raise(SIGSEGV);
@@ -402,7 +390,7 @@ class RobotTerms : public ::testing::Test {
         ball_(BallMesh(0.03)),
         distance_(ball_),
         grid_(distance_, {}),
-        obstacle_{&grid_, InBlocks(ContactSamples(ball_, 0.006, 400))} {
+        samples_(InBlocks(ContactSamples(ball_, 0.006, 400))) {
     std::mt19937 random(5);
     pose_.q = RandomNumbers(hand_, random);
     pose_.R = ExpSO3({0.3, -0.2, 0.5});
@@ -435,13 +423,8 @@ class RobotTerms : public ::testing::Test {
                     const Eigen::VectorXd& gradient) {
     const Eigen::Quaterniond q(pose_.R);
     const double* const parameters[] = {q.coeffs().data(), pose_.T.data(), pose_.q.data()};
-    const int rows = block.num_residuals(), dofs = hand_.NumDofs();
-    RowMajorMatrix J_q(rows, 4), J_T(rows, 3), J_numbers(rows, dofs);
-    double* jacobians[] = {J_q.data(), J_T.data(), J_numbers.data()};
-    Eigen::VectorXd r(rows);
-    ASSERT_TRUE(block.Evaluate(parameters, r.data(), jacobians));
-    Eigen::MatrixXd J(rows, 6 + dofs);
-    J << J_q * RotationManifold::PlusJacobianAt(parameters[0]), J_T, J_numbers;
+    const RotationManifold manifold;
+    const auto [r, J] = testing::RowsAt(block, parameters, {&manifold});
     EXPECT_LT((J.transpose() * J - hessian).norm(), 1e-7 * hessian.norm());
     EXPECT_LT((J.transpose() * r - gradient).norm(), 1e-7 * gradient.norm());
   }
@@ -479,7 +462,7 @@ class RobotTerms : public ::testing::Test {
   TriangleMesh ball_;
   SignedDistance distance_;
   DistanceGrid grid_;
-  RobotObstacle obstacle_;
+  Eigen::Matrix3Xd samples_;
   RobotPose pose_;
   std::vector<SkinPair> pairs_;
   RobotPads pads_;
@@ -489,16 +472,16 @@ TEST_F(RobotTerms, HaveTheGradientsOfTheirCosts) {
   Eigen::Matrix3Xd human(3, static_cast<Eigen::Index>(pairs_.size()));
   for (Eigen::Index i = 0; i < human.cols(); ++i) human.col(i) = ball_.vertices.col(7 * i);
   // Its sums are of single precision: a longer step.
-  EXPECT_LT(GradientError(RobotDistanceTerm(pairs_, human, obstacle_.samples,
+  EXPECT_LT(GradientError(RobotDistanceTerm(pairs_, human, samples_,
                                             Eigen::VectorXd::Constant(human.cols(), 0.7), 0.01),
                           1e-4),
             1e-3);
   EXPECT_LT(GradientError(RobotContactTerm(pads_,
                                            {{0, {0.03, 0.0, 0.0}, Eigen::Vector3d::UnitX(), 1.0},
                                             {2, {0.0, 0.03, 0.0}, Eigen::Vector3d::UnitY(), 0.5}},
-                                           {0.001, 0.1})),
+                                           0.001, 0.1)),
             1e-5);
-  EXPECT_LT(GradientError(RobotPenetrationTerm(solids_, obstacle_, 0.004, 1e-3)), 1e-3);
+  EXPECT_LT(GradientError(RobotPenetrationTerm(solids_, grid_, samples_, 0.004, 1e-3)), 1e-3);
   EXPECT_LT(GradientError(RobotPostureTerm(hand_.Straight(),
                                            Eigen::VectorXd::Constant(hand_.NumDofs(), 0.3))),
             1e-6);
@@ -542,7 +525,7 @@ TEST_F(RobotTerms, PadsAreFoundAsByTryingAllTheirPoints) {
 // A pad's nearest point is none that another is nearer than, of what is sampled; the deepest of the
 // penetration term is what its samples say, both ways, wherever it was asked before.
 TEST_F(RobotTerms, FindWhatTouchesAndWhatIsDeepest) {
-  const RobotPenetrationTerm term(solids_, obstacle_, 3e-4, 1e-4);
+  const RobotPenetrationTerm term(solids_, grid_, samples_, 3e-4, 1e-4);
   PosedRobot posed(hand_);
   int inside = 0;
   for (int step = 0; step < 40; ++step) {
@@ -555,7 +538,7 @@ TEST_F(RobotTerms, FindWhatTouchesAndWhatIsDeepest) {
         deepest = std::max(deepest, -grid_.Linear(pose * sample));
       }
       const DistanceGrid& solid = *solids_.Of(link).grid;
-      for (const auto sample : obstacle_.samples.colwise()) {
+      for (const auto sample : samples_.colwise()) {
         const Eigen::Vector3d x = pose.inverse() * sample;
         if ((x.array() < solid.Min().array()).any() || (x.array() > solid.Max().array()).any()) {
           continue;
@@ -628,7 +611,7 @@ TEST(NearSamples, BlocksHoldTheSamePoints) {
 
 // What a term remembers of an earlier pose changes nothing.
 TEST_F(RobotTerms, RememberOnlyWhatIsFar) {
-  const RobotPenetrationTerm walked(solids_, obstacle_, 0.004, 1e-3);
+  const RobotPenetrationTerm walked(solids_, grid_, samples_, 0.004, 1e-3);
   const RobotSelfTerm walked_self(solids_, 1e-3);
   std::mt19937 random(3);
   std::normal_distribution<double> normal;
@@ -645,7 +628,8 @@ TEST_F(RobotTerms, RememberOnlyWhatIsFar) {
     pose_.T *= 0.99;
     posed.Set(pose_);
     const double cost = walked.Add(posed, nullptr), self = walked_self.Add(posed, nullptr);
-    ASSERT_EQ(cost, RobotPenetrationTerm(solids_, obstacle_, 0.004, 1e-3).Add(posed, nullptr));
+    ASSERT_EQ(cost,
+              RobotPenetrationTerm(solids_, grid_, samples_, 0.004, 1e-3).Add(posed, nullptr));
     ASSERT_EQ(self, RobotSelfTerm(solids_, 1e-3).Add(posed, nullptr));
     touching += cost > 0.0;
     meeting += self > 0.0;

@@ -8,6 +8,7 @@
 #include "geometry/import/load_clip.h"
 #include "solver/carry/carry.h"
 #include "solver/score/score_output.h"
+#include "tests/support/error_text.h"
 
 namespace holdfast {
 namespace {
@@ -69,12 +70,8 @@ TEST(ScoreClip, RefusesWhatCannotBeCompared) {
   const ClipScene scene = Carried();
   ClipScene shorter = scene;
   shorter.clip = Slice(scene.clip, 0, 4);
-  try {
-    ScoreClip(scene, &shorter);
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("has 6 frames, its reference carried has 4"));
-  }
+  EXPECT_THAT(testing::ErrorText([&] { ScoreClip(scene, &shorter); }),
+              HasSubstr("has 6 frames, its reference carried has 4"));
   ScoreOptions options;
   options.overlap = true;
   EXPECT_EQ(ScoreClip(scene, &shorter, options).reference->frames, 4);

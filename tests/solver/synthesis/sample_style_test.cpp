@@ -19,7 +19,7 @@ Clip Raises(const BodyMeasures& body) {
   clip.object.emplace();
   clip.object->trans = clip.object->orient = Eigen::Matrix3Xd::Zero(3, clip.NumFrames());
   for (int t = 0; t < clip.NumFrames(); ++t) {
-    const BodyFrame frame = BodyFrames(clip, body.rest_joints)[static_cast<std::size_t>(t)];
+    const BodyFrame frame = BodyFrames(clip, body.rest_joints)[t];
     clip.object->SetPose(t, Place(body.rest_joints, frame).WorldFromJoint(kRightWrist));
   }
   return clip;

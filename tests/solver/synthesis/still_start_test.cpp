@@ -35,8 +35,7 @@ TEST(StillStart, OfStandingStillAThirdOfASecondStays) {
   ASSERT_EQ(after.NumFrames(), before.NumFrames() - left_out);
   EXPECT_EQ(after.pose.front(), before.pose.front());
   for (int t = 10; t < after.NumFrames(); ++t) {
-    EXPECT_EQ(after.pose[static_cast<std::size_t>(t)],
-              before.pose[static_cast<std::size_t>(t + left_out)]);
+    EXPECT_EQ(after.pose[t], before.pose[t + left_out]);
     EXPECT_EQ(after.object->trans.col(t), before.object->trans.col(t + left_out));
   }
   EXPECT_EQ(after.trans.cols(), after.NumFrames());

@@ -17,6 +17,7 @@ namespace {
 using Eigen::Quaterniond;
 using Eigen::Vector3d;
 using testing::JacobianError;
+using testing::ResidualsAt;
 
 Quaterniond Turned(const Vector3d& w) { return Quaterniond(ExpSO3(w)); }
 
@@ -40,9 +41,7 @@ TEST(ObjectData, IsTheDistanceAndTheTurnAtTenCentimeters) {
   const ObjectData term(given, 4.0);
   const Quaterniond q = given.orientation * Turned({0, 0.5, 0});
   const Vector3d T(1.0, 2.03, 3.04);
-  const double* parameters[] = {q.coeffs().data(), T.data()};
-  Eigen::Matrix<double, 6, 1> r;
-  ASSERT_TRUE(term.Evaluate(parameters, r.data(), nullptr));
+  const Eigen::VectorXd r = ResidualsAt(term, {q.coeffs().data(), T.data()});
   EXPECT_NEAR(r.squaredNorm(), 4.0 * (0.05 * 0.05 + 0.05 * 0.05), 1e-12);
 }
 
@@ -51,7 +50,7 @@ TEST(ObjectData, JacobianMatchesDifferences) {
     const ObjectData term({Turned({0.3, -0.7, 0.2}), {0.1, 0.2, 0.3}}, 5.0);
     Quaterniond q = Turned({0.3, -0.7, 0.2}) * Turned(angle * Vector3d(0.6, 0.0, 0.8));
     Vector3d T(0.4, -0.5, 0.6);
-    EXPECT_LT(JacobianError(term, {q.coeffs().data(), T.data()}, {&kManifold, nullptr}), 1e-6);
+    EXPECT_LT(JacobianError(term, {q.coeffs().data(), T.data()}, {&kManifold}), 1e-6);
   }
 }
 
@@ -60,14 +59,13 @@ TEST(ObjectData, IsOfWhatIsFixedToTheObject) {
   const ObjectPose fixed{Turned({-0.4, 0.9, 0.1}), {0.05, -0.1, 0.2}};
   const ObjectData term(given, 5.0, fixed);
   ObjectPose at(given.Transform() * fixed.Transform().inverse());
-  const double* parameters[] = {at.orientation.coeffs().data(), at.translation.data()};
-  Eigen::Matrix<double, 6, 1> r;
-  ASSERT_TRUE(term.Evaluate(parameters, r.data(), nullptr));
+  const Eigen::VectorXd r =
+      ResidualsAt(term, {at.orientation.coeffs().data(), at.translation.data()});
   EXPECT_LT(r.norm(), 1e-12);
   at = {at.orientation * Turned({0.5, -0.2, 1.1}), at.translation + Vector3d(0.1, 0.0, -0.3)};
-  EXPECT_LT(JacobianError(term, {at.orientation.coeffs().data(), at.translation.data()},
-                          {&kManifold, nullptr}),
-            1e-6);
+  EXPECT_LT(
+      JacobianError(term, {at.orientation.coeffs().data(), at.translation.data()}, {&kManifold}),
+      1e-6);
 }
 
 TEST(ObjectData, OfAPointIsTheWayFromWhereItIsSeen) {
@@ -77,12 +75,10 @@ TEST(ObjectData, OfAPointIsTheWayFromWhereItIsSeen) {
   Vector3d T(0.4, -0.5, 0.6);
   const Vector3d seen = q * point + T - Vector3d(0.01, 0.0, -0.02);
   const ObjectData term({none, seen}, 4.0, {none, point}, 0.0);
-  const double* parameters[] = {q.coeffs().data(), T.data()};
-  Eigen::Matrix<double, 6, 1> r;
-  ASSERT_TRUE(term.Evaluate(parameters, r.data(), nullptr));
+  const Eigen::VectorXd r = ResidualsAt(term, {q.coeffs().data(), T.data()});
   EXPECT_LT((r.head<3>() - Vector3d(0.02, 0.0, -0.04)).norm(), 1e-12);
   EXPECT_EQ(r.tail<3>().norm(), 0.0);
-  EXPECT_LT(JacobianError(term, {q.coeffs().data(), T.data()}, {&kManifold, nullptr}), 1e-6);
+  EXPECT_LT(JacobianError(term, {q.coeffs().data(), T.data()}, {&kManifold}), 1e-6);
 }
 
 TEST(Support, PushesUpWhatIsBelowAndNothingElse) {
@@ -91,32 +87,36 @@ TEST(Support, PushesUpWhatIsBelowAndNothingElse) {
   const Support term(corners, 0.5, 9.0);
   Quaterniond q = Quaterniond::Identity();
   Vector3d T(3, 4, 0.49);
-  const double* parameters[] = {q.coeffs().data(), T.data()};
-  Vector3d r;
-  ASSERT_TRUE(term.Evaluate(parameters, r.data(), nullptr));
+  const Eigen::VectorXd r = ResidualsAt(term, {q.coeffs().data(), T.data()});
   EXPECT_NEAR(r(0), 3.0 * 0.03, 1e-12);
   EXPECT_EQ(r(1), 0.0);
   EXPECT_EQ(r(2), 0.0);
   q = Turned({0.4, -0.3, 0.2});
   T.z() = 0.45;
-  EXPECT_LT(JacobianError(term, {q.coeffs().data(), T.data()}, {&kManifold, nullptr}), 1e-6);
+  EXPECT_LT(JacobianError(term, {q.coeffs().data(), T.data()}, {&kManifold}), 1e-6);
+}
+
+std::vector<double*> Pointers(std::vector<Pose>& poses) {
+  std::vector<double*> pointers;
+  for (Pose& pose : poses) {
+    pointers.push_back(pose.q.coeffs().data());
+    pointers.push_back(pose.T.data());
+  }
+  return pointers;
 }
 
 TEST(ObjectMotion, JacobiansMatchDifferences) {
   const Carrier a = CarrierAt({0.3, 0.2, -0.5}, {1, 0, 2});
   const Carrier b = CarrierAt({0.5, -0.1, -0.4}, {1.1, 0.1, 2});
   const Carrier c = CarrierAt({0.9, -0.3, 0.1}, {1.1, 0.3, 2.2});
-  Pose x{Turned({0.1, 0.2, 0.3}), {1.1, 0.1, 1.9}}, y{Turned({0.6, 0.1, 0.2}), {1.2, 0.1, 2.1}},
-      z{Turned({0.9, 0.5, -0.3}), {1.0, 0.4, 2.0}};
-  const std::vector<double*> two = {x.q.coeffs().data(), x.T.data(), y.q.coeffs().data(),
-                                    y.T.data()};
-  std::vector<double*> three = two;
-  three.insert(three.end(), {z.q.coeffs().data(), z.T.data()});
-  EXPECT_LT(JacobianError(ObjectVelocity(a, b, 0.1, 3.0), two,
-                          {&kManifold, nullptr, &kManifold, nullptr}),
+  std::vector<Pose> poses = {{Turned({0.1, 0.2, 0.3}), {1.1, 0.1, 1.9}},
+                             {Turned({0.6, 0.1, 0.2}), {1.2, 0.1, 2.1}}};
+  EXPECT_LT(JacobianError(ObjectVelocity(a, b, 0.1, 3.0), Pointers(poses),
+                          {&kManifold, nullptr, &kManifold}),
             1e-6);
-  EXPECT_LT(JacobianError(ObjectAcceleration(a, b, c, 0.1, 3.0), three,
-                          {&kManifold, nullptr, &kManifold, nullptr, &kManifold, nullptr}),
+  poses.push_back({Turned({0.9, 0.5, -0.3}), {1.0, 0.4, 2.0}});
+  EXPECT_LT(JacobianError(ObjectAcceleration(a, b, c, 0.1, 3.0), Pointers(poses),
+                          {&kManifold, nullptr, &kManifold, nullptr, &kManifold}),
             1e-6);
 }
 
@@ -130,15 +130,11 @@ TEST(ObjectMotion, WhatIsCarriedRigidlyDoesNotMove) {
     const Carrier pose = carrier * held;
     poses.push_back({Quaterniond(pose.linear()), pose.translation()});
   }
-  const double* parameters[] = {poses[0].q.coeffs().data(), poses[0].T.data(),
-                                poses[1].q.coeffs().data(), poses[1].T.data(),
-                                poses[2].q.coeffs().data(), poses[2].T.data()};
-  Eigen::Matrix<double, 6, 1> r;
-  ObjectVelocity(carriers[0], carriers[1], 1.0, 1.0).Evaluate(parameters, r.data(), nullptr);
-  EXPECT_LT(r.norm(), 1e-12);
-  ObjectAcceleration(carriers[0], carriers[1], carriers[2], 1.0, 1.0)
-      .Evaluate(parameters, r.data(), nullptr);
-  EXPECT_LT(r.norm(), 1e-12);
+  const std::vector<double*> at = Pointers(poses);
+  const ObjectVelocity velocity(carriers[0], carriers[1], 1.0, 1.0);
+  const ObjectAcceleration acceleration(carriers[0], carriers[1], carriers[2], 1.0, 1.0);
+  EXPECT_LT(ResidualsAt(velocity, at.data()).norm(), 1e-12);
+  EXPECT_LT(ResidualsAt(acceleration, at.data()).norm(), 1e-12);
 }
 
 TEST(ObjectMotion, AConstantTurnHasNoAcceleration) {
@@ -146,13 +142,10 @@ TEST(ObjectMotion, AConstantTurnHasNoAcceleration) {
   const Carrier world = Carrier::Identity();
   std::vector<Pose> poses;
   for (int t = 0; t < 3; ++t) poses.push_back({Turned({1, 2, 0}) * Turned(t * turn), t * way});
-  const double* parameters[] = {poses[0].q.coeffs().data(), poses[0].T.data(),
-                                poses[1].q.coeffs().data(), poses[1].T.data(),
-                                poses[2].q.coeffs().data(), poses[2].T.data()};
-  Eigen::Matrix<double, 6, 1> r;
-  ObjectAcceleration(world, world, world, 1.0, 1.0).Evaluate(parameters, r.data(), nullptr);
-  EXPECT_LT(r.norm(), 1e-12);
-  ObjectVelocity(world, world, 1.0, 1.0).Evaluate(parameters, r.data(), nullptr);
+  const std::vector<double*> at = Pointers(poses);
+  EXPECT_LT(ResidualsAt(ObjectAcceleration(world, world, world, 1.0, 1.0), at.data()).norm(),
+            1e-12);
+  const Eigen::VectorXd r = ResidualsAt(ObjectVelocity(world, world, 1.0, 1.0), at.data());
   EXPECT_NEAR(r.head<3>().norm(), way.norm(), 1e-12);
   EXPECT_NEAR(r.tail<3>().norm(), turn.norm(), 1e-12);
 }
@@ -161,13 +154,10 @@ TEST(FingerDifference, JacobianMatchesDifferencesAndSlopesHaveNoBend) {
   FingerPose a = FingerPose::LinSpaced(-0.5, 0.5), b = FingerPose::LinSpaced(0.0, 0.4);
   FingerPose c = 2.0 * b - a;
   const FingerDifference bend({1.0, -2.0, 1.0}, 0.1, 7.0);
-  EXPECT_LT(JacobianError(bend, {a.data(), b.data(), c.data()}, {nullptr, nullptr, nullptr}), 1e-6);
-  const double* parameters[] = {a.data(), b.data(), c.data()};
-  FingerPose r;
-  ASSERT_TRUE(bend.Evaluate(parameters, r.data(), nullptr));
-  EXPECT_LT(r.norm(), 1e-14);
-  ASSERT_TRUE(FingerDifference({-1.0, 1.0}, 1.0, 4.0).Evaluate(parameters, r.data(), nullptr));
-  EXPECT_LT((r - 2.0 * (b - a)).norm(), 1e-14);
+  EXPECT_LT(JacobianError(bend, {a.data(), b.data(), c.data()}), 1e-6);
+  EXPECT_LT(ResidualsAt(bend, {a.data(), b.data(), c.data()}).norm(), 1e-14);
+  const FingerDifference slope({-1.0, 1.0}, 1.0, 4.0);
+  EXPECT_LT((ResidualsAt(slope, {a.data(), b.data()}) - 2.0 * (b - a)).norm(), 1e-14);
 }
 
 class SlipOnABall : public ::testing::Test {
@@ -195,8 +185,8 @@ class SlipOnABall : public ::testing::Test {
         {Eigen::Matrix3d::Zero(), Eigen::Vector3d::Zero(), 0.0});
     Sum sum{slip.Add(at, quadratics), 0.0, Eigen::Matrix3Xd(3, at.cols())};
     for (Eigen::Index i = 0; i < at.cols(); ++i) {
-      sum.cost += quadratics[static_cast<std::size_t>(i)].cost;
-      sum.gradient.col(i) = quadratics[static_cast<std::size_t>(i)].gradient;
+      sum.cost += quadratics[i].cost;
+      sum.gradient.col(i) = quadratics[i].gradient;
     }
     return sum;
   }

@@ -12,6 +12,7 @@
 #include "solver/terms/hand/penetration.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "tests/support/hand_scene.h"
+#include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {
 namespace {
@@ -37,7 +38,7 @@ struct Scene {
     pose.translation = state.WristPosition() + wrist * (anatomy.landmarks.PalmCenter() +
                                                         above_palm_m * anatomy.axes.PalmNormal());
   }
-  std::array<const double*, 3> Parameters() const {
+  std::vector<double*> Parameters() {
     return {pose.orientation.coeffs().data(), pose.translation.data(), fingers.data()};
   }
   Eigen::Matrix3Xd Z() {
@@ -65,39 +66,15 @@ void ExpectGradientMatches(Scene& scene, SkinTerm& term) {
   block.Linearize(scene.Parameters().data(), system);
   ASSERT_GT(system.gradient.norm(), 0.0);
   const RotationManifold manifold;
-  constexpr double kStep = 1e-8;
-  const auto cost = [&](int k, double step) {
-    Scene& s = scene;
-    ObjectPose pose = s.pose;
-    FingerPose fingers = s.fingers;
-    if (k < 3) {
-      const Eigen::Vector3d delta = step * Eigen::Vector3d::Unit(k);
-      manifold.Plus(s.pose.orientation.coeffs().data(), delta.data(),
-                    pose.orientation.coeffs().data());
-    } else if (k < 6) {
-      pose.translation(k - 3) += step;
-    } else {
-      fingers(k - 6) += step;
-    }
-    const double* parameters[] = {pose.orientation.coeffs().data(), pose.translation.data(),
-                                  fingers.data()};
-    Eigen::Matrix<double, HandObjectBlock::kRows, 1> r;
-    EXPECT_TRUE(block.Evaluate(parameters, r.data(), nullptr));
-    return 0.5 * r.squaredNorm();
-  };
+  const Eigen::VectorXd numeric =
+      testing::CostGradientAt(block, scene.Parameters(), {&manifold}, 1e-8);
   for (int k = 0; k < HandObjectBlock::kTangent; ++k) {
-    const double numeric = (cost(k, kStep) - cost(k, -kStep)) / (2.0 * kStep);
-    EXPECT_NEAR(system.gradient(k), numeric, 2e-5 * system.gradient.norm()) << k;
+    EXPECT_NEAR(system.gradient(k), numeric(k), 2e-5 * system.gradient.norm()) << k;
   }
   // The Gauss-Newton matrix is that of the rows: J^T r of 52 rows is the same gradient.
-  Eigen::Matrix<double, HandObjectBlock::kRows, 1> r;
-  Eigen::Matrix<double, HandObjectBlock::kRows, 4, Eigen::RowMajor> J_q;
-  Eigen::Matrix<double, HandObjectBlock::kRows, 3, Eigen::RowMajor> J_T;
-  Eigen::Matrix<double, HandObjectBlock::kRows, kHandDofs, Eigen::RowMajor> J_P;
-  double* jacobians[] = {J_q.data(), J_T.data(), J_P.data()};
-  ASSERT_TRUE(block.Evaluate(scene.Parameters().data(), r.data(), jacobians));
+  const auto [r, J] = testing::RowsAt(block, scene.Parameters().data(), {&manifold});
   EXPECT_NEAR(0.5 * r.squaredNorm(), system.cost, 1e-9 * system.cost);
-  EXPECT_LT((J_P.transpose() * r - system.gradient.tail<kHandDofs>()).norm(),
+  EXPECT_LT((J.transpose() * r - system.gradient).tail<kHandDofs>().norm(),
             1e-6 * system.gradient.norm());
 }
 

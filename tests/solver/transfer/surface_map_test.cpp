@@ -76,7 +76,7 @@ TEST(SurfaceMap, FollowsTheVerticesOfAFile) {
   for (Eigen::Index i = 0; i < bottle.NumVertices(); ++i) rows << i << '\n';
   rows.close();
   const SurfaceMap map = SurfaceMap::FromFile(bottle, other, folder / "map.txt");
-  EXPECT_EQ(map.Report().method, MapMethod::kGiven);
+  EXPECT_EQ(map.Report().method, "given");
   EXPECT_LT(WorstImage(map, bottle, other.vertices), 0.005);
 }
 

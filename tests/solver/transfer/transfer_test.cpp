@@ -30,7 +30,7 @@ Matrix3Xd Joints(const Clip& clip, const ClipBody& body, int t) {
 
 TEST(OtherBody, OntoTheSameOneChangesNothing) {
   const LoadedClip demo = Demo();
-  const Clip moved = OntoOtherBody(demo.clip, demo.body, demo.body);
+  const Clip moved = OntoOtherBody(demo.clip, demo.body, demo.body).clip;
   for (int t = 0; t < demo.clip.NumFrames(); ++t) {
     EXPECT_LT((Joints(moved, demo.body, t) - Joints(demo.clip, demo.body, t)).norm(), 1e-3);
   }
@@ -41,8 +41,7 @@ TEST(OtherBody, LeavesTheFeetWhereTheyWere) {
   for (const double beta : {-2.0, 2.0}) {
     ClipBody other = demo.body;
     other.betas = Eigen::VectorXd::Constant(1, beta);
-    OtherBodyReport report;
-    const Clip moved = OntoOtherBody(demo.clip, demo.body, other, &report);
+    const auto [moved, report] = OntoOtherBody(demo.clip, demo.body, other);
     EXPECT_LT(report.ankle_missed_m, 0.002);
     for (int t = 0; t < demo.clip.NumFrames(); ++t) {
       const Matrix3Xd before = Joints(demo.clip, demo.body, t), after = Joints(moved, other, t);

@@ -28,18 +28,18 @@ TriangleMesh Block(const Eigen::Vector3d& low, const Eigen::Vector3d& high) {
 
 // Two plates on arms of 10 cm press a cube of 4 cm and 0.1 kg from both sides along x.
 struct Plates {
-  std::vector<TrialLink> links{TrialLink{}};
+  std::vector<MjcfLink> links{MjcfLink{}};
   std::vector<GripContact> contacts;
   TrialSolid solid;
 
   explicit Plates(double push_N) {
     for (const double side : {-1.0, 1.0}) {
-      TrialLink plate;
+      MjcfLink plate;
       plate.parent = 0;
       plate.joint = {0.03 * side, 0.0, -0.1};
-      plate.flexion = Eigen::Vector3d::UnitY();
-      plate.stiffness_Nm = plate.side_stiffness_Nm = 5.0;
-      plate.torque_limit_Nm = 10.0;
+      plate.axes = SpringAxes(Eigen::Vector3d::UnitY());
+      plate.stiffness_Nm.setConstant(5.0);
+      plate.limit_Nm << 10.0, 0.0, 0.0;
       plate.pieces = {Block({-0.01, -0.03, 0.0}, {0.01, 0.03, 0.13})};
       links.push_back(plate);
       contacts.push_back({static_cast<int>(links.size()) - 1,
@@ -76,7 +76,7 @@ TEST(LinksOfHand, StayNearTheSkin) {
   HandEvaluation evaluation = AtWrist(hand);
   const HandState& state = evaluation.At(axes.PoseOf(angles).data(), false);
   const SignedDistance skin(CloseHoles({state.Vertices(), hand.Surface().Faces()}));
-  const std::vector<TrialLink> links = LinksOfHand(state, FingerStrength{});
+  const std::vector<MjcfLink> links = LinksOfHand(state, FingerStrength{});
   ASSERT_EQ(links.size(), 16u);
   double farthest = 0.0;
   for (std::size_t k = 0; k < links.size(); ++k) {

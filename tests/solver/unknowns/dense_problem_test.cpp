@@ -7,6 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "solver/terms/hand/paper_terms.h"
+#include "solver/terms/motion/goal_terms.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "tests/support/numeric_jacobian.h"
@@ -24,7 +25,7 @@ TEST(DenseProblem, RowsOfSeveralTermsMeetBetweenTheirGoals) {
   const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.8, Eigen::Vector3d::UnitY()));
   const FingerPose goal = FingerPose::LinSpaced(-0.5, 0.5);
   const Temporal temporal(turn, {1.0, 2.0, 3.0}, goal, 1.0);
-  const FingerTemporal fingers(FingerPose::Zero(), 3.0);
+  const NearPoint fingers(FingerPose::Zero(), 3.0);
   Unknowns x;
   DenseProblem problem;
   problem.AddParameterBlock(x.fingers.data(), kHandDofs);
@@ -120,35 +121,29 @@ TEST(CompressedTerms, HasTheNormalEquationsOfItsTerms) {
   const double* const parameters[] = {pose.data(), turn.coeffs().data(), way.data()};
   // J^T J, J^T r and r^T r by the tangents of fingers, rotation and translation.
   const auto normal = [&](const ceres::CostFunction& cost, std::vector<int> blocks) {
-    constexpr int kColumn[] = {0, kHandDofs, kHandDofs + 3}, kSize[] = {kHandDofs, 4, 3};
-    std::vector<testing::RowMatrix> J;
-    std::vector<double*> jacobians;
+    constexpr int kColumn[] = {0, kHandDofs, kHandDofs + 3}, kSize[] = {kHandDofs, 3, 3};
+    const RotationManifold manifold;
     std::vector<const double*> own;
+    testing::Manifolds manifolds;
     for (const int b : blocks) {
-      J.push_back(testing::RowMatrix::Constant(cost.num_residuals(), kSize[b], NAN));
       own.push_back(parameters[b]);
+      manifolds.push_back(b == 1 ? &manifold : nullptr);
     }
-    for (auto& block : J) jacobians.push_back(block.data());
-    Eigen::VectorXd r = Eigen::VectorXd::Constant(cost.num_residuals(), NAN);
-    EXPECT_TRUE(cost.Evaluate(own.data(), r.data(), jacobians.data()));
+    const auto [r, J] = testing::RowsAt(cost, own.data(), manifolds);
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(r.size(), 6 + kHandDofs + 1);
     rows.rightCols<1>() = r;
-    for (std::size_t k = 0; k < blocks.size(); ++k) {
-      const int b = blocks[k];
-      if (b == 1) {
-        rows.middleCols<3>(kColumn[b]) = J[k] * RotationManifold::PlusJacobianAt(parameters[b]);
-      } else {
-        rows.middleCols(kColumn[b], kSize[b]) = J[k];
-      }
+    int column = 0;
+    for (const int b : blocks) {
+      rows.middleCols(kColumn[b], kSize[b]) = J.middleCols(column, kSize[b]);
+      column += kSize[b];
     }
     const Eigen::MatrixXd system = rows.transpose() * rows;
     return system;
   };
   const Eigen::MatrixXd expected = normal(temporal, {1, 2, 0}) + normal(data, {1, 2});
   EXPECT_TRUE(normal(all, {0, 1, 2}).isApprox(expected, 1e-12));
-  Eigen::VectorXd r(all.num_residuals());
-  ASSERT_TRUE(all.Evaluate(parameters, r.data(), nullptr));
-  EXPECT_NEAR(r.squaredNorm(), expected(expected.rows() - 1, expected.cols() - 1), 1e-12);
+  EXPECT_NEAR(testing::ResidualsAt(all, parameters).squaredNorm(),
+              expected(expected.rows() - 1, expected.cols() - 1), 1e-12);
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ namespace holdfast {
 namespace {
 
 using testing::HandScene;
+using testing::ResidualsAt;
 
 WristOffset SomeOffset() {
   return {Eigen::Quaterniond(ExpSO3(Eigen::Vector3d(0.1, -0.2, 0.15))),
@@ -126,10 +127,8 @@ TEST_P(WristOffsetOf, BlockWithoutOffsetIsTheBlockItself) {
   const double* plain[] = {s.q.coeffs().data(), s.T.data(), s.fingers.data()};
   const double* with[] = {s.q.coeffs().data(), s.T.data(), s.fingers.data(),
                           none.rotation.coeffs().data(), none.translation.data()};
-  Eigen::Matrix<double, HandObjectBlock::kRows, 1> a, b;
-  ASSERT_TRUE(s.block.Evaluate(plain, a.data(), nullptr));
-  ASSERT_TRUE(moved.Evaluate(with, b.data(), nullptr));
-  EXPECT_NEAR(a.norm(), b.norm(), 1e-9 * a.norm());
+  const double norm = ResidualsAt(s.block, plain).norm();
+  EXPECT_NEAR(norm, ResidualsAt(moved, with).norm(), 1e-9 * norm);
 }
 
 TEST_P(WristOffsetOf, MovingHandAndObjectTogetherChangesNothing) {
@@ -145,55 +144,28 @@ TEST_P(WristOffsetOf, MovingHandAndObjectTogetherChangesNothing) {
   const double* plain[] = {s.q.coeffs().data(), s.T.data(), s.fingers.data()};
   const double* with[] = {q.coeffs().data(), T.data(), s.fingers.data(),
                           offset.rotation.coeffs().data(), offset.translation.data()};
-  Eigen::Matrix<double, HandObjectBlock::kRows, 1> a, b;
-  ASSERT_TRUE(s.block.Evaluate(plain, a.data(), nullptr));
-  ASSERT_TRUE(moved.Evaluate(with, b.data(), nullptr));
-  EXPECT_NEAR(a.norm(), b.norm(), 1e-9 * a.norm());
+  const double norm = ResidualsAt(s.block, plain).norm();
+  EXPECT_NEAR(norm, ResidualsAt(moved, with).norm(), 1e-9 * norm);
 }
 
 TEST_P(WristOffsetOf, BlockGradientMatchesDifferencesInEveryParameter) {
   Setting s(GetParam());
   const WristOffsetBlock moved(&s.block, &s.state);
   WristOffset offset = SomeOffset();
-  std::vector<double*> parameters = {s.q.coeffs().data(), s.T.data(), s.fingers.data(),
-                                     offset.rotation.coeffs().data(), offset.translation.data()};
-  const std::vector<int> sizes = {4, 3, kHandDofs, 4, 3};
-  constexpr int kRows = HandObjectBlock::kRows;
-  Eigen::Matrix<double, kRows, 1> r = Eigen::Matrix<double, kRows, 1>::Constant(NAN);
-  std::vector<testing::RowMatrix> J;
-  std::vector<double*> jacobians;
-  for (const int size : sizes) J.push_back(testing::RowMatrix::Constant(kRows, size, NAN));
-  for (auto& block : J) jacobians.push_back(block.data());
-  ASSERT_TRUE(moved.Evaluate(parameters.data(), r.data(), jacobians.data()));
+  const std::vector<double*> parameters = {s.q.coeffs().data(), s.T.data(), s.fingers.data(),
+                                           offset.rotation.coeffs().data(),
+                                           offset.translation.data()};
   const RotationManifold manifold;
+  const testing::Manifolds manifolds = {&manifold, nullptr, nullptr, &manifold};
+  const auto [r, J] = testing::RowsAt(moved, parameters.data(), manifolds);
   // The rows have no meaning of their own: cost and gradient do.
-  const auto cost = [&] {
-    Eigen::Matrix<double, kRows, 1> residuals;
-    EXPECT_TRUE(moved.Evaluate(parameters.data(), residuals.data(), nullptr));
-    return 0.5 * residuals.squaredNorm();
-  };
-  constexpr double kStep = 1e-6;
-  for (std::size_t b = 0; b < sizes.size(); ++b) {
-    const bool rotation = sizes[b] == 4;
-    Eigen::VectorXd gradient = J[b].transpose() * r;
-    if (rotation)
-      gradient = (RotationManifold::PlusJacobianAt(parameters[b]).transpose() * gradient).eval();
-    const Eigen::VectorXd start = Eigen::Map<Eigen::VectorXd>(parameters[b], sizes[b]);
-    for (int c = 0; c < (rotation ? 3 : sizes[b]); ++c) {
-      double sides[2];
-      for (const int side : {0, 1}) {
-        const double step = side ? kStep : -kStep;
-        if (rotation) {
-          const Eigen::Vector3d delta = step * Eigen::Vector3d::Unit(c);
-          manifold.Plus(start.data(), delta.data(), parameters[b]);
-        } else {
-          parameters[b][c] = start(c) + step;
-        }
-        sides[side] = cost();
-        std::copy(start.begin(), start.end(), parameters[b]);
-      }
-      EXPECT_NEAR(gradient(c), (sides[1] - sides[0]) / (2.0 * kStep), 1e-5 * gradient.norm() + 1e-9)
-          << "block " << b << ", " << c;
+  const Eigen::VectorXd gradient = J.transpose() * r,
+                        numeric = testing::CostGradientAt(moved, parameters, manifolds, 1e-6);
+  Eigen::Index column = 0;
+  for (const int size : {3, 3, int{kHandDofs}, 3, 3}) {
+    const double norm = gradient.segment(column, size).norm();
+    for (const Eigen::Index end = column + size; column < end; ++column) {
+      EXPECT_NEAR(gradient(column), numeric(column), 1e-5 * norm + 1e-9) << column;
     }
   }
 }
@@ -203,15 +175,14 @@ TEST(WristPrior, JacobianMatchesDifferencesAndVanishesAtTheClip) {
   WristOffset step = SomeOffset().Scaled(0.7);
   const RotationManifold manifold;
   EXPECT_LT(testing::JacobianError(prior, {step.rotation.coeffs().data(), step.translation.data()},
-                                   {&manifold, nullptr}),
+                                   {&manifold}),
             1e-6);
   // Taking the whole offset back leaves nothing.
   const WristOffset before = SomeOffset();
   const WristOffset back{before.rotation.conjugate(),
                          -(before.rotation.conjugate() * before.translation)};
-  const double* parameters[] = {back.rotation.coeffs().data(), back.translation.data()};
-  Eigen::Matrix<double, 6, 1> r;
-  ASSERT_TRUE(prior.Evaluate(parameters, r.data(), nullptr));
+  const Eigen::VectorXd r =
+      ResidualsAt(prior, {back.rotation.coeffs().data(), back.translation.data()});
   EXPECT_LT(r.norm(), 1e-6);
 }
 

@@ -2,10 +2,9 @@
 #include "geometry/io/gltf/asset/gltf_asset.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
-#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -47,15 +46,21 @@ class Entry {
   }
 
   // Whole number in [0, limit); `fallback` if the file has none.
-  std::int64_t Integer(const char* key, std::int64_t fallback, std::int64_t limit) const {
-    const json* found = Find(key);
-    if (found == nullptr) return fallback;
-    return Whole(*found, key, limit);
+  int Index(const char* key, std::int64_t limit, int fallback = -1) const {
+    return Find(key) == nullptr ? fallback : RequireIndex(key, limit);
   }
-  std::int64_t Require(const char* key, std::int64_t limit) const {
+  int RequireIndex(const char* key, std::int64_t limit) const {
+    return static_cast<int>(Whole(Need(key), key, limit));
+  }
+  // Number of bytes or elements; 0 if the file has none.
+  std::size_t Count(const char* key) const { return Find(key) == nullptr ? 0 : RequireCount(key); }
+  std::size_t RequireCount(const char* key) const {
+    return static_cast<std::size_t>(Whole(Need(key), key, kMaxInteger));
+  }
+  const json& Need(const char* key) const {
     const json* found = Find(key);
     if (found == nullptr) Fail(key, "is missing");
-    return Whole(*found, key, limit);
+    return *found;
   }
   std::int64_t Whole(const json& number, const char* key, std::int64_t limit) const {
     std::int64_t value = -1;
@@ -147,13 +152,8 @@ void TakeMatrix(const Eigen::Matrix4d& matrix, GltfNode& node) {
 }
 
 int ComponentsOf(const std::string& type) {
-  constexpr std::array<std::pair<std::string_view, int>, 7> kTypes = {{{"SCALAR", 1},
-                                                                       {"VEC2", 2},
-                                                                       {"VEC3", 3},
-                                                                       {"VEC4", 4},
-                                                                       {"MAT2", 4},
-                                                                       {"MAT3", 9},
-                                                                       {"MAT4", 16}}};
+  constexpr std::pair<std::string_view, int> kTypes[] = {
+      {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}, {"MAT2", 4}, {"MAT3", 9}, {"MAT4", 16}};
   for (const auto& [name, count] : kTypes) {
     if (type == name) return count;
   }
@@ -168,20 +168,22 @@ class GltfParser {
       : asset_(asset), folder_(folder) {}
 
   void Run() {
-    const GltfContainer parts = SplitGltf(asset_.bytes_, asset_.where_);
-    asset_.num_bytes_ = asset_.bytes_.size();
-    if (parts.binary.data() != nullptr) {
-      asset_.binary_offset_ = static_cast<std::size_t>(parts.binary.data() - asset_.bytes_.data());
-      asset_.binary_bytes_ = parts.binary.size();
-    }
-    const json document = ParseJsonWithin(parts.json, asset_.where_, asset_.bytes_.size());
+    const std::string& bytes = asset_.bytes_.front();
+    const GltfContainer parts = SplitGltf(bytes, asset_.where_);
+    asset_.num_bytes_ = bytes.size();
+    const json document = ParseJsonWithin(parts.json, asset_.where_, bytes.size());
     const Entry root(document, asset_.where_, "");
     Asset(root);
-    Buffers(root, parts.binary.data() != nullptr);
+    Buffers(root, parts.binary);
     Each(root, "bufferViews", [&](const Entry& entry) { View(entry); });
     Each(root, "accessors", [&](const Entry& entry) { Accessor(entry); });
-    Each(root, "images", [&](const Entry& entry) { Image(entry); });
-    Each(root, "textures", [&](const Entry& entry) { Texture(entry); });
+    Each(root, "images", [&](const Entry& entry) {
+      asset_.images.push_back({entry.Index("bufferView", Size(asset_.views)), entry.Text("uri")});
+    });
+    // A texture without a source is in a format of an extension.
+    Each(root, "textures", [&](const Entry& entry) {
+      image_of_texture_.push_back(entry.Index("source", Size(asset_.images)));
+    });
     Each(root, "materials", [&](const Entry& entry) { Material(entry); });
     Each(root, "meshes", [&](const Entry& entry) { Mesh(entry); });
     Nodes(root);
@@ -213,16 +215,15 @@ class GltfParser {
       return;
     }
     const Entry own = asset.Inner(*extras, "extras");
-    Eigen::Matrix<double, 1, 1> rate = decltype(rate)::Zero();
     if (const json* number = own.Find("frame_rate"); number != nullptr && number->is_number()) {
-      rate[0] = number->get<double>();
+      const double rate = number->get<double>();
+      if (std::isfinite(rate) && rate > 0) asset_.clip_frame_rate = rate;
     }
-    if (std::isfinite(rate[0]) && rate[0] > 0) asset_.provenance.frame_rate = rate[0];
-    asset_.provenance.betas.resize(
+    asset_.clip_betas.resize(
         static_cast<Eigen::Index>(std::min<std::size_t>(own.List("betas").size(), 1000)));
-    own.Numbers("betas", asset_.provenance.betas);
-    asset_.provenance.gender = own.Text("gender");
-    asset_.provenance.body_model = own.Text("body_model");
+    own.Numbers("betas", asset_.clip_betas);
+    asset_.clip_gender = own.Text("gender");
+    asset_.clip_body_model = own.Text("body_model");
   }
 
   // VRM 1.0: {"hips": {"node": 3}, ...}; VRM 0.x: [{"bone": "hips", "node": 3}, ...].
@@ -242,46 +243,40 @@ class GltfParser {
       for (const auto& [key, value] : bones->items()) {
         if (!value.is_object()) continue;
         const Entry bone = map.Inner(value, "humanBones");
-        const auto node = static_cast<int>(bone.Integer("node", -1, Size(asset_.nodes)));
+        const auto node = bone.Index("node", Size(asset_.nodes));
         if (node >= 0) asset_.humanoid.emplace(bones->is_array() ? bone.Text("bone") : key, node);
       }
       if (!asset_.humanoid.empty()) return;
     }
   }
 
-  void Buffers(const Entry& root, bool has_chunk) {
-    std::map<std::filesystem::path, std::size_t> seen;
+  void Buffers(const Entry& root, std::string_view chunk) {
+    std::map<std::filesystem::path, std::string_view> seen;
     Each(root, "buffers", [&](const Entry& entry) {
       const std::size_t index = asset_.buffers_.size();
-      const auto expected = static_cast<std::size_t>(entry.Require("byteLength", kMaxInteger));
+      const auto expected = entry.RequireCount("byteLength");
       const json* uri = entry.Find("uri");
       if (uri != nullptr && !uri->is_string()) entry.Fail("uri", "is not text");
       std::string where = fmt::format("{}[buffers][{}]", asset_.where_, index);
-      GltfAsset::Buffer buffer;
+      std::string_view& bytes = asset_.buffers_.emplace_back();
       if (uri == nullptr) {
         // The chunk of a .glb, or a placeholder that a compressed buffer is decoded into.
-        if (index == 0 && has_chunk) {
-          buffer.source = GltfAsset::Buffer::kChunk;
-        } else {
-          asset_.buffers_.push_back(std::move(buffer));
-          return;
-        }
+        if (index > 0 || chunk.data() == nullptr) return;
+        bytes = chunk;
       } else {
         const auto& text = uri->get_ref<const std::string&>();
         const std::filesystem::path file = ResolveGltfUri(text, folder_, where);
-        const auto [known, is_new] = seen.try_emplace(file, index);
-        if (!file.empty() && !is_new) {
-          buffer.source = GltfAsset::Buffer::kSame;
-          buffer.same_as = known->second;
+        if (file.empty()) {
+          bytes = asset_.bytes_.emplace_back(DecodeDataUri(text, where));
+        } else if (const auto known = seen.find(file); known != seen.end()) {
+          bytes = known->second;
         } else {
-          buffer.bytes = file.empty() ? DecodeDataUri(text, where)
-                                      : ReadFile(file, kMaxBufferBytes - asset_.num_bytes_);
-          if (!file.empty()) asset_.num_bytes_ += buffer.bytes.size();
-          buffer.source = GltfAsset::Buffer::kOwn;
+          bytes = asset_.bytes_.emplace_back(ReadFile(file, kMaxBufferBytes - asset_.num_bytes_));
+          asset_.num_bytes_ += bytes.size();
+          seen.emplace(file, bytes);
         }
       }
-      asset_.buffers_.push_back(std::move(buffer));
-      const std::size_t have = asset_.BufferBytes(static_cast<int>(index)).size();
+      const std::size_t have = bytes.size();
       if (have < expected) {
         throw Error(where, fmt::format("declares {} bytes but has {}", expected, have),
                     "Fetch the file again, with the .bin that belongs to it");
@@ -291,10 +286,10 @@ class GltfParser {
 
   void View(const Entry& entry) {
     GltfBufferView view;
-    view.buffer = static_cast<int>(entry.Require("buffer", Size(asset_.buffers_)));
-    view.offset = static_cast<std::size_t>(entry.Integer("byteOffset", 0, kMaxInteger));
-    view.bytes = static_cast<std::size_t>(entry.Require("byteLength", kMaxInteger));
-    view.stride = static_cast<std::size_t>(entry.Integer("byteStride", 0, 1 << 16));
+    view.buffer = entry.RequireIndex("buffer", Size(asset_.buffers_));
+    view.offset = entry.Count("byteOffset");
+    view.bytes = entry.RequireCount("byteLength");
+    view.stride = static_cast<std::size_t>(entry.Index("byteStride", 1 << 16, 0));
     const json* extensions = entry.Find("extensions");
     view.compressed = extensions != nullptr && extensions->is_object() &&
                       (extensions->contains("EXT_meshopt_compression") ||
@@ -305,17 +300,17 @@ class GltfParser {
   void Accessor(const Entry& entry) {
     const auto views = Size(asset_.views);
     const auto component = [](const Entry& from, const char* key) {
-      const std::int64_t value = from.Require(key, 6000);
+      const int value = from.RequireIndex(key, 6000);
       if (value != 5120 && value != 5121 && value != 5122 && value != 5123 && value != 5125 &&
           value != 5126) {
         from.Fail(key, fmt::format("is {}, which is not a type of glTF 2.0", value));
       }
-      return static_cast<int>(value);
+      return value;
     };
     GltfAccessor accessor;
-    accessor.view = static_cast<int>(entry.Integer("bufferView", -1, views));
-    accessor.offset = static_cast<std::size_t>(entry.Integer("byteOffset", 0, kMaxInteger));
-    accessor.count = static_cast<std::size_t>(entry.Require("count", kMaxInteger));
+    accessor.view = entry.Index("bufferView", views);
+    accessor.offset = entry.Count("byteOffset");
+    accessor.count = entry.RequireCount("count");
     accessor.component = component(entry, "componentType");
     accessor.rows = ComponentsOf(entry.Text("type"));
     if (accessor.rows == 0)
@@ -325,32 +320,18 @@ class GltfParser {
         normalized != nullptr && normalized->is_boolean() && normalized->get<bool>();
     if (const json* found = entry.Find("sparse")) {
       const Entry sparse = entry.Inner(*found, "sparse");
-      accessor.sparse_count = static_cast<std::size_t>(sparse.Require("count", kMaxInteger));
+      accessor.sparse_count = sparse.RequireCount("count");
       const json* indices = sparse.Find("indices");
       const json* values = sparse.Find("values");
       if (indices == nullptr || values == nullptr) sparse.Fail("", "lacks its indices or values");
       const Entry from = sparse.Inner(*indices, "indices"), to = sparse.Inner(*values, "values");
-      accessor.sparse_index_view = static_cast<int>(from.Require("bufferView", views));
-      accessor.sparse_index_offset =
-          static_cast<std::size_t>(from.Integer("byteOffset", 0, kMaxInteger));
+      accessor.sparse_index_view = from.RequireIndex("bufferView", views);
+      accessor.sparse_index_offset = from.Count("byteOffset");
       accessor.sparse_index_component = component(from, "componentType");
-      accessor.sparse_value_view = static_cast<int>(to.Require("bufferView", views));
-      accessor.sparse_value_offset =
-          static_cast<std::size_t>(to.Integer("byteOffset", 0, kMaxInteger));
+      accessor.sparse_value_view = to.RequireIndex("bufferView", views);
+      accessor.sparse_value_offset = to.Count("byteOffset");
     }
     asset_.accessors.push_back(accessor);
-  }
-
-  void Image(const Entry& entry) {
-    GltfImage image;
-    image.view = static_cast<int>(entry.Integer("bufferView", -1, Size(asset_.views)));
-    image.uri = entry.Text("uri");
-    asset_.images.push_back(std::move(image));
-  }
-
-  // A texture without a source is in a format of an extension.
-  void Texture(const Entry& entry) {
-    image_of_texture_.push_back(static_cast<int>(entry.Integer("source", -1, Size(asset_.images))));
   }
 
   void Material(const Entry& entry) {
@@ -364,8 +345,8 @@ class GltfParser {
       if (const json* used = pbr.Find("baseColorTexture")) {
         const Entry use = pbr.Inner(*used, "baseColorTexture");
         material.image = image_of_texture_[static_cast<std::size_t>(
-            use.Require("index", Size(image_of_texture_)))];
-        material.uv_set = static_cast<int>(use.Integer("texCoord", 0, 1000));
+            use.RequireIndex("index", Size(image_of_texture_)))];
+        material.uv_set = use.Index("texCoord", 1000, 0);
       }
     }
     asset_.materials.push_back(std::move(material));
@@ -377,13 +358,13 @@ class GltfParser {
     const auto accessors = Size(asset_.accessors);
     Each(entry, "primitives", [&](const Entry& from) {
       GltfPrimitive primitive;
-      primitive.indices = static_cast<int>(from.Integer("indices", -1, accessors));
-      primitive.mode = static_cast<int>(from.Integer("mode", 4, 7));
-      primitive.material = static_cast<int>(from.Integer("material", -1, Size(asset_.materials)));
+      primitive.indices = from.Index("indices", accessors);
+      primitive.mode = from.Index("mode", 7, 4);
+      primitive.material = from.Index("material", Size(asset_.materials));
       if (const json* found = from.Find("attributes")) {
         const Entry attributes = from.Inner(*found, "attributes");
         const auto accessor = [&](const std::string& name) {
-          return static_cast<int>(attributes.Integer(name.c_str(), -1, accessors));
+          return attributes.Index(name.c_str(), accessors);
         };
         primitive.positions = accessor("POSITION");
         primitive.normals = accessor("NORMAL");
@@ -410,8 +391,8 @@ class GltfParser {
       const Entry entry = root.Inner(list[i], "nodes", i);
       GltfNode& node = asset_.nodes[i];
       node.name = entry.Text("name");
-      node.mesh = static_cast<int>(entry.Integer("mesh", -1, Size(asset_.meshes)));
-      node.skin = static_cast<int>(entry.Integer("skin", -1, num_skins));
+      node.mesh = entry.Index("mesh", Size(asset_.meshes));
+      node.skin = entry.Index("skin", num_skins);
       Eigen::Matrix4d matrix;
       Eigen::Map<Eigen::Matrix<double, 16, 1>> flat(matrix.data());
       if (entry.Numbers("matrix", flat)) TakeMatrix(matrix, node);
@@ -427,7 +408,7 @@ class GltfParser {
       node.children.reserve(children.size());
       for (const json& child : children) {
         const std::int64_t c = entry.Whole(child, "children", Size(list));
-        int& parent = asset_.nodes[static_cast<std::size_t>(c)].parent;
+        int& parent = asset_.nodes[c].parent;
         if (parent >= 0) {
           entry.Fail("children",
                      fmt::format("lists node {}, which is already a child of node {}", c, parent));
@@ -439,7 +420,7 @@ class GltfParser {
     Order();
     const auto scenes = Size(root.List("scenes"));
     if (scenes == 0) return;
-    const auto shown = static_cast<std::size_t>(root.Integer("scene", 0, scenes));
+    const auto shown = static_cast<std::size_t>(root.Index("scene", scenes, 0));
     const Entry scene = root.Inner(root.List("scenes")[shown], "scenes", shown);
     for (const json& node : scene.List("nodes")) {
       asset_.scene_roots.push_back(
@@ -455,7 +436,7 @@ class GltfParser {
       if (asset_.nodes[i].parent < 0) order.push_back(static_cast<int>(i));
     }
     for (std::size_t k = 0; k < order.size(); ++k) {
-      const std::vector<int>& children = asset_.nodes[static_cast<std::size_t>(order[k])].children;
+      const std::vector<int>& children = asset_.nodes[order[k]].children;
       order.insert(order.end(), children.begin(), children.end());
     }
     if (order.size() < asset_.nodes.size()) {
@@ -470,8 +451,7 @@ class GltfParser {
       skin.joints.push_back(static_cast<int>(entry.Whole(joint, "joints", Size(asset_.nodes))));
     }
     if (skin.joints.empty()) entry.Fail("joints", "is empty");
-    skin.inverse_bind =
-        static_cast<int>(entry.Integer("inverseBindMatrices", -1, Size(asset_.accessors)));
+    skin.inverse_bind = entry.Index("inverseBindMatrices", Size(asset_.accessors));
     asset_.skins.push_back(std::move(skin));
   }
 
@@ -480,12 +460,10 @@ class GltfParser {
     animation.name = entry.Text("name");
     const json& samplers = entry.List("samplers");
     Each(entry, "channels", [&](const Entry& from) {
-      const json* found = from.Find("target");
-      if (found == nullptr) from.Fail("target", "is missing");
-      const Entry target = from.Inner(*found, "target");
+      const Entry target = from.Inner(from.Need("target"), "target");
       const std::string path = target.Text("path");
       GltfChannel channel;
-      channel.node = static_cast<int>(target.Integer("node", -1, Size(asset_.nodes)));
+      channel.node = target.Index("node", Size(asset_.nodes));
       if (path == "translation") {
         channel.path = GltfPath::kTranslation;
       } else if (path == "rotation") {
@@ -496,10 +474,10 @@ class GltfParser {
         return;
       }
       if (channel.node < 0) return;
-      const auto index = static_cast<std::size_t>(from.Require("sampler", Size(samplers)));
+      const auto index = static_cast<std::size_t>(from.RequireIndex("sampler", Size(samplers)));
       const Entry sampler = entry.Inner(samplers[index], "samplers", index);
-      channel.input = static_cast<int>(sampler.Require("input", Size(asset_.accessors)));
-      channel.output = static_cast<int>(sampler.Require("output", Size(asset_.accessors)));
+      channel.input = sampler.RequireIndex("input", Size(asset_.accessors));
+      channel.output = sampler.RequireIndex("output", Size(asset_.accessors));
       const std::string interpolation = sampler.Text("interpolation");
       if (interpolation.empty() || interpolation == "LINEAR") {
         channel.interpolation = GltfInterpolation::kLinear;
@@ -529,34 +507,19 @@ GltfAsset GltfAsset::Parse(std::string bytes, const std::string& where,
   GltfAsset asset;
   asset.where_ = where;
   asset.folder_ = folder;
-  asset.bytes_ = std::move(bytes);
+  asset.bytes_.push_back(std::move(bytes));
   GltfParser(asset, folder).Run();
   return asset;
 }
 
-std::string_view GltfAsset::BufferBytes(int buffer) const {
-  const Buffer& found = buffers_[static_cast<std::size_t>(buffer)];
-  switch (found.source) {
-    case Buffer::kChunk:
-      return std::string_view(bytes_).substr(binary_offset_, binary_bytes_);
-    case Buffer::kOwn:
-      return found.bytes;
-    case Buffer::kSame:
-      return buffers_[found.same_as].bytes;
-    case Buffer::kMissing:
-      break;
-  }
-  return {};
-}
-
 std::string GltfAsset::ImageBytes(int image) const {
-  const GltfImage& found = images[static_cast<std::size_t>(image)];
+  const GltfImage& found = images[image];
   const std::string where = fmt::format("{}[images][{}]", where_, image);
   if (found.view < 0) {
     const std::filesystem::path file = ResolveGltfUri(found.uri, folder_, where);
     return file.empty() ? DecodeDataUri(found.uri, where) : ReadFile(file, kMaxImageBytes);
   }
-  const GltfBufferView& view = views[static_cast<std::size_t>(found.view)];
+  const GltfBufferView& view = views[found.view];
   const std::string_view bytes = BufferBytes(view.buffer);
   if (view.compressed || view.offset > bytes.size() || view.bytes > bytes.size() - view.offset) {
     throw Error(where, "extends past the end of its buffer", kExportAgain);
@@ -565,7 +528,7 @@ std::string GltfAsset::ImageBytes(int image) const {
 }
 
 std::string GltfAsset::NodeText(int node) const {
-  const std::string& name = nodes[static_cast<std::size_t>(node)].name;
+  const std::string& name = nodes[node].name;
   return name.empty() ? fmt::format("node {}", node) : fmt::format("'{}' (node {})", name, node);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <string>
@@ -23,6 +24,10 @@ struct GltfNode {
   Eigen::Vector3d scale = Eigen::Vector3d::Ones();
   int mesh = -1;
   int skin = -1;
+
+  Eigen::Affine3d Local() const {
+    return Eigen::Translation3d(translation) * rotation * Eigen::Scaling(scale);
+  }
 };
 
 struct GltfBufferView {
@@ -91,13 +96,6 @@ struct GltfMesh {
   std::vector<GltfPrimitive> primitives;
 };
 
-/// What Holdfast's own files state about their clip in `asset.extras`; empty for other files.
-struct GltfProvenance {
-  double frame_rate = 0;  ///< Hz, 0 if not stated
-  Eigen::VectorXd betas;
-  std::string gender, body_model;
-};
-
 /// The parts of a glTF 2.0 file that move a body and show an object in its hands: nodes, skins,
 /// animations, materials of one color or image, and the numbers behind them. Cameras and lights are
 /// ignored. All indices are in range and nodes form trees; accessors are checked against their
@@ -105,6 +103,9 @@ struct GltfProvenance {
 /// announces.
 class GltfAsset {
  public:
+  GltfAsset(GltfAsset&&) = default;
+  GltfAsset& operator=(GltfAsset&&) = default;
+
   /// Reads a file (plain or gzipped). Throws Error.
   static GltfAsset Read(const std::filesystem::path& path);
   /// Same for a file's bytes; buffers with a file name are searched in `folder`.
@@ -125,11 +126,14 @@ class GltfAsset {
   std::vector<GltfAnimation> animations;
   std::vector<GltfAccessor> accessors;
   std::vector<GltfBufferView> views;
-  GltfProvenance provenance;
   std::map<std::string, int> humanoid;  ///< bone to node by VRM's extension; else empty
+  // What Holdfast's own files state about their clip in `asset.extras`; empty for other files.
+  double clip_frame_rate = 0;  ///< Hz, 0 if not stated
+  Eigen::VectorXd clip_betas;
+  std::string clip_gender, clip_body_model;
 
-  const GltfNode& NodeAt(int node) const { return nodes[static_cast<std::size_t>(node)]; }
-  std::string_view BufferBytes(int buffer) const;
+  const GltfNode& NodeAt(int node) const { return nodes[node]; }
+  std::string_view BufferBytes(int buffer) const { return buffers_[buffer]; }
   /// Returns an image file unchanged. Throws Error if it is missing or outside the folder.
   std::string ImageBytes(int image) const;
   /// Node for messages: "'hips' (node 3)".
@@ -137,17 +141,13 @@ class GltfAsset {
 
  private:
   friend class GltfParser;
+  GltfAsset() = default;
+
   std::string where_;
   std::filesystem::path folder_;
   std::size_t num_bytes_ = 0;
-  struct Buffer {
-    enum { kMissing, kChunk, kOwn, kSame } source = kMissing;
-    std::string bytes;        // for kOwn
-    std::size_t same_as = 0;  // for kSame
-  };
-  std::string bytes_;                                 // the file
-  std::size_t binary_offset_ = 0, binary_bytes_ = 0;  // the .glb's binary chunk in the file
-  std::vector<Buffer> buffers_;
+  std::deque<std::string> bytes_;          // of the file, then of buffers outside its binary chunk
+  std::vector<std::string_view> buffers_;  // in `bytes_`; empty for a missing one
 };
 
 /// Numbers of an accessor, decoded one at a time from the buffer.

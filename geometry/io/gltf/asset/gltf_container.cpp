@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/container/byte_source.h"
 #include "geometry/io/gltf/asset/gltf_asset.h"
 
 namespace holdfast {
@@ -17,17 +18,9 @@ namespace {
 constexpr std::string_view kMagic = "glTF";
 constexpr std::uint32_t kJsonChunk = 0x4E4F534A;
 constexpr std::uint32_t kBinaryChunk = 0x004E4942;
+constexpr std::string_view kFetchAgain = "Fetch or export the file again";
 constexpr std::string_view kKeepTogether =
     "Keep the .bin file beside the .gltf under the name it gives, or export a .glb";
-
-// Little-endian on every machine, as the format requires.
-std::uint32_t Word(std::string_view bytes, std::size_t offset) {
-  std::uint32_t word = 0;
-  for (std::size_t k = 0; k < 4; ++k) {
-    word |= std::uint32_t{static_cast<std::uint8_t>(bytes[offset + k])} << (8 * k);
-  }
-  return word;
-}
 
 // Value of a base64 digit; -1 for any other character.
 int Base64Digit(char c) {
@@ -135,10 +128,10 @@ GltfContainer SplitGltf(std::string_view bytes, const std::string& where) {
   if (!bytes.starts_with(kMagic)) return {bytes, {}};
   if (bytes.size() < 20)
     throw Error(where, "is a .glb that is cut short in its header", kFetchAgain);
-  if (const std::uint32_t version = Word(bytes, 4); version != 2) {
+  if (const std::uint64_t version = FromLittleEndian(bytes.substr(4, 4)); version != 2) {
     throw Error(where, fmt::format("is binary glTF of version {}", version), "Export glTF 2.0");
   }
-  const std::uint32_t length = Word(bytes, 8);
+  const std::uint64_t length = FromLittleEndian(bytes.substr(8, 4));
   if (length > bytes.size() || length < 20) {
     throw Error(where,
                 fmt::format("is a .glb that declares {} bytes but has {}", length, bytes.size()),
@@ -146,8 +139,8 @@ GltfContainer SplitGltf(std::string_view bytes, const std::string& where) {
   }
   GltfContainer parts;
   for (std::size_t at = 12; at + 8 <= length;) {
-    const std::size_t size = Word(bytes, at);
-    const std::uint32_t type = Word(bytes, at + 4);
+    const std::size_t size = FromLittleEndian(bytes.substr(at, 4));
+    const std::uint64_t type = FromLittleEndian(bytes.substr(at + 4, 4));
     const bool first = at == 12;
     at += 8;
     if (size > length - at) {
@@ -195,7 +188,7 @@ std::size_t ComponentBytes(int component) {
 // Locates `count` elements of `element` bytes, `stride` apart, from `offset` of a view.
 const char* Locate(const GltfAsset& asset, int view_index, std::size_t offset, std::size_t count,
                    std::size_t element, std::size_t stride, const std::string& where) {
-  const GltfBufferView& view = asset.views[static_cast<std::size_t>(view_index)];
+  const GltfBufferView& view = asset.views[view_index];
   if (view.compressed) {
     throw Error(where, "is compressed with EXT_meshopt_compression, which is not read",
                 "Export without compression (gltf-transform copy in.glb out.glb does it)");
@@ -236,7 +229,7 @@ std::uint32_t LoadIndex(const char* at, int component) {
 }  // namespace
 
 GltfNumbers::GltfNumbers(const GltfAsset& asset, int index, int rows) {
-  const GltfAccessor& accessor = asset.accessors[static_cast<std::size_t>(index)];
+  const GltfAccessor& accessor = asset.accessors[index];
   const std::string where = fmt::format("{}[accessors][{}]", asset.Where(), index);
   if (accessor.rows != rows) {
     throw Error(
@@ -249,7 +242,7 @@ GltfNumbers::GltfNumbers(const GltfAsset& asset, int index, int rows) {
   normalized_ = accessor.normalized;
   count_ = accessor.count;
   if (accessor.view >= 0) {
-    const std::size_t stride = asset.views[static_cast<std::size_t>(accessor.view)].stride;
+    const std::size_t stride = asset.views[accessor.view].stride;
     stride_ = stride > 0 ? stride : element_;
     dense_ = Locate(asset, accessor.view, accessor.offset, count_, element_, stride_, where);
   }

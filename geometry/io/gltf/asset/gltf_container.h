@@ -7,8 +7,6 @@
 
 namespace holdfast {
 
-inline constexpr std::string_view kFetchAgain = "Fetch or export the file again";
-
 /// The two parts of a glTF file: its JSON text, and the binary chunk of a .glb (empty for .gltf and
 /// for a .glb without one). Views into the file's bytes.
 struct GltfContainer {

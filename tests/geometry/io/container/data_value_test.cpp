@@ -4,33 +4,23 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cstring>
-#include <functional>
 #include <limits>
 #include <set>
 #include <thread>
 
-#include "geometry/error.h"
 #include "geometry/io/container/data_store.h"
 #include "geometry/io/container/json_file.h"
 #include "geometry/io/pickle/pickle.h"
+#include "tests/support/error_text.h"
 #include "tests/support/pickle_files.h"
 
 namespace holdfast {
 namespace {
 
 using ::testing::ElementsAre;
+using testing::ErrorText;
 using ::testing::HasSubstr;
 using testing::ReadPickleText;
-
-std::string Message(const std::function<void()>& run) {
-  try {
-    run();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
 
 DataValue Plain() { return testing::ReadPickleFile(testing::PickleFixtures() / "plain_p4.pkl"); }
 
@@ -41,17 +31,17 @@ TEST(DataValue, NamesWhereItComesFromAndWhatThereIs) {
   EXPECT_FALSE(file["body"]["pose"].Has("x"));
   EXPECT_FALSE(file.Find("hands").has_value());
   EXPECT_EQ(file["body"]["pose"][1].Where(), "x.pkl[body][pose][1]");
-  EXPECT_THAT(Message([&] { file["body"]["hands"]; }),
+  EXPECT_THAT(ErrorText([&] { file["body"]["hands"]; }),
               HasSubstr("x.pkl[body][hands]: is missing. It has: pose, name"));
-  EXPECT_THAT(Message([&] { file["body"]["pose"]["x"]; }),
+  EXPECT_THAT(ErrorText([&] { file["body"]["pose"]["x"]; }),
               HasSubstr("x.pkl[body][pose]: is list of 2, where named values with 'x' are needed"));
-  EXPECT_THAT(Message([&] { file["body"]["pose"][2]; }),
+  EXPECT_THAT(ErrorText([&] { file["body"]["pose"][2]; }),
               HasSubstr("has 2 items, but item 2 was requested"));
-  EXPECT_THAT(Message([&] { file[std::size_t{0}]; }), HasSubstr("where a list is needed"));
-  EXPECT_THAT(Message([&] { file["body"]["name"].Array(); }),
+  EXPECT_THAT(ErrorText([&] { file[std::size_t{0}]; }), HasSubstr("where a list is needed"));
+  EXPECT_THAT(ErrorText([&] { file["body"]["name"].Array(); }),
               HasSubstr("is not an array of numbers"));
-  EXPECT_THAT(Message([&] { file["body"]["name"].Number(); }), HasSubstr("[body][name]: "));
-  EXPECT_THAT(Message([&] { file["body"].Text(); }), HasSubstr("where a text is needed"));
+  EXPECT_THAT(ErrorText([&] { file["body"]["name"].Number(); }), HasSubstr("[body][name]: "));
+  EXPECT_THAT(ErrorText([&] { file["body"].Text(); }), HasSubstr("where a text is needed"));
 }
 
 TEST(DataValue, SaysWhatItIs) {
@@ -81,9 +71,9 @@ TEST(DataValue, ListsOfEqualLengthAreArrays) {
   EXPECT_THAT(joined.array.shape, ElementsAre(2u, 2u));
   EXPECT_THAT(joined.AsDoubles(), ElementsAre(1, 2, 3, 4));
   EXPECT_THAT(file["empty_rows"].Array().array.shape, ElementsAre(2u, 0u));
-  EXPECT_THAT(Message([&] { file["uneven"].Array(); }),
+  EXPECT_THAT(ErrorText([&] { file["uneven"].Array(); }),
               HasSubstr("[uneven]: holds lists of unequal"));
-  EXPECT_THAT(Message([&] { file["no_numbers"].Array(); }),
+  EXPECT_THAT(ErrorText([&] { file["no_numbers"].Array(); }),
               HasSubstr("values that are not numbers"));
   EXPECT_TRUE(file["rows"].HoldsNumbers());
   EXPECT_FALSE(file["uneven"].HoldsNumbers());
@@ -96,11 +86,11 @@ TEST(DataValue, NumbersAreOneAndWholeWhereThatIsAskedFor) {
   const DataValue file = Plain();
   EXPECT_EQ(file["integers"][13].Integer(), std::numeric_limits<std::int64_t>::min());
   EXPECT_EQ(file["reals"][0].Integer(), 0);
-  EXPECT_THAT(Message([&] { file["reals"][2].Integer(); }),
+  EXPECT_THAT(ErrorText([&] { file["reals"][2].Integer(); }),
               HasSubstr("is 1.5, where a whole number"));
-  EXPECT_THAT(Message([&] { file["reals"][5].Integer(); }), HasSubstr("is inf, where a whole"));
-  EXPECT_THAT(Message([&] { file["nan"].Integer(); }), HasSubstr("is nan, where a whole"));
-  EXPECT_THAT(Message([&] { file["rows"].Number(); }),
+  EXPECT_THAT(ErrorText([&] { file["reals"][5].Integer(); }), HasSubstr("is inf, where a whole"));
+  EXPECT_THAT(ErrorText([&] { file["nan"].Integer(); }), HasSubstr("is nan, where a whole"));
+  EXPECT_THAT(ErrorText([&] { file["rows"].Number(); }),
               HasSubstr("has shape (2, 3), where one number"));
 }
 
@@ -142,7 +132,7 @@ TEST(DataValue, ViewsObeyTheirStrides) {
   EXPECT_THAT(view({3, 2}, {1, 6}).Array().AsIntegers(), ElementsAre(0, 6, 1, 7, 2, 8));
   EXPECT_THAT(view({2, 3}, {5, 0}).Array().AsIntegers(), ElementsAre(0, 0, 0, 5, 5, 5));
   EXPECT_THAT(view({0, 3}, {5, 7}).Array().AsIntegers(), ElementsAre());
-  EXPECT_THAT(Message([&] {
+  EXPECT_THAT(ErrorText([&] {
                 view({1u << 31, 1u << 31}, {0, 0}).Array();
               }),
               HasSubstr("more bytes than there are"));
@@ -204,8 +194,8 @@ TEST(DataValue, MayBeReadFromManyThreads) {
 
 TEST(DataStore, ChargesBeforeItGrows) {
   DataStore store("small", 4096);
-  EXPECT_THAT(Message([&] { store.Charge(5000); }), HasSubstr("small: would take more than"));
-  EXPECT_THAT(Message([&] {
+  EXPECT_THAT(ErrorText([&] { store.Charge(5000); }), HasSubstr("small: would take more than"));
+  EXPECT_THAT(ErrorText([&] {
                 for (int i = 0; i < 1000; ++i) store.AddInteger(i);
               }),
               HasSubstr("would take more than"));

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/container/safetensors.h"
 
-#include <cmath>
 #include <cstdlib>
-#include <fstream>
-#include <limits>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +9,7 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
+#include "tests/support/error_text.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/zip_bytes.h"
 
@@ -35,12 +33,7 @@ SafetensorsReader SafetensorsOf(const std::string& bytes) {
 }
 
 std::string Refusal(const std::string& bytes) {
-  try {
-    SafetensorsOf(bytes);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return testing::ErrorText([&] { SafetensorsOf(bytes); });
 }
 
 TEST(SafetensorsReader, ReadsEveryTypeOfAFileWrittenByTheFormatsDefinition) {
@@ -71,66 +64,51 @@ TEST(SafetensorsReader, ReadsEveryTypeOfAFileWrittenByTheFormatsDefinition) {
   EXPECT_EQ(reader.Names().size(), 16u);
   EXPECT_TRUE(reader.Has("eight"));
   EXPECT_THROW(reader.Read("eight"), Error) << "8-bit floats are listed and not read";
-  try {
-    reader.Read("f31");
-    ADD_FAILURE();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("all_types.safetensors[f31]: is missing. The file has: "
-                                        "bf16, bool"));
-  }
+  EXPECT_THAT(testing::ErrorText([&] { reader.Read("f31"); }),
+              HasSubstr("all_types.safetensors[f31]: is missing. The file has: bf16, bool"));
 }
 
 TEST(SafetensorsReader, RefusesHostileHeaders) {
   const std::string data(24, '\1');
   const std::string a = R"("a":{"dtype":"F32","shape":[2],"data_offsets":[0,8]})";
-  const auto refusal = [&](const std::string& header) { return Refusal(FileOf(header, data)); };
   const auto entry = [](const std::string& rest) { return "{\"a\":{" + rest + "}}"; };
-  EXPECT_THAT(refusal("{" + a + "}"), HasSubstr("16 bytes after the last tensor"));
-  EXPECT_THAT(refusal("{" + a + R"(,"b":{"dtype":"F32","shape":[5],"data_offsets":[4,24]}})"),
-              HasSubstr("overlaps"));
-  EXPECT_THAT(refusal("{" + a + R"(,"b":{"dtype":"F32","shape":[3],"data_offsets":[12,24]}})"),
-              HasSubstr("gap"));
-  EXPECT_THAT(refusal("{" + a + R"(,"a":{"dtype":"F32","shape":[4],"data_offsets":[8,24]}})"),
-              HasSubstr("twice"));
-  EXPECT_THAT(refusal(entry(R"("dtype":"F32","shape":[7],"data_offsets":[0,24])")),
-              HasSubstr("does not fit"));
-  EXPECT_THAT(refusal(entry(R"("dtype":"F32","shape":[7],"data_offsets":[0,28])")),
-              HasSubstr("cut off"));
-  EXPECT_THAT(refusal(entry(R"("dtype":"F32","shape":[6],"data_offsets":[24,0])")),
-              HasSubstr("lies at bytes 24 to 0"));
-  EXPECT_THAT(
-      refusal(entry(R"("dtype":"F32","shape":[4611686018427387910],"data_offsets":[0,24])")),
-      HasSubstr("does not fit"))
-      << "4 times that overflows to 24";
-  EXPECT_THAT(refusal(entry(R"("dtype":"F32","shape":[-6],"data_offsets":[0,24])")),
-              HasSubstr("negative"));
-  EXPECT_THAT(refusal(entry(R"("dtype":"F32","shape":[6.0],"data_offsets":[0,24])")),
-              HasSubstr("fraction"));
-  EXPECT_THAT(refusal(entry(R"("dtype":"F32","shape":[6],"data_offsets":[0,24,1])")),
-              HasSubstr("more than two offsets"));
-  EXPECT_THAT(refusal(entry(R"("dtype":"F32","shape":[6])")), HasSubstr("missing"));
-  EXPECT_THAT(refusal(entry(R"("dtype":"F32","shape":[6],"shape":[6],"data_offsets":[0,24])")),
-              HasSubstr("a field twice"));
-  EXPECT_THAT(refusal(entry(R"("dtype":"F32","shape":[6],"data_offsets":[0,24],"run":"me")")),
-              HasSubstr("unknown field in its header: 'run'"));
-  EXPECT_THAT(refusal(entry(R"("dtype":5,"shape":[6],"data_offsets":[0,24])")),
-              HasSubstr("a number"));
-  EXPECT_THAT(refusal(entry(R"("dtype":"F32","shape":[[6]],"data_offsets":[0,24])")),
-              HasSubstr("a list"));
-  EXPECT_THAT(refusal(R"({"a":{"dtype":"F32","shape":{}}})"), HasSubstr("an object"));
-  EXPECT_THAT(refusal(R"({"__metadata__":{"k":1}})"), HasSubstr("a number"));
-  EXPECT_THAT(refusal(R"({"__metadata__":{"k":"1","k":"2"}})"), HasSubstr("twice"));
-  EXPECT_THAT(refusal(R"({"__metadata__":{},"__metadata__":{}})"), HasSubstr("two metadata"));
-  EXPECT_THAT(refusal(R"({"a":null})"), HasSubstr("null"));
-  EXPECT_THAT(refusal("[]"), HasSubstr("'{'"));
-  EXPECT_THAT(refusal("{\"a\":"), HasSubstr("no JSON"));
-  EXPECT_THAT(refusal("{} {}"), HasSubstr("no JSON"));
-  std::string deep = "{\"a\":{\"shape\":";
-  for (int i = 0; i < 100'000; ++i) deep += '[';
-  EXPECT_THAT(refusal(deep), HasSubstr("a list"));
-  std::string rank = "\"dtype\":\"F32\",\"data_offsets\":[0,24],\"shape\":[6";
+  const auto floats = [&](const std::string& shape, const std::string& offsets) {
+    return entry(R"("dtype":"F32","shape":[)" + shape + R"(],"data_offsets":[)" + offsets + "]");
+  };
+  const auto two = [&](const std::string& second) { return "{" + a + "," + second + "}"; };
+  std::string rank = "6";
   for (int i = 0; i < 40; ++i) rank += ",1";
-  EXPECT_THAT(refusal(entry(rank + "]")), HasSubstr("more than 32"));
+  const std::pair<std::string, const char*> headers[] = {
+      {"{" + a + "}", "16 bytes after the last tensor"},
+      {two(R"("b":{"dtype":"F32","shape":[5],"data_offsets":[4,24]})"), "overlaps"},
+      {two(R"("b":{"dtype":"F32","shape":[3],"data_offsets":[12,24]})"), "gap"},
+      {two(R"("a":{"dtype":"F32","shape":[4],"data_offsets":[8,24]})"), "twice"},
+      {floats("7", "0,24"), "does not fit"},
+      {floats("7", "0,28"), "cut off"},
+      {floats("6", "24,0"), "lies at bytes 24 to 0"},
+      {floats("4611686018427387910", "0,24"), "does not fit"},  // 4 times that overflows to 24
+      {floats("-6", "0,24"), "negative"},
+      {floats("6.0", "0,24"), "fraction"},
+      {floats("6", "0,24,1"), "more than two offsets"},
+      {floats("[6]", "0,24"), "a list"},
+      {floats(rank, "0,24"), "more than 32"},
+      {entry(R"("dtype":"F32","shape":[6])"), "missing"},
+      {entry(R"("dtype":"F32","shape":[6],"shape":[6],"data_offsets":[0,24])"), "a field twice"},
+      {entry(R"("dtype":"F32","shape":[6],"data_offsets":[0,24],"run":"me")"),
+       "unknown field in its header: 'run'"},
+      {entry(R"("dtype":5,"shape":[6],"data_offsets":[0,24])"), "a number"},
+      {R"({"a":{"dtype":"F32","shape":{}}})", "an object"},
+      {R"({"__metadata__":{"k":1}})", "a number"},
+      {R"({"__metadata__":{"k":"1","k":"2"}})", "twice"},
+      {R"({"__metadata__":{},"__metadata__":{}})", "two metadata"},
+      {R"({"a":null})", "null"},
+      {"[]", "'{'"},
+      {"{\"a\":", "no JSON"},
+      {"{} {}", "no JSON"},
+      {"{\"a\":{\"shape\":" + std::string(100'000, '['), "a list"}};
+  for (const auto& [header, message] : headers) {
+    EXPECT_THAT(Refusal(FileOf(header, data)), HasSubstr(message)) << header.substr(0, 100);
+  }
 
   EXPECT_THAT(Refusal("short"), HasSubstr("cut off"));
   EXPECT_THAT(Refusal(LittleEndian(UINT64_MAX, 8) + "{}"), HasSubstr("a header of"));
@@ -155,9 +133,6 @@ SafetensorsWriter SomeTensors(bool backwards) {
   if (!backwards) floats();
   writer.AddFloat64("mean", {2}, std::vector<double>{0.1, -1e300});
   writer.AddFloat16("half", {3}, std::vector<float>{1.0f, -0.5f, 65504.0f});
-  // To nearest even: 1 + 2^-8 lies between 1 and 1 + 2^-7, 1 + 3 * 2^-8 above it.
-  writer.AddBfloat16("brain", {4},
-                     std::vector<float>{1.0f, -0.5f, 1.0f + 0x1p-8f, 1.0f + 3 * 0x1p-8f});
   writer.AddInt64("steps", {}, std::vector<std::int64_t>{-7});
   NpyArray mask{'u', 1, false, false, {3}, {}};
   mask.data = {std::byte{0}, std::byte{1}, std::byte{255}};
@@ -175,7 +150,6 @@ TEST(SafetensorsWriter, WhatItWritesComesBack) {
   EXPECT_EQ(reader.Read("decoder.weight").ShapeText(), "(2, 3)");
   EXPECT_THAT(reader.Read("mean").AsDoubles(), ElementsAre(0.1, -1e300));
   EXPECT_THAT(reader.Read("half").AsFloats(), ElementsAre(1.0f, -0.5f, 65504.0f));
-  EXPECT_THAT(reader.Read("brain").AsFloats(), ElementsAre(1.0f, -0.5f, 1.0f, 1.0f + 0x1p-6f));
   EXPECT_THAT(reader.Read("steps").AsIntegers(), ElementsAre(-7));
   EXPECT_THAT(reader.Read("mask").AsIntegers(), ElementsAre(0, 1, 255));
   EXPECT_EQ(reader.Metadata().at("na\xc3\xafve"), "yes, \"quoted\"\n");
@@ -205,7 +179,6 @@ TEST(SafetensorsWriter, RefusesWhatTheFormatCannotHold) {
   EXPECT_THROW(writer.AddFloat32("__metadata__", {3}, three), Error);
   EXPECT_THROW(writer.AddFloat32("", {3}, three), Error);
   EXPECT_THROW(writer.AddFloat16("a", {1}, std::vector<float>{65520.0f}), Error);
-  EXPECT_THROW(writer.AddBfloat16("a", {1}, std::vector<float>{3.4e38f}), Error);
   EXPECT_THROW(writer.Add("a", NpyArray{'U', 4, false, false, {}, std::vector<std::byte>(4)}),
                Error);
   EXPECT_THROW(writer.Add("a", NpyArray{'f', 4, true, false, {}, std::vector<std::byte>(4)}),
@@ -215,7 +188,7 @@ TEST(SafetensorsWriter, RefusesWhatTheFormatCannotHold) {
   EXPECT_THROW(writer.Write(folder / "a.safetensors"), Error);
   SafetensorsWriter().Write(folder / "empty.safetensors");
   EXPECT_THROW(SafetensorsWriter().Write(folder / "empty.safetensors/a.safetensors"), Error);
-  EXPECT_TRUE(SafetensorsReader(folder / "empty.safetensors").Entries().empty());
+  EXPECT_TRUE(SafetensorsReader(folder / "empty.safetensors").Names().empty());
 }
 
 RC_GTEST_PROP(SafetensorsRoundTrip, AnyNumbersComeBack,

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/gltf/gltf_reader.h"
 
-#include <sys/resource.h>
-
 #include <chrono>
 #include <cmath>
 #include <cstring>
 #include <fstream>
-#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
@@ -20,7 +17,9 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/gltf/gltf_skeleton.h"
 #include "geometry/rotation.h"
+#include "tests/support/error_text.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/zip_bytes.h"
 
 namespace holdfast {
 namespace {
@@ -174,13 +173,8 @@ TEST(GltfReader, IrregularKeysAreSampledAtACommonRate) {
 }
 
 TEST(GltfReader, AsksWhichOfTwoCharacters) {
-  try {
-    ReadGltfMotion(kFixtures / "two.glb");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), AllOf(HasSubstr("two.glb"), HasSubstr("'left', 'right'"),
-                                    HasSubstr("--character")));
-  }
+  EXPECT_THAT(testing::ErrorText([] { ReadGltfMotion(kFixtures / "two.glb"); }),
+              AllOf(HasSubstr("two.glb"), HasSubstr("'left', 'right'"), HasSubstr("--character")));
   GltfMotionOptions options;
   for (const auto& [name, x] : {std::pair{"left", 1.0}, std::pair{"right", -1.0}}) {
     options.character = name;
@@ -238,10 +232,7 @@ class HostileGltf : public ::testing::Test {
     asset_["buffers"] = {{{"byteLength", bytes_.size()}}};
     std::string text = asset_.dump();
     text.resize((text.size() + 3) / 4 * 4, ' ');
-    const auto word = [](std::size_t value) {
-      const auto small = static_cast<std::uint32_t>(value);
-      return std::string(reinterpret_cast<const char*>(&small), 4);
-    };
+    const auto word = [](std::size_t value) { return testing::LittleEndian(value, 4); };
     return "glTF" + word(2) + word(28 + text.size() + bytes_.size()) + word(text.size()) + "JSON" +
            text + word(bytes_.size()) + std::string("BIN\0", 4) + bytes_;
   }
@@ -254,12 +245,8 @@ class HostileGltf : public ::testing::Test {
   void ExpectFault(const std::string& part) { ExpectFaultOf(Glb(), part); }
   void ExpectFaultOf(const std::string& bytes, const std::string& part) {
     const auto start = std::chrono::steady_clock::now();
-    try {
-      ParseGltfMotion(bytes, "bad.glb", folder_.Path(), {});
-      ADD_FAILURE() << "no fault found where one says: " << part;
-    } catch (const Error& error) {
-      EXPECT_THAT(error.what(), AllOf(HasSubstr("bad.glb"), HasSubstr(part)));
-    }
+    EXPECT_THAT(testing::ErrorText([&] { ParseGltfMotion(bytes, "bad.glb", folder_.Path(), {}); }),
+                AllOf(HasSubstr("bad.glb"), HasSubstr(part)));
     EXPECT_LT(std::chrono::steady_clock::now() - start, std::chrono::seconds(2));
   }
 
@@ -276,85 +263,68 @@ TEST_F(HostileGltf, IsSoundBeforeItIsDamaged) {
   EXPECT_LT((motion.positions[0].col(2) - Eigen::Vector3d(0, 2, 0)).norm(), 1e-6);
 }
 
-TEST_F(HostileGltf, NodesInACircle) {
-  asset_["nodes"][2]["children"] = {0};
-  ExpectFault("cycle");
-}
-
-TEST_F(HostileGltf, NodesOfTwoParents) {
-  asset_["nodes"][0]["children"] = {1, 2};
-  ExpectFault("already a child");
-}
-
-TEST_F(HostileGltf, NodesThatAreNotThere) {
-  asset_["nodes"][2]["children"] = {77};
-  ExpectFault("[nodes][2][children]");
-}
-
-TEST_F(HostileGltf, IndicesOutOfRange) {
+TEST_F(HostileGltf, ValuesThatAreWrong) {
+  struct Fault {
+    std::string place;
+    json value;
+    std::string part;
+  };
+  // 1.0f and 2.0f are no small integers.
+  const json sparse = {{"count", 2},
+                       {"indices", {{"bufferView", 0}, {"componentType", 5125}}},
+                       {"values", {{"bufferView", 2}}}};
   const json sound = asset_;
-  const std::vector<std::pair<std::string, json>> faults = {
-      {"/skins/0/joints/1", 9},
-      {"/skins/0/joints/1", -1},
-      {"/skins/0/joints/1", "b"},
-      {"/skins/0/joints/1", 1.5},
-      {"/skins/0/inverseBindMatrices", 12},
-      {"/nodes/0/mesh", 0},
-      {"/nodes/0/skin", 1},
-      {"/accessors/0/bufferView", 3},
-      {"/accessors/0/componentType", 1},
-      {"/accessors/0/componentType", 5124},
-      {"/accessors/0/type", "VEC9"},
-      {"/bufferViews/0/buffer", 1},
-      {"/bufferViews/0/byteLength", -4},
-      {"/bufferViews/0/byteOffset", 18446744073709551615ull},
-      {"/animations/0/samplers/0/input", 5},
-      {"/animations/0/samplers/0/output", 4294967296},
-      {"/animations/0/channels/0/sampler", 2},
-      {"/animations/0/channels/0/target/node", 1000000},
-      {"/nodes/0/translation", {1, 2}},
-      {"/nodes/0/rotation", {0, 0, 0, 0}},
-      {"/nodes/0/matrix", {1}},
-      {"/nodes", 3},
-      {"/animations", "none"},
-      {"/asset", nullptr},
-      {"/asset/version", "1.0"}};
-  for (const auto& [place, value] : faults) {
+  const std::vector<Fault> faults = {
+      {"/nodes/2/children", json::array({0}), "cycle"},
+      {"/nodes/0/children", json::array({1, 2}), "already a child"},
+      {"/nodes/2/children", json::array({77}), "[nodes][2][children]"},
+      {"/skins/0/joints/1", 9, ""},
+      {"/skins/0/joints/1", -1, ""},
+      {"/skins/0/joints/1", "b", ""},
+      {"/skins/0/joints/1", 1.5, ""},
+      {"/skins/0/inverseBindMatrices", 12, ""},
+      {"/nodes/0/mesh", 0, ""},
+      {"/nodes/0/skin", 1, ""},
+      {"/accessors/0/bufferView", 3, ""},
+      {"/accessors/0/componentType", 1, ""},
+      {"/accessors/0/componentType", 5124, ""},
+      {"/accessors/0/type", "VEC9", ""},
+      {"/accessors/0/count", 4, "[accessors]"},
+      {"/accessors/0/count", 2147483648, "[accessors]"},
+      {"/accessors/0/count", 4611686018427387904, "[accessors]"},
+      {"/accessors/1/byteOffset", 4, "more than its buffer"},
+      {"/accessors/2/sparse", sparse, "sparse indices"},
+      {"/bufferViews/0/buffer", 1, ""},
+      {"/bufferViews/0/byteLength", -4, ""},
+      {"/bufferViews/0/byteOffset", 18446744073709551615ull, ""},
+      {"/bufferViews/1/byteStride", 20, "more than its buffer"},
+      {"/bufferViews/2/byteLength", 1000, "more than its buffer"},
+      {"/animations/0/samplers/0/input", 5, ""},
+      {"/animations/0/samplers/0/output", 4294967296, ""},
+      {"/animations/0/samplers/0/interpolation", "CUBICSPLINE", "3 values for 3 keys"},
+      {"/animations/0/samplers/0/interpolation", "BEZIER", "none of LINEAR"},
+      {"/animations/0/channels", json::array(), "move no joint"},
+      {"/animations/0/channels/0/sampler", 2, ""},
+      {"/animations/0/channels/0/target/node", 1000000, ""},
+      {"/nodes/0/translation", json::array({1, 2}), ""},
+      {"/nodes/0/rotation", json::array({0, 0, 0, 0}), ""},
+      {"/nodes/0/matrix", json::array({1}), ""},
+      {"/nodes", 3, ""},
+      {"/animations", "none", ""},
+      {"/asset", nullptr, ""},
+      {"/asset/version", "1.0", ""}};
+  for (const Fault& fault : faults) {
     asset_ = sound;
-    asset_[json::json_pointer(place)] = value;
-    SCOPED_TRACE(place + " = " + value.dump());
-    ExpectFault("");
+    asset_[json::json_pointer(fault.place)] = fault.value;
+    SCOPED_TRACE(fault.place + " = " + fault.value.dump());
+    ExpectFault(fault.part);
   }
 }
 
-TEST_F(HostileGltf, AccessorsPastTheirBuffer) {
-  const json sound = asset_;
-  for (const json& count : {json(4), json(2147483648), json(4611686018427387904)}) {
-    asset_ = sound;
-    asset_["accessors"][0]["count"] = count;
-    ExpectFault("[accessors]");
-  }
-  asset_ = sound;
-  asset_["accessors"][1]["byteOffset"] = 4;
-  ExpectFault("more than its buffer");
-  asset_ = sound;
-  asset_["bufferViews"][1]["byteStride"] = 20;
-  ExpectFault("more than its buffer");
-  asset_ = sound;
-  asset_["bufferViews"][2]["byteLength"] = 1000;
-  ExpectFault("more than its buffer");
-  // Zeros that take no room in the file.
-  asset_ = sound;
+TEST_F(HostileGltf, ZerosThatTakeNoRoomInTheFile) {
   asset_["accessors"][0].erase("bufferView");
   asset_["accessors"][0]["count"] = 2147483648;
   ExpectFault("holds none");
-}
-
-TEST_F(HostileGltf, SparseIndicesOutOfRange) {
-  asset_["accessors"][2]["sparse"] = {{"count", 2},
-                                      {"indices", {{"bufferView", 0}, {"componentType", 5125}}},
-                                      {"values", {{"bufferView", 2}}}};
-  ExpectFault("sparse indices");  // 1.0f and 2.0f are no small integers
 }
 
 TEST_F(HostileGltf, KeysThatAreNoNumbersOrOutOfOrder) {
@@ -374,13 +344,6 @@ TEST_F(HostileGltf, KeysThatAreNoNumbersOrOutOfOrder) {
 TEST_F(HostileGltf, QuaternionsOfLengthZero) {
   for (std::size_t k = 7; k < 11; ++k) Float(k) = 0;
   ExpectFault("of zero length in element 1");
-}
-
-TEST_F(HostileGltf, KeyCountsThatDisagree) {
-  asset_["animations"][0]["samplers"][0]["interpolation"] = "CUBICSPLINE";
-  ExpectFault("3 values for 3 keys");
-  asset_["animations"][0]["samplers"][0]["interpolation"] = "BEZIER";
-  ExpectFault("none of LINEAR");
 }
 
 TEST_F(HostileGltf, FilesCutShortAnywhere) {
@@ -460,24 +423,6 @@ TEST_F(HostileGltf, NoCharacterAndNoAnimation) {
   asset_ = sound;
   asset_.erase("animations");
   ExpectFault("no animation");
-  asset_ = sound;
-  asset_["animations"][0]["channels"] = json::array();
-  ExpectFault("move no joint");
-}
-
-long PeakMegabytes() {
-  struct rusage usage;
-  getrusage(RUSAGE_SELF, &usage);
-  return usage.ru_maxrss / 1024;
-}
-
-TEST_F(HostileGltf, AMillionNodesTakeBoundedMemory) {
-  std::string text = R"({"asset":{"version":"2.0"},"nodes":[{})";
-  for (int k = 1; k < 1'000'000; ++k) text += ",{}";
-  text += "]}";
-  const long before = PeakMegabytes();
-  ExpectFaultOf(text, "");
-  EXPECT_LT(PeakMegabytes() - before, 10 * 3 + 64);
 }
 
 // A chain as deep as the limit allows: nothing here recurses.
@@ -488,32 +433,6 @@ TEST_F(HostileGltf, ADeepChainOfNodes) {
   asset_["nodes"] = nodes;
   asset_["skins"][0]["joints"] = {0, 1, 90'000};
   ExpectFault("more than 1000 joints");
-}
-
-// Anything but an Error is a fault of the reader: bytes changed at random, reproducibly.
-TEST_F(HostileGltf, RandomDamageGivesAnErrorOrAMotion) {
-  const std::string whole = Glb();
-  std::uint64_t state = 1;
-  const auto next = [&] {
-    state = state * 6364136223846793005ull + 1442695040888963407ull;
-    return state >> 33;
-  };
-  int sound = 0;
-  for (int round = 0; round < 3000; ++round) {
-    std::string bytes = whole;
-    for (std::uint64_t k = 0; k <= next() % 4; ++k) {
-      bytes[next() % bytes.size()] = static_cast<char>(next());
-    }
-    try {
-      const SourceMotion motion = ParseGltfMotion(bytes, "bad.glb", folder_.Path());
-      ++sound;
-      for (const auto& positions : motion.positions) ASSERT_TRUE(positions.allFinite());
-      for (const auto& q : motion.rotations) ASSERT_NEAR(q.norm(), 1, 1e-6);
-    } catch (const Error&) {
-      // As it should be.
-    }
-  }
-  EXPECT_GT(sound, 100);  // some damage does not matter
 }
 
 }  // namespace

@@ -178,7 +178,7 @@ TEST(UsdaWriter, HoldsTheBodysPointsAndTheObjectsTransform) {
   const BodySurface surface(body, {}, body->HandVertexIds(Side::kRight));
   const Clip clip = MakeMovingClip(7, 1);
   const TriangleMesh object = Tetrahedron();
-  UsdaOptions options;
+  ExportOptions options;
   options.every = 3;
   options.generator = "a \"quoted\" name\nof two lines";
   WriteUsda(clip, surface, &object, options, folder / "a.usda");
@@ -229,7 +229,7 @@ TEST(UsdaWriter, ThreadsDoNotChangeABitAndABodyMayStandAlone) {
   const auto body = BodyModel::Default();
   const BodySurface surface(body, {}, body->HandVertexIds(Side::kLeft));
   const Clip clip = MakeMovingClip(70, 2);  // more than are formatted at once
-  UsdaOptions options;
+  ExportOptions options;
   WriteUsda(clip, surface, nullptr, options, folder / "one.usda");
   options.threads = 4;
   WriteUsda(clip, surface, nullptr, options, folder / "four.usda");

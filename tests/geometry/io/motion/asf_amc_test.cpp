@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
+#include "tests/support/error_text.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -124,10 +125,7 @@ TEST(AsfAmc, PosesAgreeWithHandComputation) {
 }
 
 TEST(AsfAmc, UnitsAndRateCanBeGiven) {
-  AmcOptions options;
-  options.meters_per_unit = 1;
-  options.frame_rate = 60;
-  const SourceMotion motion = ParseAmc(kAsf, "t.asf", kAmc, "t.amc", options);
+  const SourceMotion motion = ParseAmc(kAsf, "t.asf", kAmc, "t.amc", 1, 60);
   EXPECT_EQ(motion.frame_rate, 60);
   EXPECT_TRUE(motion.positions[0].col(0).isApprox(Eigen::Vector3d(1, 2, 3)));
 }
@@ -170,13 +168,6 @@ TEST(AsfAmc, MotionFaultsNameTheLine) {
   ExpectFault(kAsf, Replaced(amc, "shin 90\n", ""), "lacks bone 'shin'");
   ExpectFault(kAsf, Replaced(amc, "shin 90", "thigh 0 0"), "twice");
   ExpectFault(kAsf, Replaced(amc, "1\nroot", "one\nroot"), "frame's number");
-  const std::string text = amc;
-  for (std::size_t length = 0; length + 12 < text.size(); ++length) {
-    try {
-      ParseAmc(kAsf, "t.asf", text.substr(0, length), "t.amc");
-    } catch (const Error&) {
-    }
-  }
 }
 
 TEST(AsfAmc, FindsTheSkeletonBesideTheMotion) {
@@ -189,12 +180,7 @@ TEST(AsfAmc, FindsTheSkeletonBesideTheMotion) {
   EXPECT_EQ(FindAsfBeside(folder / "07_03.amc"), folder / "07.asf");
   EXPECT_THROW(FindAsfBeside(folder / "other.amc"), Error);
   const TemporaryFolder empty;
-  try {
-    FindAsfBeside(empty / "07_03.amc");
-    FAIL();
-  } catch (const Error& error) {
-    EXPECT_THAT(error.what(), HasSubstr("--asf"));
-  }
+  EXPECT_THAT(testing::ErrorText([&] { FindAsfBeside(empty / "07_03.amc"); }), HasSubstr("--asf"));
 }
 
 }  // namespace

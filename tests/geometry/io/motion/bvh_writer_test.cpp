@@ -10,15 +10,12 @@
 
 #include <gtest/gtest.h>
 
-#include "geometry/import/import_motion.h"
 #include "tests/support/moving_clip.h"
-#include "tests/support/temporary_folder.h"
 
 namespace holdfast {
 namespace {
 
 using testing::MakeMovingClip;
-using testing::TemporaryFolder;
 
 Eigen::Vector3d YUp(const Eigen::Vector3d& p) { return {p.x(), p.z(), -p.y()}; }
 
@@ -78,32 +75,6 @@ TEST(BvhWriter, AnglesGoOnSmoothly) {
       EXPECT_LT(std::abs(values[k] - previous[k]), 9);
     }
     previous = values;
-  }
-}
-
-// Out and in again: the importer knows the skeleton for what it is and copies the rotations.
-TEST(BvhWriter, ExportedAndImportedPosesAgree) {
-  const TemporaryFolder folder;
-  const auto body = BodyModel::Default();
-  const BodySurface surface(body);
-  const Clip clip = MakeMovingClip(30, 4);
-  WriteBvh(clip, surface, folder / "a.bvh");
-  RetargetBody target;
-  target.rest_joints = surface.RestJoints();
-  target.floor_y = surface.RestVertices().row(1).minCoeff();
-  ImportOptions options;
-  options.find_ground = false;
-  options.frame_rate = 0;
-  ImportReport report;
-  const Clip back = ImportMotion(folder / "a.bvh", target, options, &report);
-  EXPECT_TRUE(report.retarget.same_skeleton);
-  ASSERT_EQ(back.NumFrames(), clip.NumFrames());
-  BodyState before, after;
-  for (int t = 0; t < clip.NumFrames(); ++t) {
-    Forward(surface, clip.pose[t], clip.trans.col(t), before);
-    Forward(surface, back.pose[t], back.trans.col(t), after);
-    EXPECT_LT((before.joints - after.joints).colwise().norm().maxCoeff(), 1e-4) << t;
-    EXPECT_LT((before.vertices - after.vertices).colwise().norm().maxCoeff(), 1e-4) << t;
   }
 }
 

@@ -9,6 +9,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/npz.h"
 #include "geometry/io/container/safetensors.h"
+#include "tests/support/error_text.h"
 #include "tests/support/peak_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/zip_bytes.h"
@@ -24,12 +25,14 @@ using testing::NpyBytes;
 using testing::PeakMemory;
 using testing::TemporaryFolder;
 using testing::ZipBytes;
+using testing::ZipPart;
 
 // {"x": 7} and [1, 2] by hand, protocols 0 and 2.
 const std::string kDictPickle("\x80\x02}U\x01xK\x07s.", 10);
 const std::string kListPickle = "(lp0\nI1\naI2\na.";
 const char* const kTwoFloats = "{'descr': '<f4', 'fortran_order': False, 'shape': (2,), }";
 const char* const kObject = "{'descr': '|O', 'fortran_order': False, 'shape': (), }";
+const std::string kTwoFloatsNpy = NpyBytes(kTwoFloats, BytesOf<float>({1, 2}));
 
 class DataFileTest : public ::testing::Test {
  protected:
@@ -39,12 +42,7 @@ class DataFileTest : public ::testing::Test {
     return DataFile(Path());
   }
   std::string Refusal(const std::string& bytes) {
-    try {
-      Open(bytes).Root();
-    } catch (const Error& error) {
-      return error.what();
-    }
-    return "no error";
+    return testing::ErrorText([&] { Open(bytes).Root(); });
   }
   std::filesystem::path Path() const { return folder_ / "file.dat"; }
 
@@ -54,13 +52,13 @@ class DataFileTest : public ::testing::Test {
 std::vector<double> Numbers(const DataValue& value) { return value.Array().AsDoubles(); }
 
 TEST_F(DataFileTest, TellsFormatsByTheirContent) {
-  const std::string array = NpyBytes(kTwoFloats, BytesOf<float>({1, 2}));
-  EXPECT_EQ(Open(array).Format(), DataFormat::kNpy);
-  EXPECT_THAT(Numbers(Open(array).Root()), ElementsAre(1, 2));
-  EXPECT_EQ(Open(ZipBytes({{.name = "x.npy", .content = array}})).Format(), DataFormat::kNpz);
-  EXPECT_EQ(Open(ZipBytes({{.name = "x", .content = array}})).Format(), DataFormat::kNpz);
-  EXPECT_EQ(Open(ZipBytes({{.name = "x", .content = array, .method = 8}})).Format(),
-            DataFormat::kNpz);
+  EXPECT_EQ(Open(kTwoFloatsNpy).Format(), DataFormat::kNpy);
+  EXPECT_THAT(Numbers(Open(kTwoFloatsNpy).Root()), ElementsAre(1, 2));
+  for (const ZipPart& part : {ZipPart{.name = "x.npy", .content = kTwoFloatsNpy},
+                              ZipPart{.name = "x", .content = kTwoFloatsNpy},
+                              ZipPart{.name = "x", .content = kTwoFloatsNpy, .method = 8}}) {
+    EXPECT_EQ(Open(ZipBytes({part})).Format(), DataFormat::kNpz);
+  }
   EXPECT_EQ(Open(kDictPickle).Format(), DataFormat::kPickle);
   EXPECT_EQ(Open(kDictPickle)["x"].Integer(), 7);
   EXPECT_EQ(Open(kListPickle).Format(), DataFormat::kPickle);
@@ -74,11 +72,10 @@ TEST_F(DataFileTest, TellsFormatsByTheirContent) {
 }
 
 TEST_F(DataFileTest, UnpacksGzipOnTheWay) {
-  const std::string array = NpyBytes(kTwoFloats, BytesOf<float>({1, 2}));
-  EXPECT_THAT(Numbers(Open(Gzipped(array)).Root()), ElementsAre(1, 2));
+  EXPECT_THAT(Numbers(Open(Gzipped(kTwoFloatsNpy)).Root()), ElementsAre(1, 2));
   EXPECT_EQ(Open(Gzipped(kDictPickle))["x"].Integer(), 7);
   EXPECT_EQ(Open(Gzipped("{\"x\": 5}"))["x"].Integer(), 5);
-  EXPECT_THAT(Numbers(Open(Gzipped(ZipBytes({{.name = "x.npy", .content = array}})))["x"]),
+  EXPECT_THAT(Numbers(Open(Gzipped(ZipBytes({{.name = "x.npy", .content = kTwoFloatsNpy}})))["x"]),
               ElementsAre(1, 2));
   EXPECT_EQ(Open(Gzipped("{\"x\":") + Gzipped(" 5}"))["x"].Integer(), 5) << "two in a row";
   const std::string packed = Gzipped("{\"x\": [1, 2, 3, 4, 5, 6, 7, 8, 9]}");
@@ -90,9 +87,8 @@ TEST_F(DataFileTest, UnpacksGzipOnTheWay) {
 }
 
 TEST_F(DataFileTest, ReadsMembersOfNpzOnDemand) {
-  const std::string good = NpyBytes(kTwoFloats, BytesOf<float>({1, 2}));
   const std::string dict = NpyBytes(kObject, kDictPickle);
-  const DataFile file = Open(ZipBytes({{.name = "good.npy", .content = good},
+  const DataFile file = Open(ZipBytes({{.name = "good.npy", .content = kTwoFloatsNpy},
                                        {.name = "dict.npy", .content = dict, .method = 8},
                                        {.name = "bad.npy", .content = "nothing of use"}}));
   EXPECT_THAT(file.Names(), ElementsAre("good", "dict", "bad"));
@@ -109,7 +105,7 @@ TEST_F(DataFileTest, ReadsMembersOfNpzOnDemand) {
 
 TEST_F(DataFileTest, TheRootOfAnArchiveHasAllItsMembers) {
   const DataFile file =
-      Open(ZipBytes({{.name = "a.npy", .content = NpyBytes(kTwoFloats, BytesOf<float>({1, 2}))},
+      Open(ZipBytes({{.name = "a.npy", .content = kTwoFloatsNpy},
                      {.name = "one.npy", .content = NpyBytes(kObject, kDictPickle)},
                      {.name = "two.npy", .content = NpyBytes(kObject, kListPickle)}}));
   const DataValue root = file.Root();

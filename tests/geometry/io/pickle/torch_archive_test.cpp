@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/pickle/torch_archive.h"
 
-#include <cmath>
 #include <cstdlib>
 #include <span>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <Eigen/Geometry>
 
-#include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/pickle/data_file.h"
+#include "tests/support/error_text.h"
 #include "tests/support/peak_memory.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/zip_bytes.h"
@@ -29,13 +27,10 @@ std::vector<double> TorchNumbers(const DataValue& value) { return value.Array().
 
 // The error that reading all of a file ends in.
 std::string Refusal(const std::string& bytes) {
-  try {
+  return testing::ErrorText([&] {
     const DataFile file(std::as_bytes(std::span(bytes)), "file.pt");
     for (const std::string& name : file.Names()) TorchNumbers(file[name]);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  });
 }
 
 std::string Refusal(const std::filesystem::path& path) { return Refusal(ReadFile(path)); }
@@ -128,49 +123,6 @@ TEST(TorchArchive, IsKnownByItsContentWhateverItsName) {
   EXPECT_EQ(DataFile(kFixtures / "s10_mug_drink_1_legacy.npz").Format(), DataFormat::kTorchLegacy);
 }
 
-// Axis-angle (one form of result) and matrices (another) hold the same motion, so each tests the
-// other: both hands are views of one storage, in rows of 90 and of 495 numbers.
-TEST(TorchArchive, ImosResultsOfBothFormsAgree) {
-  const DataFile vectors(kFixtures / "s10_mug_drink_1.npz");
-  const DataFile older(kFixtures / "s10_mug_drink_1_legacy.npz");
-  const DataFile matrices(kFixtures / "s3_mug_offhand_1.npz");
-  const DataFile script(kFixtures / "s1_mug_drink_1_0.npz");
-  const auto compare = [&](const char* name, std::size_t joints) {
-    const std::vector<double> angles = TorchNumbers(vectors["sbj_p"][name]);
-    const std::vector<double> rotations = TorchNumbers(matrices["sbj_p"][name]);
-    EXPECT_EQ(TorchNumbers(older["sbj_p"][name]), angles);
-    EXPECT_EQ(TorchNumbers(script["sbj_p"][name]), rotations);
-    ASSERT_EQ(angles.size(), 15 * joints * 3) << name;
-    ASSERT_EQ(rotations.size(), 15 * joints * 9) << name;
-    for (std::size_t i = 0; i < 15 * joints; ++i) {
-      const Eigen::Map<const Eigen::Vector3d> angle(angles.data() + 3 * i);
-      const Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>> rotation(
-          rotations.data() + 9 * i);
-      const Eigen::Matrix3d expected =
-          Eigen::AngleAxisd(angle.norm(), angle.normalized()).toRotationMatrix();
-      EXPECT_LT((rotation - expected).cwiseAbs().maxCoeff(), 2e-6) << name << " " << i;
-    }
-  };
-  compare("global_orient", 1);
-  compare("body_pose", 21);
-  compare("left_hand_pose", 15);
-  compare("right_hand_pose", 15);
-  EXPECT_EQ(matrices["sbj_vtemp"].Array().ShapeText(), "(1, 61, 3)");
-  EXPECT_EQ(vectors["gender"].Text(), "male");
-  EXPECT_EQ(script["gender"].Integer(), 2);
-  EXPECT_FALSE(vectors["sbj_p"].Has("jaw_pose"));
-
-  // The matrices of the object are rotations at first and no longer later.
-  const std::vector<double> object = TorchNumbers(matrices["obj_p"]["global_orient"]);
-  ASSERT_EQ(object.size(), 15u * 9);
-  for (std::size_t t = 0; t < 15; ++t) {
-    const Eigen::Map<const Eigen::Matrix3d> m(object.data() + 9 * t);
-    const double off = (m * m.transpose() - Eigen::Matrix3d::Identity()).norm();
-    EXPECT_EQ(off < 1e-5, t < 4) << t << ": " << off;
-    EXPECT_EQ(off > 0.1, t >= 4) << t << ": " << off;
-  }
-}
-
 TEST(TorchArchive, TensorsCannotReachOutsideTheirStorage) {
   EXPECT_EQ(Refusal(kFixtures / "lie_none.pt"), "no error");
   EXPECT_EQ(Refusal(kFixtures / "lie_long_storage.pt"), "no error");
@@ -191,17 +143,6 @@ TEST(TorchArchive, EveryTruncationIsAnError) {
     const std::string whole = ReadFile(kFixtures / name);
     for (std::size_t length = 0; length < whole.size(); ++length) {
       EXPECT_NE(Refusal(whole.substr(0, length)), "no error") << name << " " << length;
-    }
-  }
-}
-
-TEST(TorchArchive, EveryFlippedByteIsAnErrorOrSomeNumbers) {
-  for (const char* name : {"views_deflated.pt", "views_legacy.pt"}) {
-    const std::string whole = ReadFile(kFixtures / name);
-    for (std::size_t i = 0; i < whole.size(); ++i) {
-      std::string bad = whole;
-      bad[i] = static_cast<char>(bad[i] ^ 0x81);
-      Refusal(bad);  // anything but a crash
     }
   }
 }
