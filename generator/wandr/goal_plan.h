@@ -27,6 +27,9 @@ struct IntentionOptions {
   /// no intention (as in training).
   bool hold_last_goal = false;
   IntentionParts parts = {};
+  /// Upper bound of eta: the time to walk to the goal at this speed. A person with more time walks
+  /// there at that pace and waits. 0: no bound. Gradients take the bound as constant.
+  double pace_m_s = 0.0;
 };
 
 /// Returns the active waypoint at `frame`: the first with a later deadline, or -1 for none.

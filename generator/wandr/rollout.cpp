@@ -46,12 +46,24 @@ void Rollout<Real>::Begin(std::span<const RolloutStart<Real>> starts,
 }
 
 template <typename Real>
+FrameGoal<Real> Rollout<Real>::GoalOf(int body, int frame, const Vector3<Real>& pelvis) const {
+  constexpr double kFewest = 5.0;  // frames, of a person who stands at the goal
+  FrameGoal<Real> goal = GoalAt<Real>(plans_[body], frame, intention_);
+  if (goal.active && intention_.pace_m_s > 0.0) {
+    const double way = (goal.position - pelvis).template head<2>().norm();
+    goal.frames_left = std::min(
+        goal.frames_left, Real(std::max(kFramesPerSecond * way / intention_.pace_m_s, kFewest)));
+  }
+  return goal;
+}
+
+template <typename Real>
 void Rollout<Real>::WriteInput(int body, const Heading<Real>& heading, Real* condition) const {
   const Pose<Real>& pose = Poses(step_)[body];
   WritePoseFeatures(pose, heading, network_.Norms(), condition);
   std::copy_n(previous_delta_.col(body).data(), kStateSize, condition + kPreviousDeltaOf);
-  const FrameGoal<Real> goal = GoalAt<Real>(plans_[body], step_, intention_);
   IntentionBody<Real> seen{heading, pose.translation + bones_.offset.col(0), {}};
+  const FrameGoal<Real> goal = GoalOf(body, step_, seen.pelvis);
   if (goal.active) seen.wrist = WristPosition(bones_, pose, intention_.wrist);
   WriteIntention(network_.Layout(), seen, goal, condition + kIntentionOf);
 }
@@ -132,9 +144,9 @@ void Rollout<Real>::InputBackward(const RolloutSeed<Real>& seed, int t, int body
   const Heading<Real> heading = HeadingOf<Real>(pose.rotation[0]);
   BodyKinematics<Real> kinematics;
   ForwardKinematics(bones_, pose, kinematics);
-  const FrameGoal<Real> goal = GoalAt<Real>(plans_[body], t, intention_);
   const int waypoint = ActiveWaypoint(plans_[body], t, intention_);
   const IntentionBody<Real> seen{heading, kinematics.joints.col(0), kinematics.joints.col(wrist)};
+  const FrameGoal<Real> goal = GoalOf(body, t, seen.pelvis);
   for (int c = body * rows; c < (body + 1) * rows; ++c) {
     const Real* const condition_bar = input_bar.col(c).data() + network_.LatentSize();
     TangentVector<Real> bar = gradient.start_pose.col(c);

@@ -88,6 +88,9 @@ class Rollout {
   nn::Tape<Real>& Tape(int step) { return tapes_[differentiable_ ? step : 0]; }
   void WriteInput(int body, const Heading<Real>& heading, Real* condition) const;
 
+  /// The goal of a body in a frame, with its eta bounded by the pace.
+  FrameGoal<Real> GoalOf(int body, int frame, const Vector3<Real>& pelvis) const;
+
   // Parts of Backward.
   /// Gradients of the poses of the last frame, from the seed only.
   void SeedLastPoses(const RolloutSeed<Real>& seed, int rows, Matrix& pose_bar) const;

@@ -826,6 +826,7 @@ def reach_motions(
     with_intention: bool = True,
     min_frames_left: float = 1.0,
     hold_last_goal: bool = False,
+    pace_m_s: float = 0.0,
     refit: bool = False,
     weights: str = "",
     seed: int = 1,

@@ -175,7 +175,7 @@ py::list ReachMotions(const std::string& method, const py::object& states,
                       const py::object& previous_deltas, const py::object& goals,
                       const py::object& deadlines, const py::object& streams, int frames,
                       double sigma, const std::vector<std::string>& parts, bool with_intention,
-                      double min_frames_left, bool hold_last_goal, bool refit,
+                      double min_frames_left, bool hold_last_goal, double pace_m_s, bool refit,
                       const std::string& weights, std::uint64_t seed, int threads) {
   RequireBetween(frames, "frames", 2, 100'000);
   RequireBetween(sigma, "sigma", 0.0, 10.0);
@@ -191,6 +191,7 @@ py::list ReachMotions(const std::string& method, const py::object& states,
   batch.refit = refit;
   batch.intention.min_frames_left = min_frames_left;
   batch.intention.hold_last_goal = hold_last_goal;
+  batch.intention.pace_m_s = pace_m_s;
   const auto has = [&](const char* part) { return std::ranges::count(parts, part) > 0; };
   batch.intention.parts = {has("wrist"), has("pelvis"), has("heading")};
   for (py::ssize_t i = 0; i < count; ++i) {
@@ -523,8 +524,8 @@ deadlines (N,) in frames from the start, streams (N,) of `seed` that latents are
 standard deviation sigma. method: 'intention', 'latent-opt', 'vae-opt-lm', 'vae-opt-lbfgs',
 'vae-opt-lbfgs-step1' or 'vae-opt-adam'. refit: planted feet are pinned and the wrist is placed.
 
-with_intention, parts ('wrist', 'pelvis', 'heading'), min_frames_left and hold_last_goal select what
-the network gets of the goal. weights: file of another network.
+with_intention, parts ('wrist', 'pelvis', 'heading'), min_frames_left, hold_last_goal and pace_m_s
+(0: off) select what the network gets of the goal. weights: file of another network.
 
 Returns N dicts: states (T, 135), joints (T, 22, 3), foot_skating_ratio (fraction of frames whose
 lowest vertex moves by more than 2/3 cm), latents, closest_m and seconds_at of each iterate, and
@@ -560,7 +561,8 @@ void BindGenerators(py::module_& module) {
              "deadlines"_a, "streams"_a, py::kw_only(), "frames"_a = 240, "sigma"_a = 1.0,
              "parts"_a = std::vector<std::string>{"wrist", "pelvis", "heading"},
              "with_intention"_a = true, "min_frames_left"_a = 1.0, "hold_last_goal"_a = false,
-             "refit"_a = false, "weights"_a = "", "seed"_a = 1, "threads"_a = 1, kReachMotionsDoc);
+             "pace_m_s"_a = 0.0, "refit"_a = false, "weights"_a = "", "seed"_a = 1, "threads"_a = 1,
+             kReachMotionsDoc);
   module.def("walk", &WalkOf, "clip"_a, py::kw_only(), "body"_a = py::none(), "skating"_a = false,
              kWalkDoc);
   module.def(

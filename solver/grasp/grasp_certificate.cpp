@@ -21,8 +21,8 @@ namespace {
 using Vector6d = Eigen::Matrix<double, 6, 1>;
 using Wrenches = Eigen::Matrix<double, 6, Eigen::Dynamic>;
 
-constexpr double kMostFriction = 2.0;  // above it, no friction is considered sufficient
-constexpr double kBalanced = 1e-6;     // relative to the length of the load
+constexpr double kMaxFriction = 2.0;  // above it, no friction is considered sufficient
+constexpr double kBalanced = 1e-6;    // relative to the length of the load
 
 void RequireValid(double length_m, const CertificateOptions& options) {
   const auto require = [](bool valid, const char* what) {
@@ -187,7 +187,7 @@ double RefutedBy(const Vector6d& multipliers, const Vector6d& load, const EdgeWr
   const double lifted = multipliers.dot(load) / options.most_squeeze;
   const Eigen::RowVectorXd without = multipliers.transpose() * edges.without;
   const Eigen::RowVectorXd per_friction = multipliers.transpose() * edges.per_friction;
-  double refuted = kMostFriction;
+  double refuted = kMaxFriction;
   for (Eigen::Index i = 0; i < without.cols(); ++i) {
     if (without(i) + refuted * per_friction(i) > lifted) {
       refuted = (lifted - without(i)) / per_friction(i);
@@ -208,13 +208,13 @@ std::optional<double> LeastFriction(const EdgeWrenches& edges, const Certificate
     double refuted = -options.friction_step, jump = 0.5 * options.friction_step;
     std::optional<double> held;
     for (double trial = friction; !held || *held - refuted > options.friction_step;
-         trial = held ? 0.5 * (refuted + *held) : std::min(refuted + jump, kMostFriction)) {
+         trial = held ? 0.5 * (refuted + *held) : std::min(refuted + jump, kMaxFriction)) {
       program.Set(edges.With(trial));
       if (program.Balances(load)) {
         held = trial;
         if (trial == friction) break;
       } else {
-        if (trial >= kMostFriction) return std::nullopt;
+        if (trial >= kMaxFriction) return std::nullopt;
         refuted = std::max(trial, RefutedBy(program.Direction(), load, edges, options));
         jump *= 2.0;
       }

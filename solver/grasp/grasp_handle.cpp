@@ -20,7 +20,7 @@ constexpr double kFingerRadius = 0.0075;  // of the thinnest finger considered, 
 constexpr double kMaxOpening = 0.12;      // across; wider openings are not handles
 constexpr double kMaxBar = 0.035;         // thickness of a bar, in any direction across it
 constexpr double kGridStep = 0.004;       // of the grid searched for openings
-constexpr std::size_t kMostHandles = 5;
+constexpr std::size_t kMaxHandles = 5;
 constexpr double kShortest = 0.0003;     // minimum step along a ray, meters
 constexpr double kFingerPasses = 0.030;  // distance a finger needs its full width on either side
 constexpr double kOutOfSight = 0.150;    // its path must stay free this far: no bowl's floor
@@ -275,7 +275,7 @@ std::vector<Handle> FindHandles(const DistanceGrid& object, int threads) {
   std::ranges::stable_sort(found, std::greater(), Rank);
   std::vector<Handle> kept;
   for (const Handle& handle : found) {
-    if (kept.size() == kMostHandles) break;
+    if (kept.size() == kMaxHandles) break;
     const bool is_new = std::ranges::none_of(
         kept, [&](const Handle& other) { return (handle.bar - other.bar).norm() < 0.012; });
     if (is_new) kept.push_back(handle);

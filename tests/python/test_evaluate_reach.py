@@ -160,7 +160,8 @@ def test_the_protocol_goes_on_where_it_was(tmp_path, small_grid, capsys):
     assert before == {name: (tmp_path / "whole" / name).read_bytes() for name in before}
     refused(holdfast.Error, "a different configuration", run, "-o", tmp_path / "whole", *told, "--seed", 2)
     run("-o", tmp_path / "whole", *told, "--seed", 2, "--force", "--no-ablations")
-    assert [row["variant"] for row in results(tmp_path / "whole")["runs"]] == ["full", "refitted"]
+    variants = [row["variant"] for row in results(tmp_path / "whole")["runs"]]
+    assert variants == ["full", "refitted", "paced", "paced-half", "paced-refitted"]
 
 
 def test_methods_side_by_side_from_captured_clips(tmp_path, small_grid):

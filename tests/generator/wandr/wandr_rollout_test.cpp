@@ -378,6 +378,22 @@ TEST(Rollout, RefusesBadRequests) {
   EXPECT_THROW(run({}), Error);
 }
 
+TEST(Rollout, ALateDeadlineIsToldAsTheTimeToWalkThere) {
+  Scene scene(IntentionLayout::kBounded);
+  const Eigen::Vector3d goal(0.8, 1.0, 1.2);
+  const Eigen::Vector3d pelvis = scene.starts[0].pose.translation + DefaultBones().offset.col(0);
+  const double way = (goal - pelvis).head<2>().norm();
+  const auto first_step = [&](int deadline) {
+    scene.plans[0] = {{goal, deadline}};
+    return scene.Run(scene.starts, scene.plans, scene.latents).Poses(1)[0].rotation[14];
+  };
+  const Eigen::Matrix3d due = first_step(60), late = first_step(1000), soon = first_step(30);
+  EXPECT_GT((late - due).norm(), 1e-6);
+  scene.intention.pace_m_s = 30.0 * way / 60.0;
+  EXPECT_LT((first_step(1000) - due).norm(), 1e-12);
+  EXPECT_EQ(first_step(30), soon);
+}
+
 TEST(GoalPlan, TheNextDeadlineCounts) {
   const GoalPlan plan{{{1, 0, 0}, 10}, {{2, 0, 0}, 25}};
   IntentionOptions options;
