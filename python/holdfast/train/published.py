@@ -95,7 +95,7 @@ class Sequences:
         rest = torch.tensor([0.0] * 3 + [1.0, 0.0, 0.0, 0.0, 1.0, 0.0] * 22, device=self.device)
         deltas = torch.cat((rest.expand(len(states), 1, wandr.STATE),
                             before.delta_to(after).unflatten(0, (len(states), FRAMES - 1))), 1)
-        deltas = (deltas - self.norms.delta_mean) / self.norms.delta_scale
+        deltas = self.norms.normalized(deltas)
         goal, eta, facing = (torch.from_numpy(x.astype(np.float32)).to(self.device)
                              for x in self.goals(sequences, draws))
         valid = np.arange(FRAMES - 1)[None] < self.length[sequences, None] - 1
@@ -110,7 +110,7 @@ class Trainer:
     def __init__(self, sequences, held_out, norms, bones, options, device, body=None):
         o = self.options = options
         self.sequences, self.held_out, self.norms, self.device, self.body = sequences, held_out, norms, device, body
-        self.loop = wandr.Loop(norms, bones, wandr.Options(layout=o.layout, wrist=o.wrist, robust=False))
+        self.loop = wandr.Loop(norms, bones, wandr.Options(layout=o.layout, wrist=o.wrist))
         condition = wandr.POSE + wandr.STATE + wandr.INTENTION[o.layout]
         self.decoder, self.encoder = (
             networks.network_of(holdfast._core._random_chain(size, output, seed)).to(device)
@@ -134,11 +134,6 @@ class Trainer:
         condition = self.loop.condition(pose, delta, goal, eta.clamp_min(0.0), (eta > 0.0).float(), facing)
         # With multiplied parts a network trained without them never sees them.
         return torch.cat((condition[:, :-9], condition[:, -9:] * self.parts), 1)
-
-    def errors(self, deltas, targets):
-        """The three mean squared errors of rows of normalized deltas (N, 135), each (N,)."""
-        squared = (deltas - targets).square()
-        return torch.stack([part.mean(1) for part in squared.split((3, 6, wandr.STATE - 9), 1)])
 
     def joint_error(self, pose, truth):
         """Mean squared error of the joints, cm^2, (N,)."""
@@ -178,7 +173,7 @@ class Trainer:
         mean, spread = code[:, : o.latent], code[:, o.latent :].clamp(-10.0, 4.0)
         z = mean + torch.randn(mean.shape, generator=noise).to(self.device) * torch.exp(spread)
         output = self.decoder(torch.cat((z, condition), 1))
-        parts = self.errors(output, target).mean(1)
+        parts = wandr.block_means((output - target).square()).mean(1)
         divergence = 0.5 * (mean.square() + spread.exp() - 1.0 - spread)
         joints = self.joint_error(self.loop.step(now, output), next_one).mean()
         total = parts.sum() + o.kl * divergence.clamp_min(FREE_BITS).mean() + joints
@@ -208,9 +203,9 @@ class Trainer:
             condition = self.condition(body, delta, goal[:, a][known], eta[:, a][known][:, None], facing[:, a][known])
             z = torch.randn(len(delta), self.options.latent, generator=noise).to(self.device)
             delta = self.decoder(torch.cat((z, condition), 1))
-            corrective = (body.delta_to(truth) - self.norms.delta_mean) / self.norms.delta_scale
+            corrective = self.norms.normalized(body.delta_to(truth))
             body = self.loop.step(body, delta)
-            loss = loss + self.errors(delta, corrective).sum(0).mean() + self.joint_error(body, truth).mean()
+            loss = loss + wandr.block_means((delta - corrective).square()).sum(0).mean() + self.joint_error(body, truth).mean()
         return loss / (length - 1)
 
     def validate(self):

@@ -37,12 +37,10 @@ class Options:
 
     kl: float = 0.5  # weight of the divergence, of the mean over latents
     free_bits: float = 0.02  # least divergence of a latent
-    robust: bool = True  # rho(e) = 18 (sqrt(1 + e / 9) - 1) in place of e
     position: float = 0.3  # of joints, units of 2 cm
     foot_velocity: float = 0.06  # units of 4 mm a frame
     foot_contact: float = 0.06
     spread: float = 0.5  # factor of logvar: exp(0.5 logvar); 1 as published
-    dropout: float = 0.0  # of the chain
     # From 4 steps on, this share of bodies is driven by latents of N(0, 1) in place of the encoder's.
     prior_share: float = 0.0
 
@@ -83,6 +81,11 @@ def rho(squared):
     return 18.0 * (torch.sqrt(1.0 + squared / 9.0) - 1.0)
 
 
+def block_means(squared):
+    """(3, N): means over translation, root and joints of rows of squared errors of deltas (N, 135)."""
+    return torch.stack([part.mean(1) for part in squared.split((3, 6, STATE - 9), 1)])
+
+
 def robust_error(e, unit):
     """rho of an error (..., 3) in units, the mean over coordinates inside."""
     return rho((e * e).sum(-1) / (3.0 * unit * unit))
@@ -103,6 +106,9 @@ class Norms:
         self.pose_mean, self.pose_scale = mean[2:], 1.0 / scale[2:]
         self.delta_mean, self.delta_scale = joined(
             "body_transl_delta_pelv_xy", "body_orient_delta", "body_pose_delta")
+
+    def normalized(self, delta):
+        return (delta - self.delta_mean) / self.delta_scale
 
 
 class Pose:
@@ -300,7 +306,7 @@ class Corpus:
         rest = torch.tensor([0.0] * 3 + [1.0, 0.0, 0.0, 0.0, 1.0, 0.0] * 22, device=self.device)
         led_here = perturbed(self.poses(np.maximum(at - 1, 0)), -1).delta_to(truth[0])
         begins = torch.from_numpy(frames == 0).to(self.device).unsqueeze(1)
-        delta = (torch.where(begins, rest, led_here) - self.norms.delta_mean) / self.norms.delta_scale
+        delta = self.norms.normalized(torch.where(begins, rest, led_here))
         return Windows(truth, delta, *(torch.from_numpy(x).to(self.device) for x in goals))
 
     def draw(self, steps, count, draws):
@@ -370,7 +376,7 @@ class Loop:
 
     def target(self, pose, truth):
         """The corrective delta, normalized, that moves the body to the next frame of the ground truth."""
-        return (pose.detach().delta_to(truth) - self.norms.delta_mean) / self.norms.delta_scale
+        return self.norms.normalized(pose.detach().delta_to(truth))
 
     def step(self, pose, output):
         return pose.moved(output * self.norms.delta_scale + self.norms.delta_mean)
@@ -383,10 +389,7 @@ class Loop:
 
     def delta_errors(self, deltas, targets):
         """Sums over rows of the deltas' errors, means of their blocks: translation, root, joints."""
-        squared = (deltas - targets).square()
-        if self.options.robust:
-            squared = rho(squared)
-        return torch.stack([part.mean(1).sum() for part in squared.split((3, 6, STATE - 9), 1)])
+        return block_means(rho((deltas - targets).square())).sum(1)
 
     def joint_loss(self, joints, truth):
         """Loss of joints (A + 1, N, 22, 3) in addition to the deltas, a mean over bodies and steps."""
@@ -455,10 +458,6 @@ class Trainer:
             condition + STATE, 0, max(1, o.blocks // 2), 2 * o.latent, 2 * o.seed + 1)
         self.decoder, self.encoder = (networks.network_of(x).to(device) for x in (decoder, encoder))
         self.mean_decoder, self.mean_encoder = map(frozen, (self.decoder, self.encoder))
-        for network in (self.decoder, self.encoder):
-            for part in network.modules():
-                if isinstance(part, torch.nn.Dropout):
-                    part.p = o.dropout
         self.reference, self.reference_since = None, 0
         self.critic = networks.Critic(networks.network_of(core._random_residual(
             POSE + 2 * STATE, 0, 128, 2, 1, o.seed)).to(device), 2e-4)
@@ -474,7 +473,7 @@ class Trainer:
     def step(self):
         o = self.options
         draws, noise = run.random_of(o.seed, self.iteration)
-        torch.manual_seed(int(draws.integers(2**63)))  # of dropout
+        torch.manual_seed(int(draws.integers(2**63)))
         rate = o.learning_rate * min(1.0, (self.iteration + 1) / 100)
         if self.progress > o.decay_from:
             rate *= 0.02 + 0.98 * (1.0 - self.progress) / (1.0 - o.decay_from)
