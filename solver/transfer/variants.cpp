@@ -42,7 +42,7 @@ using nlohmann::json;
 constexpr const char* kManifest = "manifest.jsonl";
 constexpr int kBlock = 64;           // maximum tries between manifest updates
 constexpr int kFewestTries = 256;    // eight object shapes
-constexpr int kMaxTriesEach = 8;    // limit of tries per variant
+constexpr int kMaxTriesEach = 8;     // limit of tries per variant
 constexpr int kPerShape = 32;        // tries per object shape, whose preparation is most expensive
 constexpr double kMaxBody_mm = 5.0;  // of the object in the person, in any of ten frames
 
