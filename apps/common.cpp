@@ -5,7 +5,11 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cstdio>
+#include <optional>
+#include <utility>
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
@@ -86,8 +90,10 @@ struct Declare {
   CLI::Option* operator()(bool* value) const {
     if (!option.flag.starts_with("--no-"))
       return command.add_flag(option.flag, *value, option.help);
+    std::string off = option.help;
+    off[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(off[0])));
     return command.add_flag_callback(
-        option.flag, [value] { *value = false; }, "Turns this off: " + option.help);
+        option.flag, [value] { *value = false; }, "Turns off: " + off);
   }
   template <typename T>
   CLI::Option* operator()(T* value) const {
@@ -106,6 +112,28 @@ struct Declare {
     return command.add_option(option.flag, *value, option.help)
         ->delimiter(',')
         ->check(CLI::NonNegativeNumber);
+  }
+  CLI::Option* operator()(std::pair<int, int>* value) const {
+    const auto parsed = [range = option.range](const std::string& text) {
+      std::pair<int, int> pair;
+      const char* const end = text.data() + text.size();
+      const auto first = std::from_chars(text.data(), end, pair.first);
+      const bool separated = first.ec == std::errc() && first.ptr != end && *first.ptr == 'x';
+      const auto second = std::from_chars(separated ? first.ptr + 1 : end, end, pair.second);
+      const bool valid = separated && second.ec == std::errc() && second.ptr == end &&
+                         range.Contains(pair.first) && range.Contains(pair.second);
+      return valid ? std::optional(pair) : std::nullopt;
+    };
+    return command
+        .add_option_function<std::string>(
+            option.flag, [parsed, value](const std::string& text) { *value = *parsed(text); },
+            option.help)
+        ->default_str(fmt::format("{}x{}", value->first, value->second))
+        ->check([parsed, range = option.range](const std::string& text) {
+          return parsed(text) ? std::string()
+                              : fmt::format("'{}' is not two numbers ({:g} to {:g}) like 4x2", text,
+                                            range.low, range.high);
+        });
   }
   CLI::Option* operator()(const ScaledNumber& number) const {
     CLI::Option* const added = command.add_option_function<double>(

@@ -2,10 +2,7 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <span>
-#include <string>
-#include <utility>
 
 #include <nlohmann/json.hpp>
 
@@ -13,9 +10,6 @@
 #include "geometry/report/report_page.h"
 
 namespace holdfast::apps {
-
-/// Parses "640x480" as a pair of numbers from 1 to 16384; returns nullopt for other texts.
-std::optional<std::pair<int, int>> ParsePair(const std::string& text);
 
 /// Writes the report page of clips (MakeReportPage) atomically; writes nothing after Ctrl-C.
 ReportPage WriteReport(std::span<const ReportInput> clips, const std::filesystem::path& path,

@@ -85,6 +85,9 @@ std::string RangeText(const Option& option) {
   }
   if (std::holds_alternative<std::vector<int>*>(option.value)) return "(n,) whole numbers";
   const OptionRange& range = option.range;
+  if (std::holds_alternative<std::pair<int, int>*>(option.value)) {
+    return fmt::format("two whole numbers, {:g} to {:g}", range.low, range.high);
+  }
   if (range.positive) return "more than 0";
   const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
   if (low && high) return fmt::format("{:g} to {:g}", range.low, range.high);
@@ -116,6 +119,11 @@ void OptionTable::Frames(const std::string& name, std::string flag, std::vector<
   Option& option = Add(name, "", kNonNegative, std::move(help));
   option.value = &variable;
   option.flag = std::move(flag);
+}
+
+void OptionTable::Pair(const std::string& name, std::pair<int, int>& variable, OptionRange range,
+                       std::string help) {
+  Add(name, "", range, std::move(help)).value = &variable;
 }
 
 void OptionTable::Text(const std::string& name, std::string& variable, std::string help) {

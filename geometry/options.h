@@ -83,7 +83,7 @@ struct Option {
   std::string default_text;  ///< text for an unset optional value: "by the distance"
   OptionRange range;
   std::variant<bool*, int*, double*, std::string*, std::optional<int>*, std::optional<double>*,
-               std::vector<int>*, ScaledNumber, OptionChoice>
+               std::vector<int>*, std::pair<int, int>*, ScaledNumber, OptionChoice>
       value;
 };
 
@@ -122,6 +122,9 @@ class OptionTable {
   /// Adds a list of integers >= 0. `flag` is the name on the command line.
   void Frames(const std::string& name, std::string flag, std::vector<int>& variable,
               std::string help);
+  /// Adds two integers: "640x480" on the command line, (640, 480) in Python.
+  void Pair(const std::string& name, std::pair<int, int>& variable, OptionRange range,
+            std::string help);
   void Text(const std::string& name, std::string& variable, std::string help);
   /// Adds a choice of words, each with its value.
   template <typename T>

@@ -7,55 +7,20 @@
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "generator/body/hand_onto_body.h"
-#include "geometry/error.h"
-#include "geometry/io/motion/motion_file.h"
 #include "geometry/retarget/convert_parameters.h"
 
 namespace holdfast::apps {
 namespace {
-
-namespace fs = std::filesystem;
 
 struct ConvertCommand {
   CommonOptions common;
   std::string clip;
   std::string from, to;
   std::string output;
-  std::string layout = "auto";
   std::string onto;
-  std::string from_hands = "auto";
-  std::string to_hands = "complete";
-  int betas = kConvertedBetas;
+  ConvertOptions convert;
+  ParameterFileOptions file;
 };
-
-// Imports files of other programs without changing their world frame.
-LoadedClip ReadSource(const ConvertCommand& options, const std::shared_ptr<const BodyModel>& from) {
-  ImportFileOptions import;
-  import.parameters.up = UpAxis::kZ;
-  import.parameters.keep_ground = true;
-  if (options.from_hands != "auto") {
-    import.parameters.flat_hand_mean = options.from_hands == "complete";
-  }
-  LoadedClip source = LoadClip(options.clip, from, options.common, import);
-  if (!source.imported && options.from_hands == "relative") {
-    for (JointPose& pose : source.clip.pose) pose = AddHandMean(*from, pose);
-  }
-  return source;
-}
-
-ParameterLayout LayoutFor(const ConvertCommand& options, ModelKind kind) {
-  const bool as_json = fs::path(options.output).extension() == ".json";
-  if (options.layout == "amass") return ParameterLayout::kAmass;
-  if (options.layout == "auto")
-    return as_json ? ParameterLayout::kPackage : ParameterLayout::kAmass;
-  const std::string family = LoneHand(kind) ? "mano" : std::string(ModelKindName(kind));
-  if (options.layout != family) {
-    throw Error("--layout " + options.layout,
-                fmt::format("the parameters are those of a {} model", family),
-                fmt::format("Give --layout {}, amass or auto", family));
-  }
-  return ParameterLayout::kPackage;
-}
 
 std::string Text(const ConvertCommand& options, const BodyModel& from, const BodyModel& to,
                  const Conversion& converted) {
@@ -90,31 +55,28 @@ int Run(const ConvertCommand& options) {
   RequireNew(options.output, common);
   const std::shared_ptr<const BodyModel> to = LoadBody(options.to);
   if (const std::string note = to->ShapeNote(); !note.empty()) Note(common, note);
-  const ParameterLayout layout = LayoutFor(options, to->Kind());
-  const LoadedClip source = ReadSource(options, LoadBody(options.from));
-  const Clip& clip = source.clip;
+  LoadedClip source =
+      LoadClip(options.clip, LoadBody(options.from), common, ImportToConvert(options.convert));
+  Clip& clip = source.clip;
   const ClipBody& from = source.body;
+  if (!source.imported) CompleteHands(options.convert, *from.model, clip);
   Conversion converted;
   if (options.onto.empty()) {
-    converted = {ConvertClip(clip, from.model, from.betas, to, options.betas), {}};
+    converted = {ConvertClip(clip, from.model, from.betas, to, options.convert.betas), {}};
   } else {
     LoadedClip onto = LoadClip(options.onto, to, common);
     converted = ConvertOntoBody(clip, from, std::move(onto.clip), onto.body);
   }
-  Clip out = converted.clip;
-  const bool flat = options.to_hands == "complete";
-  if (!flat) {
-    for (JointPose& pose : out.pose) pose = RemoveHandMean(*to, pose);
-  }
-  WriteParameters(out, to->Kind(), layout, flat, options.output);
+  WriteParameters(converted.clip, *to, options.file, options.output);
 
   nlohmann::json summary = JsonHead("holdfast/convert/1", common);
   summary["output"] = options.output;
   summary["from"] = {{"model", from.model->Name()}, {"kind", ModelKindName(from.model->Kind())}};
   summary["to"] = {{"model", to->Name()}, {"kind", ModelKindName(to->Kind())}};
-  summary["frames"] = out.NumFrames();
-  summary["betas"] = std::vector<double>(out.betas.begin(), out.betas.end());
-  summary["hands"] = options.to_hands;
+  summary["frames"] = converted.clip.NumFrames();
+  summary["betas"] = std::vector<double>(converted.clip.betas.begin(), converted.clip.betas.end());
+  ParameterFileOptions file = options.file;
+  summary["hands"] = OptionsJson(OptionsOf(file))["to_hands"];
   summary.update(ConversionJson(converted));
   PrintResult(common, summary, Text(options, *from.model, *to, converted));
   return kDone;
@@ -137,20 +99,8 @@ void AddConvertCommand(CLI::App& app, int& exit_code) {
                    ".npz in AMASS layout (SMPL-X: a clip; SMPL-H: poses (T,156)), or .json with "
                    "the array names of the smplx package")
       ->required();
-  AddOption(*command, "--layout", options->layout,
-            "Array names: amass; smplx, smplh, mano: those of the smplx package; auto: from the "
-            "file extension",
-            CLI::IsMember({"auto", "amass", "smplx", "smplh", "mano"}));
-  AddOption(*command, "--from-hands", options->from_hands,
-            "Finger angles of the clip: complete (flat_hand_mean), relative to its model's mean "
-            "hand, or auto: by the clip's format",
-            CLI::IsMember({"auto", "complete", "relative"}));
-  AddOption(*command, "--to-hands", options->to_hands,
-            "Finger angles of the result: complete (flat_hand_mean), or relative to its "
-            "model's mean hand",
-            CLI::IsMember({"complete", "relative"}));
-  AddOption(*command, "--betas", options->betas,
-            "Number of shape coefficients to solve for; 0: the mean shape", CLI::Range(0, 300));
+  AddOptions(*command, OptionsOf(options->file));
+  AddOptions(*command, OptionsOf(options->convert));
   command->add_option("--onto", options->onto,
                       "For a clip of a hand alone: the clip of the body to attach it to. In every "
                       "frame, the arm is solved so that the wrist is at the hand");

@@ -61,10 +61,7 @@ void AddReportCommand(CLI::App& app, int& exit_code) {
                    "overlaid on the first as a ghost")
       ->required();
   command->add_option("-o,--output", options->output, "The page (.html) to write")->required();
-  command->add_option("--title", options->report.title, "The page's title");
-  AddOption(*command, "--contact-threshold", options->report.contact_threshold_mm,
-            "Skin this close to the object counts as contact, mm (clips without metrics)",
-            CLI::Range(0.1, 12.0));
+  AddOptions(*command, OptionsOf(options->report));
   AddClipInputOptions(*command, options->input);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast report held -o report.html\n"

@@ -10,6 +10,7 @@
 #include "generator/body/pose_builder.h"
 #include "geometry/body/hand_model.h"
 #include "geometry/error.h"
+#include "geometry/io/motion/motion_file.h"
 
 namespace holdfast {
 
@@ -67,6 +68,69 @@ Conversion ConvertOntoBody(const Clip& hand, const ClipBody& from, Clip onto,
   body.holding_hand = hand.holding_hand;
   result.lost = {"the hand's betas (the body has its own)"};
   return result;
+}
+
+OptionTable OptionsOf(ConvertOptions& options) {
+  OptionTable table;
+  table.Choice("from_hands", options.from_hands,
+               {{"auto", HandConvention::kAuto},
+                {"complete", HandConvention::kComplete},
+                {"relative", HandConvention::kRelative}},
+               "Finger angles of the clip: complete (flat_hand_mean), relative to its model's mean "
+               "hand, or auto: by the clip's format");
+  table.Number("betas", "", options.betas, {0, 300},
+               "Number of shape coefficients to solve for; 0: the mean shape");
+  return table;
+}
+
+ImportFileOptions ImportToConvert(const ConvertOptions& options) {
+  ImportFileOptions import;
+  import.parameters.up = UpAxis::kZ;
+  import.parameters.keep_ground = true;
+  if (options.from_hands != HandConvention::kAuto) {
+    import.parameters.flat_hand_mean = options.from_hands == HandConvention::kComplete;
+  }
+  return import;
+}
+
+void CompleteHands(const ConvertOptions& options, const BodyModel& from, Clip& clip) {
+  if (options.from_hands != HandConvention::kRelative) return;
+  for (JointPose& pose : clip.pose) pose = AddHandMean(from, pose);
+}
+
+OptionTable OptionsOf(ParameterFileOptions& options) {
+  OptionTable table;
+  table.Choice("layout", options.layout,
+               {{"auto", "auto"},
+                {"amass", "amass"},
+                {"smplx", "smplx"},
+                {"smplh", "smplh"},
+                {"mano", "mano"}},
+               "Array names: amass; smplx, smplh, mano: those of the smplx package; auto: from the "
+               "file extension");
+  table.Choice("to_hands", options.to_hands,
+               {{"complete", HandConvention::kComplete}, {"relative", HandConvention::kRelative}},
+               "Finger angles of the result: complete (flat_hand_mean), or relative to its model's "
+               "mean hand");
+  return table;
+}
+
+void WriteParameters(Clip clip, const BodyModel& model, const ParameterFileOptions& options,
+                     const std::filesystem::path& path) {
+  const std::string family = model.LoneHand() ? "mano" : std::string(ModelKindName(model.Kind()));
+  ParameterLayout layout = ParameterLayout::kPackage;
+  if (options.layout == "auto" ? path.extension() != ".json" : options.layout == "amass") {
+    layout = ParameterLayout::kAmass;
+  } else if (options.layout != "auto" && options.layout != family) {
+    throw Error("layout " + options.layout,
+                fmt::format("the parameters are those of a {} model", family),
+                fmt::format("Give {}, amass or auto", family));
+  }
+  const bool complete = options.to_hands == HandConvention::kComplete;
+  if (!complete) {
+    for (JointPose& pose : clip.pose) pose = RemoveHandMean(model, pose);
+  }
+  WriteParameters(clip, model.Kind(), layout, complete, path);
 }
 
 nlohmann::json ConversionJson(const Conversion& conversion) {

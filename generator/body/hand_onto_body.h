@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <filesystem>
 #include <optional>
+#include <string>
 
 #include <Eigen/Core>
 #include <nlohmann/json.hpp>
@@ -9,6 +11,8 @@
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
+#include "geometry/import/import_file.h"
+#include "geometry/options.h"
 #include "geometry/retarget/convert_parameters.h"
 
 namespace holdfast {
@@ -37,6 +41,32 @@ struct Conversion : ConvertedClip {
 /// and its object and holding_hand. Throws Error as PutHandOntoBody does.
 Conversion ConvertOntoBody(const Clip& hand, const ClipBody& from, Clip onto,
                            const ClipBody& person);
+
+/// How finger angles are given: complete (flat_hand_mean), or relative to the model's mean hand.
+enum class HandConvention { kAuto, kComplete, kRelative };
+
+struct ConvertOptions {
+  HandConvention from_hands = HandConvention::kAuto;  ///< of the clip; kAuto: by its format
+  int betas = kConvertedBetas;
+};
+OptionTable OptionsOf(ConvertOptions& options);
+
+/// Reads files of other programs without changing their world frame.
+ImportFileOptions ImportToConvert(const ConvertOptions& options);
+
+/// Adds the mean hand of its model to a clip that was not imported, if its angles are relative.
+void CompleteHands(const ConvertOptions& options, const BodyModel& from, Clip& clip);
+
+struct ParameterFileOptions {
+  std::string layout = "auto";  ///< or "amass", "smplx", "smplh", "mano"
+  HandConvention to_hands = HandConvention::kComplete;
+};
+OptionTable OptionsOf(ParameterFileOptions& options);
+
+/// Writes a clip of `model` as a parameter file (.npz, .json). Throws Error for a layout of another
+/// model.
+void WriteParameters(Clip clip, const BodyModel& model, const ParameterFileOptions& options,
+                     const std::filesystem::path& path);
 
 /// {"residual": {"joints": {name: {mean_mm, max_mm}}, mean_mm, max_mm, and of vertices if both
 /// models have the same}, "arm": {frames_out_of_reach, max_missing_mm} after ConvertOntoBody,

@@ -9,6 +9,7 @@
 #include <numeric>
 #include <span>
 #include <string>
+#include <tuple>
 
 #include <fmt/format.h>
 
@@ -34,25 +35,68 @@ PictureFile PictureFileOf(const std::filesystem::path& path) {
   return file;
 }
 
+OptionTable OptionsOf(ClipPictureOptions& options) {
+  OptionTable table;
+  table.Choice("camera", options.how.view,
+               {{"auto", ClipView::kAuto},
+                {"front", ClipView::kFront},
+                {"side", ClipView::kSide},
+                {"follow", ClipView::kFollow},
+                {"hand", ClipView::kHand}},
+               "auto: follow for a sheet of a walking person, otherwise front");
+  table.Number("azimuth", "deg", options.how.azimuth_deg, {-360, 360}, "by the camera",
+               "Azimuth of the camera: degrees from the front (follow, hand: from -y), positive to "
+               "the person's left");
+  table.Number("elevation", "deg", options.how.elevation_deg, {-90, 90}, "by the camera",
+               "Elevation of the camera, degrees");
+  table.Pair("sheet", options.sheet, {1, 100}, "Columns and rows of the sheet");
+  table.Number("frame", "", options.frame, kNonNegative, "all", "Only this frame, from 0");
+  table.Number("every", "", options.every, {1, 1e6},
+               "Numbered pictures and videos: every n-th frame");
+  table.Number("fps", "", options.fps, {0.1, 240.0}, "the clip's; .gif: at most 50",
+               "Videos: frames per second, at the clip's speed");
+  table.Pair("size", options.size, {1, 16384}, "Width and height of each picture, pixels");
+  table.Number("supersampling", "", options.how.picture.supersampling, {1, 4},
+               "Samples along each side of a pixel");
+  table.Flag("contact", options.how.show_contact,
+             "Color skin in contact with the object: amber within 3 mm, red inside it");
+  return table;
+}
+
 ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
                           const ClipPictureOptions& options) {
+  const int frames = clip.NumFrames();
+  if (options.frame && (*options.frame < 0 || *options.frame >= frames)) {
+    throw Error("frame", fmt::format("{} of a clip of {} frames", *options.frame, frames),
+                fmt::format("Give 0 to {}", frames - 1));
+  }
+  if (options.fps && options.every != 1) {
+    throw Error("fps", "excludes 'every'", "Give one of them");
+  }
   ClipPictures out;
   out.file = file;
   out.how = options.how;
-  out.columns = options.columns;
+  std::tie(out.how.picture.width, out.how.picture.height) = options.size;
+  const bool sheet = !options.frame && !file.video && !file.numbered;
+  if (out.how.view == ClipView::kAuto) out.how.view = sheet ? SheetView(clip) : ClipView::kFront;
+  out.columns = options.sheet.first;
   out.threads = options.threads;
-  const int frames = clip.NumFrames();
   if (options.frame) {
     out.frames = {*options.frame};
     out.frame_rate = 1.0;
   } else if (file.video) {
-    out.frame_rate = options.frame_rate.value_or(clip.frame_rate / options.every);
-    if (file.video == VideoFormat::kGif) out.frame_rate = std::min(out.frame_rate, kMaxGifRate);
+    out.frame_rate = options.fps.value_or(clip.frame_rate / options.every);
+    if (file.video == VideoFormat::kGif && out.frame_rate > kMaxGifRate) {
+      out.note =
+          fmt::format("a .gif shows at most {0:g} frames per second: using {0:g} instead of {1:g}",
+                      kMaxGifRate, out.frame_rate);
+      out.frame_rate = kMaxGifRate;
+    }
     out.frames = FramesAtRate(frames, clip.frame_rate, out.frame_rate);
   } else if (file.numbered) {
     out.frames = EveryFrame(frames, options.every);
   } else {
-    out.frames = EvenFrames(frames, options.columns * options.rows);
+    out.frames = EvenFrames(frames, options.sheet.first * options.sheet.second);
   }
   if (file.video == VideoFormat::kMp4) {  // chroma is stored per two by two pixels
     out.how.picture.width += out.how.picture.width % 2;
@@ -196,14 +240,6 @@ double FrontOf(const JointPose& pose) {
 
 }  // namespace
 
-std::optional<ClipView> ParseClipView(std::string_view name) {
-  if (name == "front") return ClipView::kFront;
-  if (name == "side") return ClipView::kSide;
-  if (name == "follow") return ClipView::kFollow;
-  if (name == "hand") return ClipView::kHand;
-  return std::nullopt;
-}
-
 ClipView SheetView(const Clip& clip) {
   const Eigen::Matrix2Xd ground = clip.trans.topRows<2>();
   const bool walks = (ground.colwise() - ground.col(0)).colwise().norm().maxCoeff() > kWalk;
@@ -249,10 +285,15 @@ Camera ClipRenderer::CameraFor(const BodyState& state, int frame,
                                const ClipRenderOptions& options) const {
   const double aspect =
       static_cast<double>(options.picture.width) / std::max(1, options.picture.height);
-  const auto azimuth = [&](double usual) { return options.azimuth_rad.value_or(usual); };
+  const auto azimuth = [&](double usual) {
+    return options.azimuth_deg ? *options.azimuth_deg * kDegree : usual;
+  };
   const auto from_front = [&](double usual) { return front_rad_ + azimuth(usual); };
-  const auto elevation = [&](double usual) { return options.elevation_rad.value_or(usual); };
+  const auto elevation = [&](double usual) {
+    return options.elevation_deg ? *options.elevation_deg * kDegree : usual;
+  };
   switch (options.view) {
+    case ClipView::kAuto:
     case ClipView::kFront:
       return FitCamera(room_, from_front(-0.3), elevation(0.12), aspect);
     case ClipView::kSide:

@@ -5,7 +5,8 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <string_view>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -14,6 +15,7 @@
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/mesh/signed_distance.h"
+#include "geometry/options.h"
 #include "geometry/render/rasterizer.h"
 #include "geometry/render/video.h"
 #include "geometry/suggestion.h"
@@ -22,14 +24,12 @@ namespace holdfast {
 
 /// Viewpoint of a clip.
 enum class ClipView {
+  kAuto,    ///< kFollow for a sheet of a walking person, otherwise kFront
   kFront,   ///< fixed view of the whole clip, from the one of four sides that the first frame faces
   kSide,    ///< same as kFront, from the person's right
   kFollow,  ///< follows the pelvis
   kHand,    ///< close-up of the holding hand
 };
-
-/// Parses "front", "side", "follow" or "hand"; returns nothing for another name.
-std::optional<ClipView> ParseClipView(std::string_view name);
 
 /// Default view of a picture sheet: kFollow if the person walks (the root moves more than a meter
 /// from its first position), otherwise kFront.
@@ -37,8 +37,8 @@ ClipView SheetView(const Clip& clip);
 
 struct ClipRenderOptions {
   RenderOptions picture;
-  ClipView view = ClipView::kFront;
-  std::optional<double> azimuth_rad, elevation_rad;  ///< override those of the view
+  ClipView view = ClipView::kAuto;                   ///< of a single frame, kAuto is kFront
+  std::optional<double> azimuth_deg, elevation_deg;  ///< override those of the view
   bool show_contact = true;
   /// (3 M x T) measured markers, drawn as small spheres: world, meters; NaN if not visible.
   Eigen::MatrixXd markers;
@@ -88,12 +88,14 @@ PictureFile PictureFileOf(const std::filesystem::path& path);
 
 struct ClipPictureOptions {
   ClipRenderOptions how;
-  std::optional<int> frame;          ///< only this frame, 0-based
-  int every = 1;                     ///< numbered pictures and videos: every n-th frame
-  std::optional<double> frame_rate;  ///< of a video, Hz; default: the clip's, divided by `every`
-  int columns = 4, rows = 2;         ///< of a sheet, whose frames are evenly spaced in the clip
+  std::pair<int, int> size{640, 480};  ///< of each picture, pixels: replaces that of `how`
+  std::optional<int> frame;            ///< only this frame, 0-based
+  int every = 1;                       ///< numbered pictures and videos: every n-th frame
+  std::optional<double> fps;           ///< of a video; default: the clip's, divided by `every`
+  std::pair<int, int> sheet{4, 2};     ///< columns, rows; frames are evenly spaced in the clip
   int threads = 1;
 };
+OptionTable OptionsOf(ClipPictureOptions& options);
 
 /// Frames to draw, and how. Adjusted to the video format: even sizes, or a rate of at most
 /// kMaxGifRate.
@@ -103,7 +105,9 @@ struct ClipPictures {
   std::vector<int> frames;
   double frame_rate = 0.0;  ///< of a video, Hz
   int columns = 1, threads = 1;
+  std::string note;  ///< about an adjusted rate; empty: none
 };
+/// Throws Error for a frame that the clip does not have, and for a frame rate with `every`.
 ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
                           const ClipPictureOptions& options);
 

@@ -34,6 +34,14 @@ nlohmann::json MetricsBeside(const std::filesystem::path& clip) {
   return metrics;
 }
 
+OptionTable OptionsOf(ReportPageOptions& options) {
+  OptionTable table;
+  table.Text("title", options.title, "The page's title; empty: the names of object and motion");
+  table.Number("contact_threshold", "mm", options.contact_threshold_mm, {0.1, 12.0},
+               "Skin this close to the object counts as contact, mm (clips without metrics)");
+  return table;
+}
+
 namespace {
 
 // The page built by player/build.mjs, with markers for title and data.

@@ -12,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/clip/clip_body.h"
+#include "geometry/options.h"
 #include "geometry/parallel.h"
 
 namespace holdfast {
@@ -37,6 +38,7 @@ struct ReportPageOptions {
   std::uint64_t seed = 1;             ///< only displayed, with the version
   int threads = 1;                    ///< does not change the page
 };
+OptionTable OptionsOf(ReportPageOptions& options);
 
 struct ReportPage {
   std::string html;               ///< empty if stopped by `progress`

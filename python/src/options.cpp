@@ -10,8 +10,11 @@
 #include <fmt/ranges.h>
 #include <pybind11/stl.h>
 
+#include "generator/body/hand_onto_body.h"
 #include "geometry/export/export_clip.h"
 #include "geometry/import/import_file.h"
+#include "geometry/render/clip_pictures.h"
+#include "geometry/report/report_page.h"
 #include "geometry/suggestion.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
@@ -80,6 +83,16 @@ struct Set {
     const py::array_t<int> numbers = Integers(given, option.name.c_str(), {-1});
     value->assign(numbers.data(), numbers.data() + numbers.size());
   }
+  void operator()(std::pair<int, int>* value) const {
+    const auto numbers = Converted<std::pair<int, int>>(option, "two whole numbers", given);
+    for (const int number : {numbers.first, numbers.second}) {
+      if (option.range.Contains(number)) continue;
+      throw py::value_error(fmt::format("{}: expected two numbers from {:g} to {:g}, got ({}, {})",
+                                        option.name, option.range.low, option.range.high,
+                                        numbers.first, numbers.second));
+    }
+    *value = numbers;
+  }
   void operator()(const ScaledNumber& number) const {
     *number.variable = number.unit * InRange<double>(option, given);
   }
@@ -146,6 +159,9 @@ void BindOptions(py::module_& module) {
         RobotTransferOptions robot;
         ExportOptions exported;
         ImportFileOptions import;
+        ClipPictureOptions render;
+        ReportPageOptions report;
+        ConvertOptions convert;
         const std::map<std::string, OptionTable> tables = {
             {"fit", OptionsOf(fit)},
             {"grasp", OptionsOf(grasp)},
@@ -156,6 +172,9 @@ void BindOptions(py::module_& module) {
             {"score", OptionsOf(score)},
             {"solve_markers", OptionsOf(solve)},
             {"export", OptionsOf(exported)},
+            {"render", OptionsOf(render)},
+            {"report", OptionsOf(report)},
+            {"convert", OptionsOf(convert)},
             {"transfer_to_robot", OptionsOf(robot)},
             {"import_motion", OptionsOf(import).Without({"fps"})}};
         const auto found = tables.find(job);
@@ -180,9 +199,10 @@ void BindOptions(py::module_& module) {
       },
       "job"_a,
       "The options that a function takes by name: {name: {'default', 'flag' of the command line, "
-      "'help', and 'choices' (list of str) or 'range' (min, max)}}. job: 'export', 'fit' (of "
-      "offhand(), too), 'grasp' (of grasps(), too), 'import_motion', 'reach', 'refine', 'score', "
-      "'solve_markers', 'synthesize', 'transfer', 'transfer_to_robot'.\n"
+      "'help', and 'choices' (list of str) or 'range' (min, max)}}. job: 'convert', 'export', "
+      "'fit' (of offhand(), too), 'grasp' (of grasps(), too), 'import_motion', 'reach', 'refine', "
+      "'render', 'report', 'score', 'solve_markers', 'synthesize', 'transfer', "
+      "'transfer_to_robot'.\n"
       "\n"
       "    holdfast.options('fit')['contact_threshold_mm']['default']");
 }

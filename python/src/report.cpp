@@ -12,7 +12,6 @@
 
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/io/mesh/mesh_io.h"
 #include "python/src/fit.h"
 #include "python/src/run.h"
 #include "solver/carry/carry_json.h"
@@ -56,8 +55,6 @@ ReportInput InputOf(const NamedClip& named, const py::object& object, double obj
                      {"summary", FitSummaryJson(report.fit, report.contact)}};
   } else if (!input.file.empty()) {
     input.metrics = MetricsBeside(input.file);
-    const std::filesystem::path table = MeshBeside(input.file, input.clip.table);
-    if (!table.empty()) input.table = ReadMesh(table);
   }
   if (named.told) {
     input.source = named.name;
@@ -67,13 +64,11 @@ ReportInput InputOf(const NamedClip& named, const py::object& object, double obj
 }
 
 void Report(const py::object& clips, const std::filesystem::path& path, const py::object& object,
-            double object_scale, const py::object& body, double contact_threshold_mm,
-            const std::string& title, bool force, int threads, const py::object& progress) {
+            double object_scale, const py::object& body, bool force, int threads,
+            const py::object& progress, const py::kwargs& given) {
   ReportPageOptions options;
-  options.title = title;
-  options.contact_threshold_mm = contact_threshold_mm;
+  SetOptions(given, OptionsOf(options));
   options.threads = ThreadsOf(threads);
-  RequireBetween(contact_threshold_mm, "contact_threshold_mm", 0.1, 12.0);
   RequirePositive(object_scale, "object_scale");
   ModelOf(body);
   RequireNew(path, force);
@@ -87,28 +82,29 @@ void Report(const py::object& clips, const std::filesystem::path& path, const py
   });
 }
 
+constexpr const char* kReportDoc =
+    "Writes one self-contained page (.html) of a clip: a 3D player, curves of every frame, "
+    "provenance. It needs no network.\n"
+    "\n"
+    "clips: a Clip, a result of fit(), refine(), grasp() or synthesize(), a file, a result folder "
+    "or an embedded name; or a list of them, or a dict of them by the names to show. A second clip "
+    "is overlaid on the first as a ghost; with more clips, the page has a selection. object, "
+    "object_scale, body as in score(), for all clips; a result brings its own object and the "
+    "curves of its energies. force: overwrite an existing file. Raises Error if the file exists, "
+    "and if the library was built without the player; Stopped.\n"
+    "\n"
+    "    holdfast.report({'mug': held, 'bottle': held_bottle}, 'compare.html')\n"
+    "\n"
+    "Options:\n";
+
 }  // namespace
 
 void BindReport(py::module_& module) {
-  const ReportPageOptions usual;
-  module.def(
-      "report", &Report, "clips"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
-      "object_scale"_a = 1.0, "body"_a = py::none(),
-      "contact_threshold_mm"_a = usual.contact_threshold_mm, "title"_a = "", "force"_a = false,
-      "threads"_a = 0, "progress"_a = py::none(),
-      "Writes one self-contained page (.html) of a clip: a 3D player, curves of every frame, "
-      "provenance. It needs no network.\n"
-      "\n"
-      "clips: a Clip, a result of fit(), refine(), grasp() or synthesize(), a file, a result "
-      "folder or an embedded name; or a list of them, or a dict of them by the names to show. A "
-      "second clip is overlaid on the first as a ghost; with more clips, the page has a selection. "
-      "object, object_scale, body as in score(), for all clips; a result brings its own object and "
-      "the curves of its energies. contact_threshold_mm: skin this close to the object counts as "
-      "contact, 0.1 to 12, where the clip has no metrics. title: of the page; default: the names "
-      "of object and motion. force: overwrite an existing file. Raises Error if the file exists, "
-      "and if the library was built without the player; Stopped.\n"
-      "\n"
-      "    holdfast.report({'mug': held, 'bottle': held_bottle}, 'compare.html')");
+  ReportPageOptions usual;
+  static const std::string doc = kReportDoc + OptionsText(OptionsOf(usual));
+  module.def("report", &Report, "clips"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
+             "object_scale"_a = 1.0, "body"_a = py::none(), "force"_a = false, "threads"_a = 0,
+             "progress"_a = py::none(), doc.c_str());
 }
 
 }  // namespace holdfast::python

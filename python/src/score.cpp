@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: MIT
-#include <algorithm>
 #include <filesystem>
 #include <optional>
 #include <span>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -14,9 +12,8 @@
 
 #include "geometry/clip/clip_body.h"
 #include "geometry/error.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/render/clip_pictures.h"
-#include "geometry/render/video.h"
-#include "geometry/rotation.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
@@ -62,6 +59,10 @@ ReportInput SceneOf(const py::object& clip, const py::object& object, double obj
     scene.object_source = own.in_clip ? argument.name : own.source;
     scene.object_missing = own.missing;
   }
+  if (!scene.file.empty()) {
+    const std::filesystem::path table = MeshBeside(scene.file, scene.clip.table);
+    if (!table.empty()) scene.table = ReadMesh(table);
+  }
   return scene;
 }
 
@@ -96,49 +97,18 @@ py::object Score(const py::object& clip, const py::object& object, const py::obj
   return ToPython(result);
 }
 
-void RequirePicture(const PictureFile& file, const std::pair<int, int>& size,
-                    const std::pair<int, int>& sheet, std::optional<double> frame_rate) {
-  constexpr int kLargest = 16384;
-  if (std::min(size.first, size.second) < 1 || std::max(size.first, size.second) > kLargest) {
-    throw py::value_error("size: expected (width, height) from 1 to 16384 pixels");
-  }
-  if (std::min(sheet.first, sheet.second) < 1 || std::max(sheet.first, sheet.second) > 100) {
-    throw py::value_error("sheet: expected (columns, rows) from 1 to 100");
-  }
-  const double most = file.video == VideoFormat::kGif ? kMaxGifRate : 240.0;
-  if (file.video && frame_rate && !(*frame_rate > 0.0 && *frame_rate <= most)) {
-    throw py::value_error(
-        fmt::format("frame_rate: expected more than 0 and at most {:g} Hz", most));
-  }
-}
-
 void RenderTo(const py::object& clip, const std::filesystem::path& path, const py::object& object,
-              double object_scale, const py::object& body, std::pair<int, int> size,
-              const std::string& camera, std::optional<int> frame, std::pair<int, int> sheet,
-              std::optional<double> frame_rate, const std::optional<std::filesystem::path>& markers,
-              bool force, int threads, const py::object& progress) {
-  const PictureFile file = PictureFileOf(path);
-  RequirePicture(file, size, sheet, frame_rate);
-  const ClipScene scene = SceneOf(clip, object, object_scale, body);
-  const int count = scene.clip.NumFrames();
-  if (frame && (*frame < 0 || *frame >= count)) {
-    throw py::value_error(fmt::format("frame: {} of a clip of {} frames", *frame, count));
-  }
+              double object_scale, const py::object& body,
+              const std::optional<std::filesystem::path>& markers, bool force, int threads,
+              const py::object& progress, const py::kwargs& given) {
   ClipPictureOptions how;
+  SetOptions(given, OptionsOf(how));
   how.threads = ThreadsOf(threads);
-  how.frame = frame;
-  how.frame_rate = frame_rate;
-  std::tie(how.columns, how.rows) = sheet;
-  std::tie(how.how.picture.width, how.how.picture.height) = size;
-  const bool one = frame || file.video || file.numbered;
-  how.how.view = Choice<ClipView>(camera, "camera",
-                                  {{"auto", one ? ClipView::kFront : SheetView(scene.clip)},
-                                   {"front", ClipView::kFront},
-                                   {"side", ClipView::kSide},
-                                   {"follow", ClipView::kFollow},
-                                   {"hand", ClipView::kHand}});
+  const PictureFile file = PictureFileOf(path);
+  const ReportInput scene = SceneOf(clip, object, object_scale, body);
   if (markers) how.how.markers = MeasuredMarkers(*markers);
   const ClipPictures pictures = PlanPictures(scene.clip, file, how);
+  if (!pictures.note.empty()) LogNotes({pictures.note});
   if (file.numbered) {
     for (const int number : pictures.frames) RequireNew(file.numbered->Name(number), force);
   } else {
@@ -146,7 +116,8 @@ void RenderTo(const py::object& clip, const std::filesystem::path& path, const p
   }
   RunWithProgress(progress, [&](const StagedProgress& watched) {
     const ClipRenderer renderer(scene.clip, scene.body, scene.betas,
-                                scene.clip.object && scene.object ? &*scene.object : nullptr);
+                                scene.clip.object && scene.object ? &*scene.object : nullptr,
+                                scene.table ? &*scene.table : nullptr);
     WritePictures(renderer, pictures,
                   [&](int done, int total) { return watched("render", done, total); });
   });
@@ -170,9 +141,21 @@ constexpr const char* kScoreDoc =
     "\n"
     "Options:\n";
 
+constexpr const char* kRenderDoc =
+    "Renders a clip without GPU or display.\n"
+    "\n"
+    "A .png is a sheet of pictures evenly spaced in the clip, or one picture of `frame`; with %d "
+    "or %03d in the name, one picture per frame; a .gif or .mp4 is a video (written by the program "
+    "ffmpeg). markers: a result folder of 'holdfast solve', whose measured markers are also drawn. "
+    "clip, object, body as in score(). Raises Error for existing files, unless force=True.\n"
+    "\n"
+    "Options:\n";
+
 }  // namespace
 
 void BindScore(py::module_& module) {
+  ClipPictureOptions pictures;
+  static const std::string render_doc = kRenderDoc + OptionsText(OptionsOf(pictures));
   ScoreOptions usual;
   static const std::string doc = kScoreDoc + OptionsText(OptionsOf(usual));
   module.def("score", &Score, "clip"_a, "object"_a = py::none(), "reference"_a = py::none(),
@@ -212,19 +195,8 @@ void BindScore(py::module_& module) {
       "object. film: a video (.mp4, .gif) of the trial to write; raises Error if it exists, unless "
       "force=True. Raises holdfast.Error without MuJoCo.");
   module.def("render", &RenderTo, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
-             "object_scale"_a = 1.0, "body"_a = py::none(), "size"_a = std::pair(640, 480),
-             "camera"_a = "auto", "frame"_a = py::none(), "sheet"_a = std::pair(4, 2),
-             "frame_rate"_a = py::none(), "markers"_a = py::none(), "force"_a = false,
-             "threads"_a = 0, "progress"_a = py::none(),
-             "Draws a clip without GPU or display.\n"
-             "\n"
-             "A .png is a sheet of (columns, rows) pictures evenly through the clip, or one "
-             "picture of `frame`; with %d or %03d in the name one of each frame; a .gif or .mp4 a "
-             "video (through the program ffmpeg) at frame_rate Hz, by default the clip's. size: "
-             "(width, height) of a picture, pixels. camera: 'auto', 'front', 'side', 'follow' or "
-             "'hand'. markers: a result folder of 'holdfast solve', whose measured markers are "
-             "also drawn. Amber: skin within 3 mm of the object; red: skin inside it. clip, "
-             "object, body as in score(). Raises Error for existing files, unless force=True.");
+             "object_scale"_a = 1.0, "body"_a = py::none(), "markers"_a = py::none(),
+             "force"_a = false, "threads"_a = 0, "progress"_a = py::none(), render_doc.c_str());
 }
 
 }  // namespace holdfast::python

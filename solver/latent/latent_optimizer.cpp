@@ -139,10 +139,12 @@ class LatentMotion {
   double goal_error_m_ = INFINITY;
 };
 
+// One entry of `all` per task; they differ in weights and iterations only.
 std::vector<ReachSolution> OptimizeTogether(const wandr::Network<float>& network,
                                             const LatentBody& body,
                                             std::span<const ReachTask> tasks,
-                                            const LatentOptions& options) {
+                                            std::span<const LatentOptions> all) {
+  const LatentOptions& options = all[0];
   std::vector<wandr::RolloutStart<float>> starts;
   std::vector<wandr::GoalPlan> plans;
   for (const ReachTask& task : tasks) {
@@ -156,7 +158,7 @@ std::vector<ReachSolution> OptimizeTogether(const wandr::Network<float>& network
   std::vector<ReachSolution> solutions(tasks.size());
   std::vector<LatentMotion> motions;
   for (int i = 0; i < count; ++i) {
-    motions.emplace_back(batch, i, tasks[i], body, options, solutions[i]);
+    motions.emplace_back(batch, i, tasks[i], body, all[i], solutions[i]);
   }
   batch.Solve([&](int i) { motions[i].Descend(); });
   batch.Solve([&](int i) { motions[i].Refine(); });
@@ -208,28 +210,37 @@ MotionFault FaultOf(const ReachSolution& solution, const ReachTask& task) {
 std::vector<ReachSolution> OptimizeBatch(const wandr::Network<float>& network,
                                          const LatentBody& body, std::span<const ReachTask> tasks,
                                          const LatentOptions& options) {
-  std::vector<ReachSolution> solutions = OptimizeTogether(network, body, tasks, options);
+  std::vector<ReachSolution> solutions =
+      OptimizeTogether(network, body, tasks, std::vector(tasks.size(), options));
   if (!options.hurries) return solutions;
   LatentOptions hurry = options;
   for (int tried = 0; tried < kHurries + kOtherStarts; ++tried) {
     if (tried < kHurries) hurry = InAHurry(hurry);
+    std::vector<std::size_t> faulty;
+    std::vector<ReachTask> retried;
+    std::vector<LatentOptions> relaxed;
     for (std::size_t i = 0; i < tasks.size(); ++i) {
       const MotionFault fault = FaultOf(solutions[i], tasks[i]);
       if (fault.Sum() == 0.0) continue;
-      LatentOptions its = hurry;
+      faulty.push_back(i);
+      retried.push_back(tasks[i]);
+      if (tried >= kHurries) retried.back().stream += kOtherStreams * (1 + tried - kHurries);
+      relaxed.push_back(hurry);
+      if (fault.airborne_share == 0.0) continue;
       // A higher weight on the goal would encourage jumping.
-      if (fault.airborne_share > 0.0) {
-        its.goal = options.goal;
-        its.lm_iterations = options.lm_iterations;
-      }
-      ReachTask task = tasks[i];
-      if (tried >= kHurries) task.stream += kOtherStreams * (1 + tried - kHurries);
-      ReachSolution again = std::move(OptimizeTogether(network, body, {&task, 1}, its)[0]);
-      if (FaultOf(again, tasks[i]).Sum() >= fault.Sum()) continue;
-      Append(again, solutions[i]);
-      again.trace = std::move(solutions[i].trace);
-      again.solves = std::move(solutions[i].solves);
-      solutions[i] = std::move(again);
+      relaxed.back().goal = options.goal;
+      relaxed.back().lm_iterations = options.lm_iterations;
+    }
+    if (faulty.empty()) break;
+    std::vector<ReachSolution> again = OptimizeTogether(network, body, retried, relaxed);
+    for (std::size_t k = 0; k < faulty.size(); ++k) {
+      ReachSolution& solution = solutions[faulty[k]];
+      const ReachTask& task = tasks[faulty[k]];
+      if (FaultOf(again[k], task).Sum() >= FaultOf(solution, task).Sum()) continue;
+      Append(again[k], solution);
+      again[k].trace = std::move(solution.trace);
+      again[k].solves = std::move(solution.solves);
+      solution = std::move(again[k]);
     }
   }
   return solutions;

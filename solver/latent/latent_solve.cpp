@@ -64,10 +64,14 @@ LatentSolve MinimizeLatents(RolloutCost<float>& cost, const Eigen::VectorXd& cen
   const Eigen::Index size = cost.parameter_block_sizes()[0];
   std::vector<double*> steps;
   std::vector<std::unique_ptr<NearPoint>> priors;
+  const auto residuals = options.minimizer_type == ceres::LINE_SEARCH
+                             ? NearPoint::Residuals::kLength
+                             : NearPoint::Residuals::kCoordinates;
   for (Eigen::Index at = 0; at < latents.size(); at += size) {
     steps.push_back(latents.data() + at);
     if (prior_weight <= 0.0) continue;
-    priors.push_back(std::make_unique<NearPoint>(center.segment(at, size), prior_weight));
+    priors.push_back(
+        std::make_unique<NearPoint>(center.segment(at, size), prior_weight, residuals));
   }
   problem.AddResidualBlock(&cost, nullptr, steps);
   for (std::size_t t = 0; t < priors.size(); ++t) {

@@ -74,12 +74,12 @@ def test_save(demo, model, tmp_path):
     assert np.allclose(package["body_pose"], demo.poses[:, 3:66])
     converted.save(tmp_path / "clip.npz")
     assert np.allclose(holdfast.Clip.load(tmp_path / "clip.npz").poses, demo.poses)
-    converted.save(tmp_path / "relative.json", hands="relative")
+    converted.save(tmp_path / "relative.json", to_hands="relative")
     again = holdfast.convert(tmp_path / "relative.json", to_body=model)
     assert np.allclose(again.clip.pose_hand, demo.pose_hand, atol=1e-9)
-    with pytest.raises(ValueError, match="layout: expected one of 'auto', 'amass', 'smplx'"):
-        converted.save(tmp_path / "x.npz", layout="mano")
-    refused(ValueError, "hands: expected one of", converted.save, tmp_path / "x.npz", hands="flat")
+    refused(holdfast.Error, "Give smplx, amass or auto", converted.save, tmp_path / "x.npz", layout="mano")
+    refused(ValueError, "layout: expected one of", converted.save, tmp_path / "x.npz", layout="grab")
+    refused(ValueError, "to_hands: expected one of", converted.save, tmp_path / "x.npz", to_hands="flat")
     refused(holdfast.Error, "", converted.save, tmp_path / "x.txt")
 
 

@@ -100,8 +100,9 @@ def keywords(name):
     raise AssertionError(name)
 
 
-@pytest.mark.parametrize("job", ["export", "fit", "grasp", "import_motion", "reach", "refine", "score",
-                                 "solve_markers", "synthesize", "transfer", "transfer_to_robot"])
+@pytest.mark.parametrize("job", ["convert", "export", "fit", "grasp", "import_motion", "reach", "refine",
+                                 "render", "report", "score", "solve_markers", "synthesize", "transfer",
+                                 "transfer_to_robot"])
 def test_stubs_have_the_options_of_the_table(job):
     table = holdfast.options(job)
     stub = keywords(job)
@@ -113,7 +114,8 @@ def test_stubs_have_the_options_of_the_table(job):
         if not isinstance(stub[name], ast.Constant) or stub[name].value is ...:
             continue
         default = table[name]["default"] if name != "switch_frames" else None
-        assert ast.literal_eval(stub[name]) == default, name
+        value = ast.literal_eval(stub[name])
+        assert (list(value) if isinstance(value, tuple) else value) == default, name
         assert table[name]["help"] and table[name]["flag"].startswith("--")
     refused(ValueError, "expected one of", holdfast.options, "walk")
 

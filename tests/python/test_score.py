@@ -79,13 +79,19 @@ def test_render(demo, tmp_path):
         sizes[name] = tuple(np.frombuffer(png[16:24], ">u4"))
     assert sizes["frame"] == (80, 60)
     assert sizes["sheet"][0] >= 160
-    holdfast.render(demo, tmp_path / "no_%02d.png", size=(8, 8))
-    assert len(list(tmp_path.glob("no_*.png"))) == 8
+    turned = tmp_path / "turned.png"
+    holdfast.render(demo, turned, size=(80, 60), camera="side", frame=3, azimuth_deg=90, contact=False)
+    assert turned.read_bytes() != (tmp_path / "frame.png").read_bytes()
+    holdfast.render(demo, tmp_path / "no_%02d.png", size=(8, 8), every=2)
+    assert len(list(tmp_path.glob("no_*.png"))) == 4
     with pytest.raises(holdfast.Error, match="no_such.*metrics.json"):
         holdfast.render(demo, tmp_path / "x.png", markers=tmp_path / "no_such")
     refused(holdfast.Error, ".png, .gif or .mp4", holdfast.render, demo, tmp_path / "x.jpg")
-    refused(ValueError, "frame: 8 of a clip of 8 frames", holdfast.render, demo, tmp_path / "x.png", frame=8)
+    refused(holdfast.Error, "frame: 8 of a clip of 8 frames", holdfast.render, demo, tmp_path / "x.png", frame=8)
     refused(ValueError, "size", holdfast.render, demo, tmp_path / "x.png", size=(0, 10))
+    refused(TypeError, "size: expected two whole numbers", holdfast.render, demo, tmp_path / "x.png", size="8x8")
+    refused(ValueError, "azimuth_deg", holdfast.render, demo, tmp_path / "x.png", azimuth_deg=float("nan"))
+    refused(TypeError, "did you mean 'azimuth_deg'", holdfast.render, demo, tmp_path / "x.png", azimuth=10.0)
     with pytest.raises(holdfast.Stopped):
         holdfast.render(demo, tmp_path / "x.png", size=(8, 8), progress=lambda *args: False)
     assert not (tmp_path / "x.png").exists()

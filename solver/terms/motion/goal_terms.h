@@ -121,20 +121,34 @@ inline MotionTerm FirstArrival(const Eigen::Vector3d& goal, int num_frames, doub
 /// WANDR's VAE + opt at a given frame (Diomataris et al. 2024, sec. 4). For latents, with x_0 a
 /// sample of N(0, I), the result stays at the typical radius of samples; with x_0 = 0 this is the
 /// paper's prior, which biases motions towards the mean.
+///
+/// kLength has the same energy and gradient in one residual, r = sqrt(w |x - x_0|^2 + 1e-18), so
+/// that its Jacobian has n numbers instead of n^2: for minimizers that use the gradient alone.
 class NearPoint final : public ceres::CostFunction {
  public:
-  NearPoint(Eigen::VectorXd point, double weight)
+  enum class Residuals { kCoordinates, kLength };
+  NearPoint(Eigen::VectorXd point, double weight, Residuals residuals = Residuals::kCoordinates)
       : point_(std::move(point)), scale_(std::sqrt(weight)) {
-    set_num_residuals(static_cast<int>(point_.size()));
-    *mutable_parameter_block_sizes() = {num_residuals()};
+    const auto size = static_cast<int>(point_.size());
+    set_num_residuals(residuals == Residuals::kLength ? 1 : size);
+    *mutable_parameter_block_sizes() = {size};
   }
 
   bool Evaluate(double const* const* parameters, double* residuals,
                 double** jacobians) const override {
-    const Eigen::Index n = point_.size();
-    Eigen::Map<Eigen::VectorXd>(residuals, n) =
+    const Eigen::Index n = point_.size(), rows = num_residuals();
+    const Eigen::VectorXd way =
         scale_ * (Eigen::Map<const Eigen::VectorXd>(parameters[0], n) - point_);
-    if (jacobians != nullptr && jacobians[0] != nullptr) {
+    const double length = std::sqrt(way.squaredNorm() + 1e-18);
+    if (rows < n) {
+      residuals[0] = length;
+    } else {
+      Eigen::Map<Eigen::VectorXd>(residuals, n) = way;
+    }
+    if (jacobians == nullptr || jacobians[0] == nullptr) return true;
+    if (rows < n) {
+      Eigen::Map<Eigen::VectorXd>(jacobians[0], n) = scale_ / length * way;
+    } else {
       Eigen::Map<Eigen::MatrixXd>(jacobians[0], n, n) = scale_ * Eigen::MatrixXd::Identity(n, n);
     }
     return true;

@@ -22,7 +22,7 @@ Clip Standing(int frames) {
 
 ClipPictureOptions Tiny() {
   ClipPictureOptions options;
-  options.how.picture.width = options.how.picture.height = 15;
+  options.size = {15, 15};
   options.how.picture.supersampling = 1;
   return options;
 }
@@ -41,6 +41,7 @@ TEST(ClipPictures, FormatsGetTheFramesSizesAndRatesThatTheyHave) {
   const ClipPictures gif = PlanPictures(clip, PictureFileOf("a.gif"), options);
   EXPECT_EQ(gif.frame_rate, kMaxGifRate);
   EXPECT_EQ(gif.frames.size(), 50u);
+  EXPECT_NE(gif.note.find("at most 50 frames per second"), std::string::npos) << gif.note;
   EXPECT_EQ(gif.how.picture.width, 15);
   const ClipPictures mp4 = PlanPictures(clip, PictureFileOf("a.mp4"), options);
   EXPECT_EQ(mp4.frame_rate, 120.0);
@@ -51,6 +52,11 @@ TEST(ClipPictures, FormatsGetTheFramesSizesAndRatesThatTheyHave) {
             (std::vector<int>{0, 50, 100}));
   options.frame = 7;
   EXPECT_EQ(PlanPictures(clip, PictureFileOf("a.gif"), options).frames, std::vector<int>{7});
+  options.frame = 120;
+  EXPECT_THROW(PlanPictures(clip, PictureFileOf("a.png"), options), Error);
+  options.frame.reset();
+  options.fps = 30.0;  // with every = 50
+  EXPECT_THROW(PlanPictures(clip, PictureFileOf("a.gif"), options), Error);
 }
 
 TEST(ClipPictures, StopWhereProgressSaysSo) {

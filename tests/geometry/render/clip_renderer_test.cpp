@@ -50,11 +50,11 @@ TEST(ClipRenderer, EveryViewShowsTheBodyAndTheObject) {
   const auto body = BodyModel::Default();
   const TriangleMesh cube = Cube(0.06);
   const ClipRenderer renderer(StandingClip({-0.75, -0.02, 1.45}), body, {}, &cube);
-  for (const char* const name : {"front", "side", "follow", "hand"}) {
-    const Image image = renderer.Draw(1, Small(*ParseClipView(name)));
-    EXPECT_GT(CountPixels(image, Blue), 5) << name;
+  for (const ClipView view :
+       {ClipView::kAuto, ClipView::kFront, ClipView::kSide, ClipView::kFollow, ClipView::kHand}) {
+    const Image image = renderer.Draw(1, Small(view));
+    EXPECT_GT(CountPixels(image, Blue), 5) << static_cast<int>(view);
   }
-  EXPECT_FALSE(ParseClipView("above").has_value());
 }
 
 // The person with the object in front of it, turned about the vertical: the same picture but for
@@ -106,7 +106,7 @@ TEST(ClipRenderer, SkinInsideTheObjectIsRed) {
   const TriangleMesh cube = Cube(0.04);
   const ClipRenderer renderer(StandingClip(at), body, {}, &cube);
   ClipRenderOptions options = Small(ClipView::kHand);
-  options.azimuth_rad = 0.0;
+  options.azimuth_deg = 0.0;
   EXPECT_GT(CountPixels(renderer.Draw(0, options), Red), 10);
   options.show_contact = false;
   EXPECT_EQ(CountPixels(renderer.Draw(0, options), Red), 0);

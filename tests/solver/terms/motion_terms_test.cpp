@@ -259,6 +259,12 @@ TEST(NearPoint, IsTheWayFromThePoint) {
     return Blocks{VectorXd::NullaryExpr(7, [&] { return any.Number(-2, 2); })};
   });
   EXPECT_TRUE(Residuals(term, {point}).isZero(0.0));
+  const NearPoint length(point, 0.25, NearPoint::Residuals::kLength);
+  CheckJacobian(length, true, [](Draw& any) {
+    return Blocks{VectorXd::NullaryExpr(7, [&] { return any.Number(-2, 2); })};
+  });
+  const VectorXd other = VectorXd::NullaryExpr(7, [&] { return draw.Number(-2, 2); });
+  EXPECT_NEAR(Residuals(length, {other})[0], Residuals(term, {other}).norm(), 1e-12);
   const Vector3d goal(1, -2, 0.7);
   EXPECT_LT(
       (Residuals(NearPoint(goal, 4.0), {goal + Vector3d(0.1, 0, -0.2)}) - Vector3d(0.2, 0, -0.4))
