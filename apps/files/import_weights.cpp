@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include "generator/imos/weights.h"
+#include "generator/wandr/network.h"
 
 #include <fmt/format.h>
 
@@ -10,7 +11,8 @@ namespace {
 
 struct ImportWeightsCommand {
   CommonOptions common;
-  std::string arms, body;
+  std::string arms, body;  // WANDR: the checkpoint, none
+  std::string statistics;
   std::string output;
   std::string actions;
   std::string arm_order = "published";
@@ -28,9 +30,26 @@ long CountNumbers(const imos::NetworkWeights& weights) {
   return count;
 }
 
+int RunWandr(const ImportWeightsCommand& options) {
+  const wandr::ImportedNetwork imported = wandr::ImportNetwork(options.arms, options.statistics);
+  wandr::WriteNetwork(imported.weights, options.output, options.half);
+  nlohmann::json summary = JsonHead("holdfast/import-weights/1", options.common);
+  summary["output"] = options.output;
+  summary["latent_size"] = imported.weights.LatentSize();
+  summary["has_encoder"] = imported.weights.encoder.has_value();
+  summary["bytes"] = std::filesystem::file_size(options.output);
+  summary["ignored"] = imported.ignored;
+  PrintResult(options.common, summary,
+              fmt::format("{}: network of WANDR, {} latents, {}: use it with 'reach --weights'\n",
+                          options.output, imported.weights.LatentSize(),
+                          imported.weights.encoder ? "with encoder" : "without encoder"));
+  return kDone;
+}
+
 int Run(const ImportWeightsCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
+  if (options.body.empty()) return RunWandr(options);
   imos::ImportWeightsOptions import;
   import.arm_order = options.arm_order == "published" ? imos::ArmOrder::kRightThenLeft
                                                       : imos::ArmOrder::kAscending;
@@ -77,10 +96,18 @@ int Run(const ImportWeightsCommand& options) {
 void AddImportWeightsCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ImportWeightsCommand>();
   CLI::App* command = app.add_subcommand(
-      "import-weights", "Convert the published IMoS checkpoints (PyTorch) to Holdfast's weights");
-  command->add_option("arms", options->arms, "Checkpoint of the arms' network (.p, .pt, .pth)")
+      "import-weights", "Convert published checkpoints of IMoS or WANDR to Holdfast's weights");
+  command
+      ->add_option("checkpoint", options->arms,
+                   "IMoS: checkpoint of the arms' network (.p, .pt, .pth). WANDR: its checkpoint "
+                   "(.ckpt)")
       ->required();
-  command->add_option("body", options->body, "Checkpoint of the body's network")->required();
+  CLI::Option* const body =
+      command->add_option("body", options->body, "IMoS: checkpoint of the body's network");
+  command
+      ->add_option("--statistics", options->statistics,
+                   "WANDR: statistics of its features (.npy), in place of the second checkpoint")
+      ->excludes(body);
   command->add_option("-o,--output", options->output, "Weights to write (.safetensors)")
       ->required();
   command->add_option("--actions", options->actions,
@@ -102,8 +129,14 @@ void AddImportWeightsCommand(CLI::App& app, int& exit_code) {
       *command, options->common, true,
       "  holdfast import-weights exp_80_001600.p exp_31_001500.p -o imos.safetensors "
       "--actions clip_embeddings.npz\n"
+      "  holdfast import-weights wandr.ckpt --statistics statistics.npy -o wandr.safetensors\n"
       "  holdfast import-weights arms.p body.p -o mine.safetensors --arm-order ascending --half\n");
-  command->callback([options, &exit_code] { exit_code = Run(*options); });
+  command->callback([options, &exit_code] {
+    if (options->body.empty() && options->statistics.empty()) {
+      throw CLI::RequiredError("body (of IMoS) or --statistics (of WANDR)");
+    }
+    exit_code = Run(*options);
+  });
 }
 
 }  // namespace holdfast::apps

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: MIT
 #include "generator/wandr/network.h"
 
+#include <algorithm>
 #include <array>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -14,6 +17,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/safetensors.h"
+#include "geometry/io/pickle/data_file.h"
 
 namespace holdfast::wandr {
 namespace {
@@ -76,6 +80,20 @@ void CheckSizes(const NetworkWeights& weights, const std::string& where) {
   }
 }
 
+bool IsOfNetwork(const std::string& name) {
+  return nn::IsTensorOf("encoder", name) || nn::IsTensorOf("decoder", name);
+}
+
+// Sets networks and statistics.
+void SetTensors(const nn::TensorMap& tensors, const std::string& where, NetworkWeights& weights) {
+  const bool has_encoder = std::ranges::any_of(
+      tensors, [](const auto& entry) { return nn::IsTensorOf("encoder", entry.first); });
+  weights.decoder = nn::AnyFromTensors(tensors, "decoder", where);
+  if (has_encoder) weights.encoder = nn::AnyFromTensors(tensors, "encoder", where);
+  weights.statistics = StatisticsFromTensors(tensors, where);
+  CheckSizes(weights, where);
+}
+
 }  // namespace
 
 NetworkWeights ReadNetwork(const std::filesystem::path& path) {
@@ -96,19 +114,71 @@ NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& whe
     weights.layout = LayoutOf(layout.mapped(), where);
   }
   nn::TensorMap tensors;
-  bool has_encoder = false;
   for (const std::string& name : file.Names()) {
-    const bool encoder = nn::IsTensorOf("encoder", name);
-    has_encoder |= encoder;
-    if (!encoder && !nn::IsTensorOf("decoder", name) && !name.starts_with("statistics.")) continue;
+    if (!IsOfNetwork(name) && !name.starts_with("statistics.")) continue;
     const NpyMember member = file.Read(name);
     tensors[name] = {member.array.shape, member.AsFloats()};
   }
-  weights.decoder = nn::AnyFromTensors(tensors, "decoder", where);
-  if (has_encoder) weights.encoder = nn::AnyFromTensors(tensors, "encoder", where);
-  weights.statistics = StatisticsFromTensors(tensors, where);
-  CheckSizes(weights, where);
+  SetTensors(tensors, where, weights);
   return weights;
+}
+
+void WriteNetwork(const NetworkWeights& weights, const std::filesystem::path& path, bool half) {
+  nn::TensorMap tensors;
+  nn::AddTensors(weights.decoder, "decoder", tensors);
+  if (weights.encoder) nn::AddTensors(*weights.encoder, "encoder", tensors);
+  AddTensors(weights.statistics, tensors);
+  SafetensorsWriter writer;
+  for (const auto& [name, tensor] : tensors) {
+    if (half && !name.starts_with("statistics.")) {
+      writer.AddFloat16(name, tensor.shape, tensor.values);
+    } else {
+      writer.AddFloat32(name, tensor.shape, tensor.values);
+    }
+  }
+  SafetensorsMetadata metadata(weights.notes.begin(), weights.notes.end());
+  metadata["format"] = kFormat;
+  metadata["intention"] =
+      std::ranges::find(kLayoutNames, weights.layout, &decltype(kLayoutNames)::value_type::first)
+          ->second;
+  writer.SetMetadata(std::move(metadata));
+  writer.Write(path);
+}
+
+ImportedNetwork ImportNetwork(const std::filesystem::path& checkpoint,
+                              const std::filesystem::path& statistics) {
+  ImportedNetwork imported;
+  nn::TensorMap tensors;
+  const DataValue root = DataFile(checkpoint).Root();
+  const DataValue state = root.Find("state_dict").value_or(root);
+  for (const std::string& name : state.Names()) {
+    // A module may hold the network as a member: "model.decoder.layers.1.weight".
+    const std::size_t begin = std::min(name.find("decoder.layers."), name.find("encoder.layers."));
+    if (begin == std::string::npos) {
+      imported.ignored.push_back(name);
+      continue;
+    }
+    const NpyMember member = state[name].Array();
+    tensors[name.substr(begin)] = {member.array.shape, member.AsFloats()};
+  }
+  if (tensors.empty()) {
+    throw Error(checkpoint.string(), "it has no tensor 'decoder.layers.<i>.weight'",
+                "Give the checkpoint of WANDR as its training code saves it");
+  }
+  DataValue features = DataFile(statistics).Root();
+  if (features.Kind() == DataKind::kList && features.Size() == 1) features = features[0];
+  for (const std::string& feature : features.Names()) {
+    for (const char* const moment : {"mean", "std"}) {
+      const std::optional<DataValue> value = features[feature].Find(moment);
+      if (!value) continue;
+      std::vector<float> numbers = value->Array().AsFloats();
+      const std::size_t count = numbers.size();
+      tensors[fmt::format("statistics.{}.{}", feature, moment)] = {{count}, std::move(numbers)};
+    }
+  }
+  SetTensors(tensors, checkpoint.string() + " and " + statistics.string(), imported.weights);
+  imported.weights.notes["source"] = "imported from a PyTorch checkpoint of WANDR";
+  return imported;
 }
 
 template <typename Real>

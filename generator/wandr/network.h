@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -39,6 +40,23 @@ struct NetworkWeights {
 /// tensors, another version, and inconsistent sizes.
 NetworkWeights ReadNetwork(const std::filesystem::path& path);
 NetworkWeights ReadNetwork(const SafetensorsReader& file, const std::string& where);
+
+/// Writes such a file; `half` stores networks as float16, but not the statistics.
+void WriteNetwork(const NetworkWeights& weights, const std::filesystem::path& path,
+                  bool half = false);
+
+/// A network converted from the authors' files.
+struct ImportedNetwork {
+  NetworkWeights weights;
+  std::vector<std::string> ignored;  ///< other tensors of the checkpoint: the body model's
+};
+
+/// Reads the authors' checkpoint (a PyTorch Lightning file, whose `state_dict` has
+/// `decoder.layers.<i>.weight/bias` and `encoder....`, maybe as members of a module) and their
+/// statistics (.npy with a dict: feature -> {mean, std, ..}). Nothing in them is executed. The
+/// intention is kPaper. Throws Error as ReadNetwork does, and for a file without these names.
+ImportedNetwork ImportNetwork(const std::filesystem::path& checkpoint,
+                              const std::filesystem::path& statistics);
 
 /// A decoder prepared to run; immutable and safe to share between threads. Real is float; double is
 /// for tests of derivatives and of float.

@@ -47,6 +47,19 @@ TEST_F(ImportWeightsCommand, WritesWeightsWithTheirTableOfActions) {
             imos::ArmOrder::kAscending);
 }
 
+TEST_F(ImportWeightsCommand, ReadsTheCheckpointOfWandr) {
+  const std::string fixtures = HOLDFAST_SOURCE_DIR "/tests/fixtures/wandr/";
+  const std::string files = fixtures + "wandr.ckpt --statistics " + fixtures + "statistics.npy ";
+  const nlohmann::json summary = folder.Json("import-weights " + files + "-o n.safetensors");
+  EXPECT_EQ(summary["latent_size"], 4);
+  EXPECT_EQ(summary["ignored"], nlohmann::json::array({"body_model.v_template"}));
+  folder.Run("reach --goal 0,-1,1 --weights n.safetensors --method intention -o walk");
+  folder.Fails("import-weights " + fixtures + "wandr.ckpt -o o.safetensors", 2, "--statistics");
+  folder.Fails("import-weights " + fixtures + "motions.npz --statistics " + fixtures +
+                   "statistics.npy -o o.safetensors",
+               1, "motions.npz: it has no tensor 'decoder");
+}
+
 TEST_F(ImportWeightsCommand, RefusesWhatIsNoCheckpointOfImos) {
   const std::string fixtures = HOLDFAST_SOURCE_DIR "/tests/fixtures/";
   const std::string turned = fixtures + "imos/body.p " + fixtures + "imos/arms.p",

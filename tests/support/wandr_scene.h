@@ -17,7 +17,6 @@
 #include "generator/wandr/pose.h"
 #include "generator/wandr/rollout.h"
 #include "geometry/body/body_model.h"
-#include "geometry/io/container/safetensors.h"
 #include "geometry/rotation.h"
 
 /// Networks, poses, statistics and starts for tests of the WANDR generator.
@@ -56,30 +55,6 @@ inline NetworkWeights RandomResidualNetwork(IntentionLayout layout, std::uint64_
       nn::RandomResidual(kStateSize + condition, 0, width, blocks, 2 * latent_size, 2 * seed + 1);
   weights.statistics = statistics;
   return weights;
-}
-
-/// Writes a file as training does; `half` stores float16, but for the statistics.
-inline void WriteNetwork(const NetworkWeights& weights, const std::filesystem::path& path,
-                         bool half = false) {
-  nn::TensorMap tensors;
-  nn::AddTensors(weights.decoder, "decoder", tensors);
-  if (weights.encoder) nn::AddTensors(*weights.encoder, "encoder", tensors);
-  AddTensors(weights.statistics, tensors);
-  SafetensorsWriter writer;
-  for (const auto& [name, tensor] : tensors) {
-    if (half && !name.starts_with("statistics.")) {
-      writer.AddFloat16(name, tensor.shape, tensor.values);
-    } else {
-      writer.AddFloat32(name, tensor.shape, tensor.values);
-    }
-  }
-  SafetensorsMetadata metadata(weights.notes.begin(), weights.notes.end());
-  metadata["format"] = "wandr-1";
-  metadata["intention"] = weights.layout == IntentionLayout::kPaper     ? "paper"
-                          : weights.layout == IntentionLayout::kFlagged ? "flagged"
-                                                                        : "bounded";
-  writer.SetMetadata(std::move(metadata));
-  writer.Write(path);
 }
 
 }  // namespace holdfast::wandr

@@ -7,10 +7,12 @@
 #include <variant>
 #include <vector>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "generator/wandr/motion_states.h"
 #include "geometry/io/container/npz.h"
+#include "tests/support/error_text.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wandr_scene.h"
 
@@ -73,6 +75,22 @@ void Compare(const std::filesystem::path& folder) {
 }
 
 TEST(PyTorchReference, MotionsAndGradientsAreTheSame) { Compare(kFixtures); }
+
+TEST(PyTorchReference, TheAuthorsFilesHoldTheSameNetwork) {
+  const ImportedNetwork imported =
+      ImportNetwork(kFixtures / "wandr.ckpt", kFixtures / "statistics.npy");
+  EXPECT_EQ(imported.ignored, std::vector<std::string>{"body_model.v_template"});
+  holdfast::testing::TemporaryFolder folder;
+  WriteNetwork(imported.weights, folder.Path() / "network.safetensors");
+  std::filesystem::copy_file(kFixtures / "motions.npz", folder.Path() / "motions.npz");
+  Compare(folder.Path());
+  EXPECT_THAT(holdfast::testing::ErrorText(
+                  [] { ImportNetwork(kFixtures / "statistics.npy", kFixtures / "wandr.ckpt"); }),
+              ::testing::HasSubstr("statistics.npy: it has no tensor 'decoder.layers.<i>.weight'"));
+  EXPECT_THAT(holdfast::testing::ErrorText(
+                  [] { ImportNetwork(kFixtures / "wandr.ckpt", kFixtures / "wandr.ckpt"); }),
+              ::testing::HasSubstr("there is no tensor 'statistics.body_"));
+}
 
 TEST(PyTorchReference, MotionsAndGradientsOfAResidualNetworkAreTheSame) {
   const NetworkWeights weights = ReadNetwork(kFixtures / "residual" / "network.safetensors");
