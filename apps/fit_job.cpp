@@ -166,7 +166,10 @@ void AddFitOptions(CLI::App& command, FitCommand& fit, const std::vector<std::st
   AddGraspPlaceOptions(command, fit.place, "The grasp");
   for (const char* new_grasp : {"--regrasp", "--at", "--region", "--avoid"}) {
     command.get_option("--keep-grasp")->excludes(command.get_option(new_grasp));
+    command.get_option("--first-grasp")->excludes(command.get_option(new_grasp));
   }
+  command.get_option("--first-grasp")->excludes(command.get_option("--keep-grasp"));
+  command.get_option("--first-grasp-body")->needs(command.get_option("--first-grasp"));
 }
 
 Outcome RunFitCommand(const FitCommand& fit, const CommonOptions& common, FitLibrary& library) {

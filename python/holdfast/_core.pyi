@@ -277,6 +277,8 @@ def fit(
     end: int = -1,
     regrasp: bool = False,
     keep_grasp: bool = False,
+    first_grasp: _Path = "",
+    first_grasp_body: _Path = "",
     keep_motion: bool = False,
     drink: bool = False,
     recipe: str = "holdfast",

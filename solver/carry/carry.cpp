@@ -163,6 +163,10 @@ class Carrier {
       return;
     }
     const Side side = hands.front() == kHoldsLeft ? Side::kLeft : Side::kRight;
+    if (options_.given) {
+      report_.grasp = TakeGivenGrasp(Hand(side), object_, *options_.given, options_.threads, clip_);
+      return;
+    }
     const auto alone =
         std::ranges::find_if_not(hands, [&](std::uint8_t bits) { return bits == hands.front(); });
     if (!report_.holding.switches.empty()) PrepareFirstHandover(search);
@@ -458,7 +462,9 @@ bool IsObjectOf(const Clip& clip, const std::optional<TriangleMesh>& clip_object
 }  // namespace
 
 bool NeedsGrasp(const Clip& clip, const LoadedObject& object, const CarryOptions& options) {
-  if (!clip.object || options.grasp == GraspSource::kNew || options.place) return true;
+  if (!clip.object || options.grasp == GraspSource::kNew || options.place || options.given) {
+    return true;
+  }
   return !WhyNewGrasp(clip, object, object.name, options).empty();
 }
 

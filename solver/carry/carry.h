@@ -45,6 +45,7 @@ struct CarryOptions {
   /// so that the clip's grasp belongs to a different hand. Empty: the clip is of this body.
   std::string other_body;
   double object_scale = 1.0;        ///< scale with which the object was loaded
+  std::optional<GivenGrasp> given;  ///< in place of a new grasp, for its hand
   std::optional<GraspStyle> style;  ///< for a new grasp
   std::optional<GraspUse> use;      ///< for a new grasp; none: inferred from the shape
   /// Where hands grasp; none: anywhere. Region and avoid also apply to the hands that receive the

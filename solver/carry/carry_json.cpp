@@ -41,6 +41,10 @@ nlohmann::json FirstGraspJson(const FirstGrasp& first) {
                  {"frames_through_body_ratio", first.through_body},
                  {"search_ms", first.search_ms}});
   }
+  if (first.given) {
+    json["min_distance_mm"] = first.given->min_distance_mm;
+    json["skin_in_object_mm"] = first.given->max_penetration_mm;
+  }
   if (first.both && first.found) {
     json["width_mm"] = 1000.0 * first.both->width_m;
     json["body_in_object_mm"] = first.both->in_body_mm;

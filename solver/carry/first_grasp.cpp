@@ -11,7 +11,9 @@
 
 #include "generator/body/limb_ik.h"
 #include "geometry/error.h"
+#include "geometry/import/load_clip.h"
 #include "geometry/rotation.h"
+#include "geometry/score/hand_object_score.h"
 #include "solver/grasp/grasp_candidates.h"
 #include "solver/grasp/grasp_placement.h"
 
@@ -127,6 +129,72 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   PlaceObject(ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()), clip);
   SetFingers(clip.pose[0], hand.HandSide(), grasp.fingers);
   first.found = true;
+  return first;
+}
+
+GivenGrasp ReadGivenGrasp(const std::string& file, std::shared_ptr<const BodyModel> body,
+                          std::optional<Side> side) {
+  ImportFileOptions import;
+  import.parameters.body = std::move(body);
+  import.parameters.up = UpAxis::kZ;
+  import.parameters.keep_ground = true;
+  const LoadedClip loaded = LoadClip(file, std::move(import));
+  const Clip& clip = loaded.clip;
+  GivenGrasp given;
+  given.source = file;
+  const auto held =
+      std::ranges::find_if(clip.holding_hand, [](std::uint8_t bits) { return bits != 0; });
+  const bool labeled = held != clip.holding_hand.end();
+  const auto frame = labeled ? static_cast<std::size_t>(held - clip.holding_hand.begin()) : 0;
+  given.side = side.value_or(labeled && *held == kHoldsLeft ? Side::kLeft : Side::kRight);
+  if (const std::optional<Side> lone = loaded.body.model->LoneHand()) {
+    if (side && *lone != *side) {
+      throw Error(file, fmt::format("is a grasp of the {} hand", SideName(*lone)),
+                  fmt::format("Give --hand {}", SideName(*lone)));
+    }
+    given.side = *lone;
+  }
+  const HandModel hand(loaded.body.model, loaded.body.betas, given.side);
+  HandState state(hand);
+  state.SetBody(clip.pose[frame], clip.trans.col(static_cast<Eigen::Index>(frame)));
+  given.fingers = FingersOf(clip.pose[frame], given.side);
+  given.wrist_from_object = state.WorldFromWrist().inverse();
+  if (clip.object) {
+    given.wrist_from_object = given.wrist_from_object * ObjectPoses(clip)[frame];
+  } else {
+    given.warnings.push_back(
+        fmt::format("{} has no object pose: its hand is taken to be in the object's frame", file));
+  }
+  return given;
+}
+
+FirstGrasp TakeGivenGrasp(const HandModel& hand, const PreparedObject& object,
+                          const GivenGrasp& given, int threads, Clip& clip) {
+  constexpr double kMaxAway_mm = 5.0, kMaxDeep_mm = 10.0;
+  FirstGrasp first;
+  first.made = true;
+  first.found = true;
+  first.status = "given by " + given.source;
+  first.warnings = given.warnings;
+  SetFingers(clip.pose[0], hand.HandSide(), given.fingers);
+  HandState state(hand);
+  state.SetBody(clip.pose[0], clip.trans.col(0));
+  PlaceObject(state.WorldFromWrist() * given.wrist_from_object, clip);
+  HandEvaluation evaluation = AtWrist(hand);
+  const Eigen::Matrix3Xd in_object =
+      given.wrist_from_object.inverse() * evaluation.At(given.fingers.data(), false).Vertices();
+  first.given = MeasureContact(TriangleMesh{in_object, hand.Surface().Faces()},
+                               object.solid.distance, {.threads = threads});
+  if (first.given->min_distance_mm > kMaxAway_mm) {
+    first.clean = false;
+    first.warnings.push_back(
+        fmt::format("the hand of {} is {:.0f} mm from {}: is it of this object, in meters?",
+                    given.source, first.given->min_distance_mm, object.object.name));
+  } else if (first.given->max_penetration_mm > kMaxDeep_mm) {
+    first.clean = false;
+    first.warnings.push_back(fmt::format("the hand of {} is {:.0f} mm deep in {}", given.source,
+                                         first.given->max_penetration_mm, object.object.name));
+  }
   return first;
 }
 

@@ -15,6 +15,7 @@
 #include "geometry/body/body_model.h"
 #include "geometry/body/hand_model.h"
 #include "geometry/clip/clip.h"
+#include "geometry/score/contact_metrics.h"
 #include "solver/fit/fit.h"
 #include "solver/fit/prepared_object.h"
 #include "solver/grasp/grasp.h"
@@ -29,6 +30,24 @@ enum class GraspHands { kAuto, kRight, kLeft, kBoth };
 /// of a size for a hand (RequireHandheld).
 void RequireGraspable(const LoadedObject& object, bool both);
 
+/// A grasp that the user gives in place of a search, such as an estimate of GOAL or GrabNet (IMoS
+/// starts from GOAL's, sec. 4.3).
+struct GivenGrasp {
+  std::string source;  ///< the file
+  Side side = Side::kRight;
+  FingerPose fingers = FingerPose::Zero();
+  Eigen::Isometry3d wrist_from_object = Eigen::Isometry3d::Identity();
+  std::vector<std::string> warnings;
+};
+
+/// Reads the hand, relative to the object, in the first frame of a file in which it holds: a clip
+/// (as of 'holdfast grasp'), or parameters of a body (GOAL) or of a hand alone (GrabNet) that
+/// LoadClip reads; `body` is their model. World frames stay as they are. Without an object pose the
+/// hand is in the object's frame, with a warning. `side`: none: as the file says, else right.
+/// Throws Error as LoadClip does, and for a hand alone of the other side.
+GivenGrasp ReadGivenGrasp(const std::string& file, std::shared_ptr<const BodyModel> body,
+                          std::optional<Side> side);
+
 /// Grasp in a clip's first frame.
 struct FirstGrasp {
   bool made = false;         ///< else taken from the clip
@@ -37,6 +56,7 @@ struct FirstGrasp {
   std::string status;        ///< message for the user
   std::optional<Grasp> one;  ///< for one hand
   std::optional<BothHandsGrasp> both;
+  std::optional<ContactMetrics> given;  ///< contact of a given grasp
   double through_body = 0.0;  ///< fraction of the clip's frames in which the object meets the body
   double search_ms = 0.0;
   std::vector<std::string> warnings;
@@ -64,6 +84,11 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
                              const BodySurface& body, int held_frames,
                              const FirstGraspOptions& options, Clip& clip,
                              const GraspProgress& progress = {});
+
+/// Puts a given grasp into the clip's first frame, as GraspInFirstFrame does with its own. It is
+/// not `clean` if no skin is within 5 mm of the object, or if skin is deeper than 10 mm in it.
+FirstGrasp TakeGivenGrasp(const HandModel& hand, const PreparedObject& object,
+                          const GivenGrasp& given, int threads, Clip& clip);
 
 /// The same with the object between both hands: the arms have to move to it (`poses`).
 FirstGrasp HoldInFirstFrame(const HandModel& right, const HandModel& left,

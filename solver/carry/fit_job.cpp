@@ -25,6 +25,12 @@ void AddGraspOptions(FitJob& job, OptionTable& table) {
   table.Flag("regrasp", job.regrasp, "Make a new grasp even if the clip has one of this object");
   table.Flag("keep_grasp", job.keep_grasp,
              "Keep the clip's own grasp and trajectory even if they belong to another object");
+  table.Text("first_grasp", job.first_grasp,
+             "File with a hand at this object, used as the first grasp: a clip ('holdfast grasp'), "
+             "or parameters of a body (GOAL) or of a hand (GrabNet). Without an object pose in it, "
+             "the hand is in the object's frame");
+  table.Text("first_grasp_body", job.first_grasp_body,
+             "Body model of --first-grasp, such as MANO_RIGHT.pkl; default: the clip's");
 }
 
 void AddEnergyOptions(FitOptions& fit, OptionTable& table) {
@@ -72,13 +78,38 @@ void AddHandOverOptions(CarryOptions& carry, OptionTable& table) {
                "Approximate time for which both hands hold around a given switch, s");
 }
 
+// Reads --first-grasp.
+void ReadGiven(const FitJob& job, const ClipBody& body, CarryOptions& options) {
+  const bool both = options.hands == GraspHands::kBoth;
+  if (job.regrasp || job.keep_grasp || options.place || options.drink || both) {
+    throw Error("--first-grasp",
+                fmt::format("excludes {}", job.regrasp      ? "--regrasp"
+                                           : job.keep_grasp ? "--keep-grasp"
+                                           : options.place  ? "--at, --region and --avoid"
+                                           : options.drink  ? "--drink"
+                                                            : "--hand both"),
+                "Give one of them");
+  }
+  std::optional<Side> side = options.handover.first_hand;
+  if (options.hands == GraspHands::kRight) side = Side::kRight;
+  if (options.hands == GraspHands::kLeft) side = Side::kLeft;
+  options.given = ReadGivenGrasp(
+      job.first_grasp,
+      job.first_grasp_body.empty() ? body.model : BodyModel::Load(job.first_grasp_body), side);
+  if (options.hand_over) {
+    options.handover.first_hand = options.given->side;
+  } else {
+    options.hands = options.given->side == Side::kRight ? GraspHands::kRight : GraspHands::kLeft;
+  }
+}
+
 // Selects the source of the grasp. Rejects objects that no hand can hold before any preparation.
 void ChooseGrasp(const FitJob& job, const FitInput& input, CarryOptions& options,
                  std::vector<std::string>& notes) {
   const Clip& clip = input.motion.clip;
   options.grasp = GraspSource::kClipsOrNew;
   if (job.keep_grasp || input.made) options.grasp = GraspSource::kClips;
-  if (job.regrasp || options.place) options.grasp = GraspSource::kNew;
+  if (job.regrasp || options.place || options.given) options.grasp = GraspSource::kNew;
   if (options.grasp == GraspSource::kClipsOrNew) {
     try {
       if (ClipObject own = FindClipObject(input.motion); !own.by_name) {
@@ -198,6 +229,7 @@ FitRun RunFit(const FitJob& job, FitInput input,
     RequireMeters(job.clip, input.motion.clip, *input.motion.body.model);
     CutToRange(job, input.motion.clip);
   }
+  if (!job.first_grasp.empty()) ReadGiven(job, input.motion.body, run.options);
   ChooseGrasp(job, input, run.options, run.notes);
   run.object = input.prepare();
   run.notes.insert(run.notes.end(), run.object->notes.begin(), run.object->notes.end());

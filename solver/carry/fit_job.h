@@ -24,7 +24,9 @@ struct FitJob {
   int object_vertices = 300;
   bool regrasp = false;
   bool keep_grasp = false;
-  CarryOptions carry;  ///< `grasp` is set by RunFit
+  std::string first_grasp;       ///< file with a grasp for the first frame (GivenGrasp)
+  std::string first_grasp_body;  ///< its body model; empty: the clip's
+  CarryOptions carry;            ///< `grasp` is set by RunFit
 };
 
 /// Options of `fit` and `offhand`.

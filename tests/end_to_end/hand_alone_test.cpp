@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: MIT
 // A hand that hangs on no body (MANO) through every command.
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "geometry/body/body_model.h"
+#include "geometry/body/hand_model.h"
 #include "geometry/clip/clip.h"
+#include "geometry/io/container/npz.h"
 #include "geometry/rotation.h"
 #include "tests/support/mano_like.h"
 #include "tests/support/program.h"
@@ -17,6 +21,7 @@ namespace {
 
 using ::testing::HasSubstr;
 using testing::ProgramFolder;
+using testing::ProgramResult;
 
 class HandAloneTest : public ::testing::Test {
  protected:
@@ -47,6 +52,50 @@ TEST_F(HandAloneTest, GraspsAMugWithEitherHand) {
     EXPECT_NEAR(state.joints(2, 0), 1.0, 1e-9);
     EXPECT_GT(state.vertices.row(2).minCoeff(), 0.5);
   }
+}
+
+TEST_F(HandAloneTest, AnEstimatedGraspIsTheFirstGraspOfABody) {
+  const std::string fit = "fit demo_drink mug --end 20 --no-report --first-grasp ";
+  const std::string of_mano = " --first-grasp-body MANO_RIGHT.npz ";
+  folder_.Json("grasp mug --body MANO_RIGHT.npz -o grasp.npz");
+  folder_.Json(fit + "grasp.npz" + of_mano + "-o held");
+  const nlohmann::json metrics = folder_.ReadJson("held/metrics.json");
+  EXPECT_EQ(metrics["grasp"]["status"], "given by grasp.npz");
+  EXPECT_LT(metrics["grasp"]["min_distance_mm"].get<double>(), 1.0);
+
+  // As GrabNet's estimates: parameters of a hand in the object's frame.
+  const Clip clip = ReadClip(folder_ / "grasp.npz");
+  const Eigen::Matrix3d R = ExpSO3(clip.object->orient.col(0));
+  const auto mano = BodyModel::Load(folder_ / "MANO_RIGHT.npz");
+  const Eigen::Vector3d root = mano->RestJoints(mano->ShapedVertices({})).col(0);
+  const Eigen::Vector3d orient =
+      LogSO3(R.transpose() * ExpSO3(Eigen::Vector3d(clip.pose[0].col(0))));
+  const Eigen::Vector3d transl =
+      R.transpose() * (root + clip.trans.col(0) - clip.object->trans.col(0)) - root;
+  const FingerPose fingers = FingersOf(clip.pose[0], Side::kRight);
+  const auto numbers = [](const auto& x) {
+    return std::vector<double>(x.data(), x.data() + x.size());
+  };
+  NpzWriter writer;
+  writer.AddFloat64("global_orient", {1, 3}, numbers(orient));
+  writer.AddFloat64("transl", {1, 3}, numbers(transl));
+  writer.AddFloat64("hand_pose", {1, 45}, numbers(fingers));
+  writer.AddUint8("flat_hand_mean", {1}, {1});
+  writer.Write(folder_ / "grabnet.npz");
+  const ProgramResult again = folder_.Run(fit + "grabnet.npz" + of_mano + "-o again");
+  EXPECT_THAT(again.err, HasSubstr("grabnet.npz has no object pose"));
+  const Clip a = ReadClip(folder_ / "held/clip.npz"), b = ReadClip(folder_ / "again/clip.npz");
+  EXPECT_LT((a.object->trans.col(0) - b.object->trans.col(0)).norm(), 1e-4);
+  EXPECT_LT((a.pose[0] - b.pose[0]).cwiseAbs().maxCoeff(), 1e-3);
+
+  folder_.Fails(fit + "grasp.npz --hand left" + of_mano + "-o no", 1, "of the right hand");
+  folder_.Fails(fit + "grasp.npz --regrasp" + of_mano + "-o no", 2, "--regrasp");
+  folder_.Fails(fit + "none.npz -o no", 1, "none.npz");
+  // Of another object: the hand is far from this one, or in it.
+  const ProgramResult other = folder_.Run(
+      "fit demo_drink pitcher --end 5 --no-report --first-grasp grasp.npz" + of_mano + "-o other",
+      3);
+  EXPECT_THAT(other.err, HasSubstr("the hand of grasp.npz is"));
 }
 
 TEST_F(HandAloneTest, CarriesAMugAsTheBodysHandDoesAndComesThroughEveryCommand) {
