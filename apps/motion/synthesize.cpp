@@ -31,8 +31,9 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
       "synthesize",
       "Generate a person who does something with an object: body and object motion from an intent");
   CLI::Option* sentence =
-      command->add_option("sentence", job.sentence,
-                          "Sentence in place of --action: \"The person drinks from the mug\"");
+      command->add_option("sentence,--text", job.sentence,
+                          "Sentence in place of --action: \"The person drinks from the mug\", "
+                          "\"raise the cup and take a sip\". The nearest known action is used");
   CLI::Option* action =
       command->add_option("--action", job.action, "The action: " + ScriptedActionNames())
           ->excludes(sentence);
@@ -63,9 +64,9 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
                    embedded ? "Networks (.safetensors) in place of the embedded ones"
                             : "Networks (.safetensors); this program was built without networks")
       ->required(!embedded);
-  command->add_option("--action-embeddings", job.action_embeddings,
-                      "Embeddings of the 29 actions by label (.npz, .safetensors), for networks "
-                      "trained with CLIP embeddings");
+  command->add_option("--action-vectors", job.action_vectors,
+                      "Vectors of a text encoder (.npz, .safetensors): of the 29 actions, for "
+                      "networks trained with them, and of the sentence, to find its action");
   command->add_flag_callback(
       "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
   AddOption(*command, "-o,--output", job.output,
@@ -106,23 +107,53 @@ int ObjectClass(const SynthesizeCommand& job) {
   return imos::ObjectId(named, "--class");
 }
 
-imos::Intent IntentOf(SynthesizeCommand& job, const SynthesisNetwork& network) {
-  const std::vector<std::string> names = OfferedActions(network, job.from.empty());
+// Object class by --class or the name of --object, if known; else the sentence tells it.
+std::optional<int> KnownClass(const SynthesizeCommand& job) {
+  if (job.object.empty()) return std::nullopt;
+  if (!job.job.object_class.empty()) return ObjectClass(job);
+  const std::string named = std::filesystem::path(job.object).stem().string();
+  return imos::FindObject(imos::VocabularyName(named));
+}
+
+// Action and object of a sentence. Prints how the action was found if it is not named.
+imos::Intent IntentOfSentence(SynthesizeCommand& job, const std::vector<std::string>& names,
+                              const CommonOptions& common) {
   const std::vector<std::string_view> actions(names.begin(), names.end());
-  imos::Intent intent;
-  if (job.sentence.empty()) {
-    intent = {imos::ActionId(job.action, "--action", actions), ObjectClass(job)};
-  } else {
-    const std::vector<std::string> meshes = EmbeddedNames("objects", "_300.ply");
-    std::vector<std::string_view> objects;
-    for (const std::string& mesh : meshes) objects.push_back(imos::VocabularyName(mesh));
-    intent = imos::ParseSentence(job.sentence, actions, objects);
-    if (job.object.empty()) {
-      job.object = imos::EmbeddedMeshName(imos::Objects()[intent.object]);
+  const std::vector<std::string> meshes = EmbeddedNames("objects", "_300.ply");
+  std::vector<std::string_view> objects;
+  for (const std::string& mesh : meshes) objects.push_back(imos::VocabularyName(mesh));
+  std::optional<imos::NearestAction> nearest;
+  if (!job.action_vectors.empty()) {
+    nearest = imos::FindNearestAction(job.action_vectors, job.sentence, names);
+    if (!nearest) {
+      Note(common, fmt::format("note: {} has no vector of \"{}\": its words tell the action",
+                               job.action_vectors, job.sentence));
     }
   }
-  RequireOffered(intent, names,
-                 job.sentence.empty() ? "--action" : fmt::format("\"{}\"", job.sentence));
+  const imos::ParsedSentence parsed =
+      imos::ParseSentence(job.sentence, actions, objects,
+                          nearest ? std::optional(nearest->action) : std::nullopt, KnownClass(job));
+  const std::string_view label = imos::Actions()[parsed.action].label;
+  if (nearest) {
+    Note(common, fmt::format("note: \"{}\" is taken as '{}', the nearest vector (cosine {:.2f})",
+                             job.sentence, label, nearest->cosine));
+  } else if (!parsed.because.empty()) {
+    Note(common,
+         fmt::format("note: \"{}\" is taken as '{}' ({})", job.sentence, label, parsed.because));
+  }
+  if (job.object.empty()) job.object = imos::EmbeddedMeshName(imos::Objects()[parsed.object]);
+  return parsed;
+}
+
+imos::Intent IntentOf(SynthesizeCommand& job, const SynthesisNetwork& network,
+                      const CommonOptions& common) {
+  const std::vector<std::string> names = OfferedActions(network, job.from.empty());
+  const std::vector<std::string_view> actions(names.begin(), names.end());
+  const bool sentence = !job.sentence.empty();
+  const imos::Intent intent =
+      sentence ? IntentOfSentence(job, names, common)
+               : imos::Intent{imos::ActionId(job.action, "--action", actions), ObjectClass(job)};
+  RequireOffered(intent, names, sentence ? fmt::format("\"{}\"", job.sentence) : "--action");
   return intent;
 }
 
@@ -203,9 +234,9 @@ void WriteSamples(const std::string& output, const HoldingStart& start,
 }  // namespace
 
 Outcome RunSynthesize(SynthesizeCommand command, const CommonOptions& common) {
-  const SynthesisNetwork network = LoadSynthesisNetwork(command.weights, command.action_embeddings);
+  const SynthesisNetwork network = LoadSynthesisNetwork(command.weights, command.action_vectors);
   WarnOfOldPelvis(command.weights, network.weights.notes, common);
-  const imos::Intent intent = IntentOf(command, network);
+  const imos::Intent intent = IntentOf(command, network, common);
   if (const auto note = NoteOnIntent(network, intent)) Note(common, "note: " + *note);
   SynthesisJob& job = command.job;
   job.standing.seed = job.options.seed = common.seed;

@@ -18,7 +18,7 @@ struct SynthesizeCommand {
   std::string from;           ///< CLIP or CLIP:FRAME with the object held; empty: a generated start
   std::string body;           ///< body model file
   std::vector<double> betas;  ///< of a generated start
-  std::string weights, action_embeddings;
+  std::string weights, action_vectors;
   bool all = false;  ///< keeps all samples
   bool write_report = true;
   std::string output = "synthesized";

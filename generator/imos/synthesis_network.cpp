@@ -34,7 +34,7 @@ nlohmann::json JsonNote(const imos::NetworkWeights& weights, const std::string& 
 
 }  // namespace
 
-SynthesisNetwork LoadSynthesisNetwork(const std::string& path, const std::string& embeddings) {
+SynthesisNetwork LoadSynthesisNetwork(const std::string& path, const std::string& vectors) {
   SynthesisNetwork network;
   if (path.empty()) {
     const EmbeddedFile file = FindEmbedded("networks/imos.safetensors");
@@ -46,9 +46,12 @@ SynthesisNetwork LoadSynthesisNetwork(const std::string& path, const std::string
     network.weights = imos::ReadNetwork(std::filesystem::path(path));
     network.checksum = Checksum(ByteSource(std::filesystem::path(path)));
   }
+  // Networks with learned vectors keep them: the file then serves to choose the action.
+  const int size = network.weights.config.action_size;
+  const bool own = vectors.empty() ||
+                   (network.weights.HasActionTable() && imos::ActionVectorSize(vectors) != size);
   network.action_table =
-      embeddings.empty() ? imos::ActionTable(network.weights)
-                         : imos::ReadActionTable(embeddings, network.weights.config.action_size);
+      own ? imos::ActionTable(network.weights) : imos::ReadActionTable(vectors, size);
   const nlohmann::json seconds = JsonNote(network.weights, "seconds_per_key_frame", network.source);
   for (const auto& [action, value] : seconds.items()) {
     if (value.is_number() && value.get<double>() > 0.0) network.seconds[action] = value;

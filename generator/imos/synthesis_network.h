@@ -34,10 +34,11 @@ struct SynthesisNetwork {
   nlohmann::json ToJson() const;
 };
 
-/// Reads the weights in a file, or the embedded ones if `path` is empty. Action embeddings are read
-/// from `embeddings` (imos::ReadActionTable) unless it is empty. Throws Error if there are none.
+/// Reads the weights in a file, or the embedded ones if `path` is empty. Action vectors are read
+/// from `vectors` (imos::ReadActionTable) unless it is empty, or the networks have learned vectors
+/// of another size. Throws Error if there are none.
 SynthesisNetwork LoadSynthesisNetwork(const std::string& path = {},
-                                      const std::string& embeddings = {});
+                                      const std::string& vectors = {});
 
 }  // namespace holdfast
 

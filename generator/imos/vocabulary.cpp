@@ -71,6 +71,106 @@ constexpr std::array kActionAliases{
     Alias{"changehands", "offhand"},
     Alias{"changeshands", "offhand"},
 };
+// Words that say an action without its name, in the form returned by Plain(); up to three in a row.
+// Those of weight 1 are a part of many actions.
+struct ActionWord {
+  std::string_view words, label;
+  int weight = 2;
+};
+constexpr std::array kActionWords{ActionWord{"sip", "drink"},
+                                  ActionWord{"gulp", "drink"},
+                                  ActionWord{"swallow", "drink"},
+                                  ActionWord{"thirsty", "drink"},
+                                  ActionWord{"bite", "eat"},
+                                  ActionWord{"chew", "eat"},
+                                  ActionWord{"taste", "eat"},
+                                  ActionWord{"nibble", "eat"},
+                                  ActionWord{"hungry", "eat"},
+                                  ActionWord{"tooth", "brush"},
+                                  ActionWord{"teeth", "brush"},
+                                  ActionWord{"fill", "pour"},
+                                  ActionWord{"empty", "pour"},
+                                  ActionWord{"spill", "pour"},
+                                  ActionWord{"ring", "call"},
+                                  ActionWord{"dial", "call"},
+                                  ActionWord{"talk", "call"},
+                                  ActionWord{"answer", "call"},
+                                  ActionWord{"photo", "takepicture"},
+                                  ActionWord{"picture", "takepicture"},
+                                  ActionWord{"snapshot", "takepicture"},
+                                  ActionWord{"film", "takepicture"},
+                                  ActionWord{"lookthrough", "see"},
+                                  ActionWord{"watch", "see"},
+                                  ActionWord{"peer", "see"},
+                                  ActionWord{"puton", "wear"},
+                                  ActionWord{"dress", "wear"},
+                                  ActionWord{"music", "play"},
+                                  ActionWord{"game", "play"},
+                                  ActionWord{"wipe", "clean"},
+                                  ActionWord{"wash", "clean"},
+                                  ActionWord{"dust", "clean"},
+                                  ActionWord{"polish", "clean"},
+                                  ActionWord{"scroll", "browse"},
+                                  ActionWord{"swipe", "browse"},
+                                  ActionWord{"surf", "browse"},
+                                  ActionWord{"examine", "inspect"},
+                                  ActionWord{"study", "inspect"},
+                                  ActionWord{"check", "inspect"},
+                                  ActionWord{"lookat", "inspect"},
+                                  ActionWord{"hit", "use"},
+                                  ActionWord{"pound", "use"},
+                                  ActionWord{"nail", "use"},
+                                  ActionWord{"light", "switchON"},
+                                  ActionWord{"activate", "switchON"},
+                                  ActionWord{"fry", "cook"},
+                                  ActionWord{"boil", "cook"},
+                                  ActionWord{"stir", "cook"},
+                                  ActionWord{"cheers", "toast"},
+                                  ActionWord{"clink", "toast"},
+                                  ActionWord{"celebrate", "toast"},
+                                  ActionWord{"squash", "squeeze"},
+                                  ActionWord{"press", "squeeze"},
+                                  ActionWord{"wind", "set"},
+                                  ActionWord{"uncap", "open"},
+                                  ActionWord{"unscrew", "open"},
+                                  ActionWord{"unlock", "open"},
+                                  ActionWord{"cut", "chop"},
+                                  ActionWord{"slice", "chop"},
+                                  ActionWord{"dice", "chop"},
+                                  ActionWord{"twist", "screw"},
+                                  ActionWord{"rattle", "shake"},
+                                  ActionWord{"swing", "shake"},
+                                  ActionWord{"soar", "fly"},
+                                  ActionWord{"seal", "stamp"},
+                                  ActionWord{"give", "pass"},
+                                  ActionWord{"offer", "pass"},
+                                  ActionWord{"deliver", "pass"},
+                                  ActionWord{"otherhand", "offhand"},
+                                  ActionWord{"switchhands", "offhand"},
+                                  ActionWord{"raise", "lift", 1},
+                                  ActionWord{"pickup", "lift", 1},
+                                  ActionWord{"holdup", "lift", 1},
+                                  ActionWord{"take", "lift", 1},
+                                  ActionWord{"grab", "lift", 1},
+                                  ActionWord{"look", "inspect", 1}};
+
+// Named in sentences about other actions: "inspect the cup and take a sip".
+constexpr std::array<std::string_view, 4> kPartsOfOthers{"lift", "use", "inspect", "pass"};
+
+// Actions whose motion is most alike, best first.
+struct Similar {
+  std::string_view label, first, second;
+};
+constexpr std::array kSimilar{
+    Similar{"peel", "eat", "inspect"},     Similar{"see", "takepicture", "drink"},
+    Similar{"wear", "call", "drink"},      Similar{"play", "call", "inspect"},
+    Similar{"clean", "inspect", "brush"},  Similar{"browse", "inspect", "call"},
+    Similar{"staple", "use", "chop"},      Similar{"squeeze", "pour", "inspect"},
+    Similar{"set", "switchON", "inspect"}, Similar{"open", "inspect", "pour"},
+    Similar{"screw", "switchON", "use"},   Similar{"fly", "shake", "lift"},
+    Similar{"stamp", "use", "chop"},       Similar{"toast", "drink", "lift"},
+    Similar{"lift", "inspect", "pass"},    Similar{"offhand", "pass", "inspect"}};
+
 constexpr std::array kObjectAliases{
     Alias{"bottle", "waterbottle"},       Alias{"cube", "cubemedium"},
     Alias{"cylinder", "cylindermedium"},  Alias{"sphere", "spheremedium"},
@@ -212,6 +312,46 @@ std::optional<Phrase> FindPhrase(const std::vector<std::string>& words, bool las
   return std::nullopt;
 }
 
+// "sipping" or "sips" of "sip".
+bool IsFormOf(std::string_view word, std::string_view known) {
+  if (word == known || IsIngForm(word, known)) return true;
+  if (!word.starts_with(known.substr(0, known.size() - 1))) return false;
+  for (const std::string_view end : {"s", "es", "ed", "d"}) {
+    if (word == std::string(known) + std::string(end)) return true;
+  }
+  return known.ends_with('y') && word == fmt::format("{}ies", known.substr(0, known.size() - 1));
+}
+
+struct WordsOfAction {
+  int action = 0, weight = 0;
+  std::string words;
+};
+
+// The offered action (all if there are none) with the largest sum of weights; of equals, the first
+// in the sentence.
+std::optional<WordsOfAction> FindByWords(const std::vector<std::string>& words,
+                                         std::span<const std::string_view> offered) {
+  std::vector<WordsOfAction> found;
+  for (std::size_t begin = 0; begin < words.size(); ++begin) {
+    std::string joined;
+    for (std::size_t i = begin; i < std::min(words.size(), begin + 2); ++i) {
+      joined += words[i];
+      for (const ActionWord& known : kActionWords) {
+        if (!IsFormOf(joined, known.words)) continue;
+        if (!offered.empty() && std::ranges::find(offered, known.label) == offered.end()) continue;
+        const int id = IdOfLabel(known.label);
+        auto entry = std::ranges::find(found, id, &WordsOfAction::action);
+        if (entry == found.end()) entry = found.insert(found.end(), {id, 0, {}});
+        entry->weight += known.weight;
+        entry->words += (entry->words.empty() ? "" : ", ") + words[begin] +
+                        (i > begin ? " " + words[i] : std::string());
+      }
+    }
+  }
+  const auto best = std::ranges::max_element(found, {}, &WordsOfAction::weight);
+  return best == found.end() ? std::nullopt : std::optional(*best);
+}
+
 }  // namespace
 
 std::span<const Action, kNumActions> Actions() { return kActions; }
@@ -251,26 +391,56 @@ std::string SentenceOf(const Intent& intent) {
                      kObjects.at(static_cast<std::size_t>(intent.object)));
 }
 
-Intent ParseSentence(std::string_view sentence, std::span<const std::string_view> offered_actions,
-                     std::span<const std::string_view> offered_objects) {
+ParsedSentence ParseSentence(std::string_view sentence,
+                             std::span<const std::string_view> offered_actions,
+                             std::span<const std::string_view> offered_objects,
+                             std::optional<int> known_action, std::optional<int> known_object) {
   const std::vector<std::string> words = WordsOf(sentence);
   const std::string where = fmt::format("\"{}\"", sentence);
   if (words.empty()) {
     throw Error(where, "it has no words", "Write, for example, \"drinks from the mug\"");
   }
-  std::optional<Phrase> action = FindPhrase(words, false, std::nullopt, MatchAction);
-  if (!action) {
-    ThrowUnknown(where, "actions", words, ActionLabels(offered_actions),
-                 "none of its words is a known action");
+  ParsedSentence parsed;
+  const std::optional<Phrase> action = FindPhrase(words, false, std::nullopt, MatchAction);
+  const bool part = action && std::ranges::count(kPartsOfOthers, kActions[action->id].label) > 0;
+  if (known_action) {
+    parsed.action = *known_action;
+  } else if (action && !part) {
+    parsed.action = action->id;
+  } else {
+    const std::optional<WordsOfAction> by_words = FindByWords(words, offered_actions);
+    if (by_words && (!action || by_words->weight > 1)) {
+      parsed.action = by_words->action;
+      parsed.because = by_words->words;
+    } else if (action) {
+      parsed.action = action->id;
+    } else {
+      ThrowUnknown(where, "actions", words, ActionLabels(offered_actions),
+                   "none of its words is a known action");
+    }
   }
-  std::optional<Phrase> object = FindPhrase(words, true, action, MatchObject);
+  if (known_object) {
+    parsed.object = *known_object;
+    return parsed;
+  }
+  const std::optional<Phrase> object = FindPhrase(words, true, action, MatchObject);
   if (!object) {
     ThrowUnknown(
         where, "objects", words,
         offered_objects.empty() ? std::span<const std::string_view>(kObjects) : offered_objects,
         "none of its words is a known object");
   }
-  return {action->id, object->id};
+  parsed.object = object->id;
+  return parsed;
+}
+
+std::optional<int> SimilarAction(int action, std::span<const std::string> offered) {
+  const auto similar = std::ranges::find(kSimilar, Actions()[action].label, &Similar::label);
+  if (similar == kSimilar.end()) return std::nullopt;
+  for (const std::string_view label : {similar->first, similar->second}) {
+    if (std::ranges::find(offered, label) != offered.end()) return IdOfLabel(label);
+  }
+  return std::nullopt;
 }
 
 }  // namespace holdfast::imos

@@ -46,13 +46,24 @@ struct Intent {
 /// "The person drinks from the mug."
 std::string SentenceOf(const Intent& intent);
 
+struct ParsedSentence : Intent {
+  std::string because;  ///< the words that gave the action, if its name is not in the sentence
+};
+
 /// Finds the action and the object in a sentence: "The person drinks from the mug", "he is pouring
 /// out of a small sphere", "drink mug". Verbs may end in -s or -ing. Of several matches the longest
-/// counts, then the first for the action and the last for the object. Throws Error if either is
-/// missing, with the known name nearest to any of the words, and lists the `offered` actions and
-/// objects (all if empty).
-Intent ParseSentence(std::string_view sentence,
-                     std::span<const std::string_view> offered_actions = {},
-                     std::span<const std::string_view> offered_objects = {});
+/// counts, then the first for the action and the last for the object. Other words count where no
+/// action is named, or only one that is a part of others (lift, use, inspect, pass): "raise the cup
+/// and take a sip" is drink. `known` replaces what the sentence says, if set. Throws Error if
+/// either is missing, with the known name nearest to any of the words, and lists the `offered`
+/// actions and objects (all if empty).
+ParsedSentence ParseSentence(std::string_view sentence,
+                             std::span<const std::string_view> offered_actions = {},
+                             std::span<const std::string_view> offered_objects = {},
+                             std::optional<int> known_action = {},
+                             std::optional<int> known_object = {});
+
+/// Returns the `offered` action that looks most like another one; nothing if none does.
+std::optional<int> SimilarAction(int action, std::span<const std::string> offered);
 
 }  // namespace holdfast::imos

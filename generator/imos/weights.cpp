@@ -211,6 +211,42 @@ Eigen::MatrixXf ReadActionTable(const std::filesystem::path& path, int action_si
   return table;
 }
 
+int ActionVectorSize(const std::filesystem::path& path) {
+  const DataFile file(path);
+  for (const char* const name : {"embeddings", kTableName}) {
+    const std::optional<DataValue> all = file.Find(name);
+    if (!all) continue;
+    const std::vector<std::size_t> shape = all->Array().array.shape;
+    return shape.size() == 2 ? static_cast<int>(shape[1]) : 0;
+  }
+  const std::optional<DataValue> first = file.Find(Actions()[0].label);
+  return first ? static_cast<int>(first->Array().AsFloats().size()) : 0;
+}
+
+std::optional<NearestAction> FindNearestAction(const std::filesystem::path& path,
+                                               const std::string& sentence,
+                                               std::span<const std::string> offered) {
+  const DataFile file(path);
+  const std::optional<DataValue> value = file.Find(sentence);
+  if (!value) return std::nullopt;
+  const std::vector<float> numbers = value->Array().AsFloats();
+  const auto size = static_cast<int>(numbers.size());
+  const Eigen::MatrixXf table = ReadActionTable(path, size);
+  const Eigen::RowVectorXf vector = Eigen::Map<const Eigen::RowVectorXf>(numbers.data(), size);
+  NearestAction nearest{-1, -2.0};
+  for (const std::string& label : offered) {
+    const int action = ActionId(label);
+    const Eigen::RowVectorXf row = table.row(action);
+    const double cosine = row.dot(vector) / std::max(row.norm() * vector.norm(), 1e-12f);
+    if (cosine > nearest.cosine) nearest = {action, cosine};
+  }
+  if (nearest.action < 0) {
+    throw Error(path.string(), fmt::format("the vector of \"{}\" is not finite", sentence),
+                "Compute it again");
+  }
+  return nearest;
+}
+
 namespace {
 
 constexpr const char* kCheckpointRemedy =

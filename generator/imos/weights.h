@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -58,6 +60,21 @@ Eigen::MatrixXf ActionTable(const NetworkWeights& weights);
 /// each of the 29 labels, or one array `embeddings` (29 x E) in their order, or other networks'
 /// weights with such a table. Returns (29 x E). Throws Error for missing labels and other sizes.
 Eigen::MatrixXf ReadActionTable(const std::filesystem::path& path, int action_size);
+
+/// Returns E of such a file.
+int ActionVectorSize(const std::filesystem::path& path);
+
+/// The action whose vector is nearest to that of a sentence.
+struct NearestAction {
+  int action = 0;
+  double cosine = 0.0;  ///< of the angle between the vectors
+};
+
+/// Compares the vector of `sentence`, an array of that name in such a file, with those of the
+/// `offered` actions. Returns nothing if the file has no such array.
+std::optional<NearestAction> FindNearestAction(const std::filesystem::path& path,
+                                               const std::string& sentence,
+                                               std::span<const std::string> offered);
 
 /// Options that do not follow from the tensors of a checkpoint.
 struct ImportWeightsOptions {

@@ -672,7 +672,7 @@ def synthesize(
     and_back: bool = False,
     object_scale: float = 1.0,
     weights: str = "",
-    action_embeddings: str = "",
+    action_vectors: str = "",
     body: Optional[BodyModel] = None,
     seed: int = 1,
     threads: int = 0,

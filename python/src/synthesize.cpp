@@ -34,7 +34,7 @@ using SynthesisPtr = std::shared_ptr<SynthesisAnswer>;
 // Checked arguments of one call.
 struct SynthesisCall {
   SynthesisJob job;
-  std::string action, weights, action_embeddings;
+  std::string action, weights, action_vectors;
   std::optional<ClipArgument> from;
   std::optional<int> frame;
   ModelPtr model;
@@ -80,7 +80,7 @@ SynthesisPtr Run(SynthesisCall& call, const py::object& progress) {
   auto answer = std::make_shared<SynthesisAnswer>();
   std::vector<std::string> notes;
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
-    const SynthesisNetwork network = LoadSynthesisNetwork(call.weights, call.action_embeddings);
+    const SynthesisNetwork network = LoadSynthesisNetwork(call.weights, call.action_vectors);
     if (const auto old = OldPelvisWarning(call.weights, network.weights.notes)) {
       notes.push_back("warning: " + *old);
     }
@@ -108,13 +108,13 @@ SynthesisPtr Run(SynthesisCall& call, const py::object& progress) {
 SynthesisPtr SynthesizeFor(const std::string& action, const py::object& object,
                            const py::object& clip, const std::optional<int>& frame,
                            const py::object& betas, const std::string& weights,
-                           const std::string& action_embeddings, const py::object& body,
+                           const std::string& action_vectors, const py::object& body,
                            std::uint64_t seed, int threads, const py::object& progress,
                            const py::kwargs& given) {
   SynthesisCall call;
   call.action = action;
   call.weights = weights;
-  call.action_embeddings = action_embeddings;
+  call.action_vectors = action_vectors;
   call.frame = frame;
   SynthesisJob& job = call.job;
   SetOptions(given, OptionsOf(job));
@@ -151,7 +151,7 @@ action: 'drink', 'pour', 'offhand', ...; Error lists all. object as for fit().
 
 clip: continues from this Clip, path or embedded clip, which shows the object in a hand at `frame`
 (from 0; None: the last). None: a person who stands at the origin, facing -y, with `betas` (B,).
-weights, action_embeddings: files of other networks.
+weights, action_vectors: files of other networks.
 
 Returns SynthesisResult. Raises FitFailure if the object cannot be held for the action, Stopped, and
 Error.
@@ -206,7 +206,7 @@ void BindSynthesize(py::module_& module) {
   static const std::string doc = kSynthesizeDoc + OptionsText(OptionsOf(job));
   module.def("synthesize", &SynthesizeFor, "action"_a, "object"_a, py::kw_only(),
              "clip"_a = py::none(), "frame"_a = py::none(), "betas"_a = py::none(),
-             "weights"_a = "", "action_embeddings"_a = "", "body"_a = py::none(), "seed"_a = 1,
+             "weights"_a = "", "action_vectors"_a = "", "body"_a = py::none(), "seed"_a = 1,
              "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
 }
 

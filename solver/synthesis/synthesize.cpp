@@ -214,8 +214,16 @@ void RequireOffered(const imos::Intent& intent, const std::vector<std::string>& 
                     const std::string& where) {
   const std::string_view label = imos::Actions()[intent.action].label;
   if (std::ranges::find(offered, label) != offered.end()) return;
-  throw Error(where, fmt::format("no motion can be generated for '{}'", label),
-              fmt::format("Choose one of: {}", fmt::join(offered, ", ")));
+  const std::optional<int> similar = imos::SimilarAction(intent.action, offered);
+  throw Error(
+      where,
+      fmt::format("no motion can be generated for '{}': the networks' training data have none",
+                  label),
+      fmt::format("{}Choose one of: {}",
+                  similar
+                      ? fmt::format("The nearest action is '{}'. ", imos::Actions()[*similar].label)
+                      : std::string(),
+                  fmt::join(offered, ", ")));
 }
 
 std::optional<std::string> NoteOnIntent(const SynthesisNetwork& network,

@@ -94,6 +94,7 @@ TEST(Synthesize, SaysWhatIsWrong) {
   fails("--action drnk --object mug", 1, "Did you mean 'drink'?");
   fails("--action fly --object mug", 1, "--action: no motion can be generated for 'fly'");
   fails("'The person flies the mug'", 1, "no motion can be generated for 'fly'");
+  fails("--action fly --object mug", 1, "The nearest action is 'shake'");
   for (const char* wrong : {"--action drnk --object mug", "--action fly --object mug",
                             "'The person swims with the mug'"}) {
     const std::string said = RunHoldfast(folder.Path(), std::string("synthesize ") + wrong).err;

@@ -617,5 +617,5 @@ def test_bad_input_is_named(corpus_folder, action_folder, tmp_path, capsys):
     fails(1, "held out or for validation", "imos", action_folder, "--held-out", "s1,s2,s3,s10")
     fails(2, "--batch", "imos", action_folder, "--batch", 1)
     fails(2, "--paper excludes --critic", "imos", action_folder, "--paper", "--critic", 0.1)
-    fails(1, "words.npz", "imos", action_folder, "--action-embeddings", tmp_path / "words.npz")
+    fails(1, "words.npz", "imos", action_folder, "--action-vectors", tmp_path / "words.npz")
     fails(2, "no network 'dance'", "dance", corpus_folder)

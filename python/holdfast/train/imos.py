@@ -684,7 +684,7 @@ def read_sets(options, body, mirror):
 def parse(arguments):
     made = run.parser("imos", "Trains IMoS's networks: actions with objects, from an intent.", [
         "imos actions -o out/imos --held-out s9,s10",
-        "imos grab_clips -o out/paper --paper --iterations 20000 --action-embeddings clip_embeddings.npz"],
+        "imos grab_clips -o out/paper --paper --iterations 20000 --action-vectors clip_embeddings.npz"],
         "folder for best.safetensors, checkpoint, log and curves; an interrupted training resumes there")
     number = run.number
     add_clips(made, "--drop")
@@ -695,7 +695,7 @@ def parse(arguments):
     made.add_argument("--one-module", action="store_true", help="one network for arms and body (the third ablation)")
     table = made.add_mutually_exclusive_group()
     table.add_argument("--random-embeddings", action="store_true", help="fixed random vectors for actions (the first ablation)")
-    table.add_argument("--action-embeddings", help="512 numbers for each of the 29 labels (.npz, .safetensors) (default: learned)")
+    table.add_argument("--action-vectors", help="512 numbers for each of the 29 labels (.npz, .safetensors) (default: learned)")
     made.add_argument("--from", dest="start", help="best.safetensors of an earlier training to start from")
     made.add_argument("--iterations", type=number(int, 1, 100_000_000), help="number of batches (default 4000)")
     made.add_argument("--batch", type=number(int, 2, 65536), help="batch size (default 64)")
@@ -724,9 +724,9 @@ def configuration(options):
     """Texts of a weights file, and the initial embeddings (or None)."""
     config = holdfast._core._imos_config(options.paper)
     embeddings = None
-    if options.action_embeddings:
+    if options.action_vectors:
         config.update(action_embedding="given", action_size="512")
-        embeddings = holdfast._core._read_action_table(options.action_embeddings, 512)
+        embeddings = holdfast._core._read_action_table(options.action_vectors, 512)
     elif options.paper:
         config["action_embedding"] = "learned"
     if options.random_embeddings:

@@ -430,6 +430,18 @@ TEST(ActionTables, AreReadByLabelAndInOnePiece) {
   EXPECT_EQ(ReadActionTable(folder.Path() / "others.safetensors", 7), ActionTable(others));
   EXPECT_THROW(ReadActionTable(labels, 512), Error);
   EXPECT_THROW(ReadActionTable(one, 512), Error);
+  EXPECT_EQ(ActionVectorSize(labels), 4);
+  EXPECT_EQ(ActionVectorSize(one), 4);
+  // A sentence beside the actions.
+  const Eigen::Vector4f near = table.row(5).transpose() * 2.0f + Eigen::Vector4f::Constant(0.01f);
+  by_label.AddFloat32("bite it", {4}, {near.begin(), near.end()});
+  by_label.Write(folder.Path() / "sentence.npz");
+  const std::vector<std::string> offered{"drink", std::string(Actions()[5].label)};
+  const auto nearest = FindNearestAction(folder.Path() / "sentence.npz", "bite it", offered);
+  ASSERT_TRUE(nearest);
+  EXPECT_EQ(nearest->action, 5);
+  EXPECT_GT(nearest->cosine, 0.99);
+  EXPECT_FALSE(FindNearestAction(labels, "bite it", offered));
   NpzWriter few;
   few.AddFloat32("drink", {4}, {1, 2, 3, 4});
   few.Write(folder.Path() / "few.npz");

@@ -68,6 +68,30 @@ TEST(Vocabulary, SentencesAsPeopleSayThem) {
   expect("switches on the flashlight", "switchON", "flashlight");
 }
 
+TEST(Vocabulary, FreeSentencesMeanTheNearestAction) {
+  const auto expect = [](const char* sentence, const char* action, const char* words) {
+    const ParsedSentence parsed = ParseSentence(sentence);
+    EXPECT_EQ(Label(parsed), action) << sentence;
+    EXPECT_EQ(parsed.because, words) << sentence;
+  };
+  expect("raise the cup and take a sip", "drink", "sip");
+  expect("lift the cup and take a sip", "drink", "sip");
+  expect("inspect the apple, then bite and chew it", "eat", "bite, chew");
+  expect("somebody picks up the mug", "lift", "picks up");
+  expect("he is slicing a banana with the knife", "chop", "slicing");
+  expect("give the camera to a friend", "pass", "give");
+  expect("dials with the phone", "call", "dials");
+  expect("inspects the camera", "inspect", "");
+  const std::array<std::string_view, 2> offered{"lift", "pour"};
+  EXPECT_EQ(Label(ParseSentence("raise the cup and take a sip", offered)), "lift");
+  EXPECT_EQ(ParseSentence("raise it and take a sip", {}, {}, std::nullopt, 7).object, 7);
+  EXPECT_EQ(ParseSentence("do as usual with the mug", {}, {}, 3).action, 3);
+  const std::vector<std::string> all{"use", "drink"};
+  EXPECT_EQ(SimilarAction(*FindAction("staple"), all), FindAction("use"));
+  EXPECT_EQ(SimilarAction(*FindAction("see"), all), FindAction("drink"));
+  EXPECT_EQ(SimilarAction(*FindAction("peel"), all), std::nullopt);
+}
+
 TEST(Vocabulary, UnknownNamesSuggestTheNearest) {
   EXPECT_THAT(ErrorText([] { ActionId("drnik", "--action"); }),
               HasSubstr("--action: there is no action 'drnik'. Did you mean 'drink'?"));
