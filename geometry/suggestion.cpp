@@ -30,7 +30,10 @@ int EditDistance(std::string_view a, std::string_view b) {
 }
 
 std::string Suggestion(const std::string& given, const std::vector<std::string>& known) {
-  const auto distance = [&](const std::string& name) { return EditDistance(given, name); };
+  // A name without its unit is close, however short it is.
+  const auto distance = [&](const std::string& name) {
+    return name.starts_with(given + "_") ? 1 : EditDistance(given, name);
+  };
   const auto nearest = std::ranges::min_element(known, {}, distance);
   if (nearest == known.end()) return "";
   const auto length = static_cast<int>(std::max(given.size(), nearest->size()));

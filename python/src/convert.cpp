@@ -31,10 +31,11 @@ ConvertedPtr Convert(const py::object& clip, const py::object& to_body, const py
   SetOptions(given, OptionsOf(options));
   auto converted = std::make_shared<ConvertedMotion>();
   converted->body = ModelOf(to_body, "to_body");
+  const ModelPtr from = ModelOf(from_body, "from_body");
   ClipArgument source = ClipOf(clip, from_body, "clip", ImportToConvert(options));
   if (!source.imported) {
     source.clip = std::make_shared<Clip>(*source.clip);
-    CompleteHands(options, *ModelOf(from_body, "from_body"), *source.clip);
+    CompleteHands(options, *from, *source.clip);
   }
   if (onto.is_none()) {
     converted->conversion = RunAside([source, to = converted->body, betas = options.betas] {

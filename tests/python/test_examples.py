@@ -41,8 +41,9 @@ def blocks_of(page):
 
 
 def missing_modules(source):
-    imports = [node for node in ast.walk(ast.parse(source)) if isinstance(node, ast.Import)]
-    names = {alias.name.split(".")[0] for node in imports for alias in node.names}
+    nodes = list(ast.walk(ast.parse(source)))
+    names = {alias.name.split(".")[0] for node in nodes if isinstance(node, ast.Import) for alias in node.names}
+    names |= {node.module.split(".")[0] for node in nodes if isinstance(node, ast.ImportFrom)}
     return {name for name in names if importlib.util.find_spec(name) is None}
 
 
@@ -52,7 +53,7 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 @pytest.mark.parametrize("page", filter(blocks_of, PAGES), ids=lambda page: str(page.relative_to(ROOT)))
 def test_blocks_of(page, has_player, tmp_path):
     blocks = blocks_of(page)
-    missing = missing_modules("\n".join(blocks))  # torch; OpenAI's clip
+    missing = missing_modules("\n".join(blocks))  # torch, transformers
     blocks = [block for block in blocks if not missing & set(re.findall(r"\w+", block))]
     if not has_player:
         blocks = [block for block in blocks if "holdfast.report(" not in block]

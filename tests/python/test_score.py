@@ -91,7 +91,7 @@ def test_render(demo, tmp_path):
     refused(ValueError, "size", holdfast.render, demo, tmp_path / "x.png", size=(0, 10))
     refused(TypeError, "size: expected two whole numbers", holdfast.render, demo, tmp_path / "x.png", size="8x8")
     refused(ValueError, "azimuth_deg", holdfast.render, demo, tmp_path / "x.png", azimuth_deg=float("nan"))
-    refused(TypeError, "did you mean 'azimuth_deg'", holdfast.render, demo, tmp_path / "x.png", azimuth=10.0)
+    refused(TypeError, "Did you mean 'azimuth_deg'", holdfast.render, demo, tmp_path / "x.png", azimuth=10.0)
     with pytest.raises(holdfast.Stopped):
         holdfast.render(demo, tmp_path / "x.png", size=(8, 8), progress=lambda *args: False)
     assert not (tmp_path / "x.png").exists()
