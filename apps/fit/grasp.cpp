@@ -256,7 +256,7 @@ int Run(GraspCommand options) {
 
 // Returns the one-frame start clip for both hands; `person` becomes its body.
 Clip StartForBoth(const GraspCommand& options, ClipBody& person) {
-  if (options.clip.empty()) return StandWithForearmsForward(person.model);
+  if (options.clip.empty()) return StandWithForearmsForward(person);
   LoadedClip loaded = LoadClip(options.clip, std::move(person.model), options.common);
   const Clip clip = std::move(loaded.clip);
   person = std::move(loaded.body);

@@ -191,8 +191,11 @@ SynthesisStart Made(const SynthesizeCommand& command, const LoadedObject& object
   Eigen::VectorXd betas = Eigen::VectorXd::Zero(body->NumShape());
   std::ranges::copy(command.betas, betas.begin());
   const StandingHoldOptions& standing = command.job.standing;
+  SynthesisJob job = command.job;
   return {MakeStart({body, betas}, object, command.object, action, standing),
-          {{"made", true}, {"hand", standing.left ? "left" : "right"}, {"betas", command.betas}}};
+          {{"made", true},
+           {"hand", OptionsJson(OptionsOf(job).Only({"hand"}))["hand"]},
+           {"betas", command.betas}}};
 }
 
 nlohmann::json SynthesisJson(const SynthesisJob& job, const imos::Intent& intent,

@@ -96,7 +96,7 @@ HeldPtr CloseOn(const py::object& object, const py::object& at, const py::object
     ClipBody person{model, {}};
     Clip start;
     if (clip.is_none()) {
-      start = StandWithForearmsForward(model);
+      start = StandWithForearmsForward({model, {}});
     } else {
       const ClipArgument motion = ClipOf(clip, body);
       start = Slice(*motion.clip, 0, 1);

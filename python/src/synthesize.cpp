@@ -125,7 +125,7 @@ SynthesisPtr SynthesizeFor(const std::string& action, const py::object& object,
     if (frame) throw py::value_error("frame: needs clip");
   } else {
     if (frame && *frame < 0) throw py::value_error("frame: expected 0 or more");
-    if (job.standing.in_hand || job.standing.left || !betas.is_none()) {
+    if (job.standing.in_hand || job.standing.hands != GraspHands::kRight || !betas.is_none()) {
       throw py::value_error("start, hand and betas are given by the clip: leave them out");
     }
     call.from = ClipOf(clip, body);

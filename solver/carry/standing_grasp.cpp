@@ -176,8 +176,9 @@ Clip HeldBy(const std::shared_ptr<const BodyModel>& body, const HandModel& hand,
 
 }  // namespace
 
-Clip StandWithForearmsForward(const std::shared_ptr<const BodyModel>& body) {
-  Clip clip = ClipOf(*body);
+Clip StandWithForearmsForward(const ClipBody& person) {
+  Clip clip = ClipOf(*person.model);
+  if (person.betas.size() > 0) clip.betas = person.betas;
   JointPose pose = StandingPose(Side::kRight, 0.0, 0.0);
   const JointPose left = StandingPose(Side::kLeft, 0.0, 0.0);
   for (const char* joint : {"left_shoulder", "left_elbow", "left_wrist"}) {
@@ -185,7 +186,7 @@ Clip StandWithForearmsForward(const std::shared_ptr<const BodyModel>& body) {
   }
   clip.pose = {pose};
   BodyState state;
-  clip.trans = FeetOnGround(BodySurface(body), pose, state);
+  clip.trans = FeetOnGround(BodySurface(person.model, person.betas), pose, state);
   return clip;
 }
 

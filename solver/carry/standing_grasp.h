@@ -48,9 +48,9 @@ StandingGraspSet GraspsStanding(const std::shared_ptr<const BodyModel>& body, Si
                                 const LoadedObject& object, const GraspSetOptions& options,
                                 const GraspProgress& progress = {});
 
-/// One frame of a standing person of the mean shape with both forearms forward, feet at z = 0: a
-/// start for HoldInBothHands.
-Clip StandWithForearmsForward(const std::shared_ptr<const BodyModel>& body);
+/// One frame of a standing person with both forearms forward, feet at z = 0: a start for
+/// HoldInBothHands.
+Clip StandWithForearmsForward(const ClipBody& person);
 
 /// A grasp as requested by the command line or Python.
 struct GraspJob {

@@ -20,6 +20,7 @@
 #include "geometry/seed.h"
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_motion.h"
+#include "solver/carry/standing_grasp.h"
 #include "solver/synthesis/synthesis.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/change_spline.h"
@@ -84,9 +85,18 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   }
   StandingHold hold;
   HoldingStart& start = hold.start;
-  start.mirrored = options.left;
+  start.mirrored = options.hands == GraspHands::kLeft;
   start.actor = std::make_unique<const ActionActor>(body.model, body.betas);
-  start.prop = PropOf(object, options.left, options.threads);
+  start.prop = PropOf(object, start.mirrored, options.threads);
+  if (options.hands == GraspHands::kBoth) {
+    start.clip = StandWithForearmsForward(body);
+    BothHandsOptions search;
+    search.seed = options.seed;
+    search.threads = options.threads;
+    HoldStanding(body, object, std::nullopt, search, start.clip);
+    hold.graspable = true;
+    return hold;
+  }
   const ActionProp& prop = *start.prop;
   const HandModel &right = start.actor->Hand(Side::kRight), &left = start.actor->Hand(Side::kLeft);
   std::vector<Grasp> grasps =

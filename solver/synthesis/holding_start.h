@@ -13,6 +13,7 @@
 #include "geometry/clip/clip_body.h"
 #include "geometry/io/mesh/load_object.h"
 #include "solver/actions/action_studio.h"
+#include "solver/carry/first_grasp.h"
 #include "solver/grasp/grasp.h"
 
 namespace holdfast {
@@ -24,6 +25,9 @@ struct HoldingStart {
   std::unique_ptr<const ActionActor> actor;
   std::unique_ptr<const ActionProp> prop;  ///< mirrored as the clip is
   bool mirrored = false;
+
+  /// Both hands hold: the right hand is generated, the left follows (FollowWithLeftHand).
+  bool Both() const { return clip.holding_hand.back() == (kHoldsRight | kHoldsLeft); }
 };
 
 /// Creates a start from a frame of a clip in which a hand holds the object; default: the last
@@ -34,8 +38,8 @@ HoldingStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObj
                          const std::string& source = "the clip");
 
 struct StandingHoldOptions {
-  bool left = false;            ///< in the left hand
-  std::optional<bool> in_hand;  ///< not on a table; default: random
+  GraspHands hands = GraspHands::kRight;  ///< kRight, kLeft or kBoth
+  std::optional<bool> in_hand;            ///< not on a table; default: random
   std::uint64_t seed = 1;
   int threads = 1;
 };
@@ -48,7 +52,9 @@ struct StandingHold {
 };
 
 /// Creates a standing person of this body with the object in the hand, on a table or in front of
-/// the waist, such that the action (its label) can be performed. Throws Error for a hand alone.
+/// the waist, such that the action (its label) can be performed; with both hands, the object is
+/// between them (HoldStanding). Throws Error for a hand alone, and FitFailure if two hands cannot
+/// hold the object.
 StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
                               std::string_view action, const StandingHoldOptions& options = {});
 

@@ -7,12 +7,14 @@
 #include <vector>
 
 #include "generator/body/limb_ik.h"
+#include "generator/body/pose_builder.h"
 #include "generator/matching/body_frame.h"
 #include "generator/matching/foot_lock.h"
 #include "generator/nn/random_stream.h"
 #include "generator/scripted/minimum_jerk.h"
 #include "generator/walk_statistics/hand_way.h"
 #include "geometry/body/body_model.h"
+#include "geometry/body/hand_model.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/resample.h"
 #include "geometry/rotation.h"
@@ -358,6 +360,23 @@ class Return {
 };
 
 }  // namespace
+
+double FollowWithLeftHand(const Eigen::Matrix3Xd& rest_joints, const Clip& start, Clip& clip) {
+  BodyState state;
+  ForwardJoints(rest_joints, start.pose.back(), start.trans.rightCols<1>(), state);
+  const Eigen::Isometry3d object_from_wrist =
+      start.object->Pose(start.NumFrames() - 1).inverse() * state.WorldFromJoint(kLeftWrist);
+  const FingerPose fingers = FingersOf(start.pose.back(), Side::kLeft);
+  double most = 0.0;
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    const Eigen::Isometry3d wrist = clip.object->Pose(t) * object_from_wrist;
+    most = std::max(most, MoveWrist(rest_joints, Side::kLeft, wrist.linear(), wrist.translation(),
+                                    clip.trans.col(t), clip.pose[t]));
+    SetFingers(clip.pose[t], Side::kLeft, fingers);
+  }
+  clip.holding_hand.assign(clip.pose.size(), kHoldsRight | kHoldsLeft);
+  return most;
+}
 
 void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, Clip& clip) {
   const Return way(rest_joints, clip);

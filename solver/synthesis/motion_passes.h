@@ -60,6 +60,11 @@ void ApplySampleStyle(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joi
 /// upright.
 void ShiftWeight(const Eigen::Vector2d& weight, double share, BodyFrame& frame);
 
+/// Moves the left hand with the object of the right one, as it was held in the last frame of
+/// `start` (MoveWrist), and marks both as holding. Returns the largest distance by which the arm
+/// does not reach, meters.
+double FollowWithLeftHand(const Eigen::Matrix3Xd& rest_joints, const Clip& start, Clip& clip);
+
 /// Appends a return to a motion in which the right hand uses an object: the hand moves it back to
 /// its first position along the same path, and the body follows. If `lets_go`, the object then
 /// stays there, the fingers open and the arm comes to hang like the other one (`holding_hand` 0;

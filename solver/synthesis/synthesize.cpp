@@ -39,14 +39,22 @@ double ElbowLifted(const Eigen::Matrix3Xd& rest_joints, const Clip& clip) {
   return most / 0.1;
 }
 
-double FaultsOf(const HoldingStart& start, const Clip& motion) {
+// Of a motion, whose left hand follows the right one if both hold.
+double FaultsOf(const HoldingStart& start, Clip& motion) {
+  constexpr double kOff_m = 0.01;
+  double out_of_reach = 0.0;
+  if (start.Both()) {
+    out_of_reach =
+        FollowWithLeftHand(start.actor->Measures().rest_joints, start.clip, motion) / kOff_m;
+  }
   ActionQuality quality;
   MeasureAction(*start.actor, *start.prop, motion, quality);
   const auto share = [](double value, double most) { return std::max(0.0, value / most - 0.5); };
   return share(quality.penetrating, 0.02) + share(1.0 - quality.contact, 0.02) +
          share(quality.object_in_body_mm, 5.0) + share(quality.hand_in_head_mm, 6.0) +
          share(quality.arm_in_trunk_mm, 25.0) + share(quality.beyond_limits, 0.03) +
-         share(quality.skate, 0.1) + ElbowLifted(start.actor->Measures().rest_joints, motion);
+         share(quality.skate, 0.1) + ElbowLifted(start.actor->Measures().rest_joints, motion) +
+         out_of_reach;
 }
 
 // Converts the key frames of sample `number` to motion, with its random style.
@@ -109,6 +117,7 @@ void Finish(const HoldingStart& start, std::string_view action, const Synthesize
   AddStrokes(rest_joints, action, start.prop->marks,
              MixSeed(options.seed, static_cast<std::uint64_t>(sample.number)), there,
              sample.motion);
+  if (start.Both()) FollowWithLeftHand(rest_joints, start.clip, sample.motion);
 }
 
 }  // namespace
@@ -126,7 +135,12 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
   const HandModel* const hands[] = {&start.actor->Hand(Side::kRight),
                                     &start.actor->Hand(Side::kLeft)};
   const std::string action(imos::Actions()[intent.action].label);
-  const SynthesisScene scene{start.clip,
+  if (start.Both() && action == "offhand") {
+    throw Error("hand", "both hands hold: none can take the object over", "Give one hand");
+  }
+  Clip begin = start.clip;
+  if (start.Both()) std::ranges::fill(begin.holding_hand, kHoldsRight);
+  const SynthesisScene scene{begin,
                              start.actor->Measures().rest_joints,
                              hands,
                              start.prop->fit,
@@ -182,8 +196,10 @@ OptionTable OptionsOf(SynthesisJob& job) {
   table.Choice<std::optional<bool>>(
       "start", job.standing.in_hand, {{"any", std::nullopt}, {"table", false}, {"hand", true}},
       "Place of the object at a generated start: table, hand, or any");
-  table.Choice("hand", job.standing.left, {{"right", false}, {"left", true}},
-               "Hand that holds the object at a generated start");
+  table.Choice(
+      "hand", job.standing.hands,
+      {{"right", GraspHands::kRight}, {"left", GraspHands::kLeft}, {"both", GraspHands::kBoth}},
+      "Hand that holds the object at a generated start; both: the object is between them");
   table.Number("seconds", "", job.seconds, {0.5, 60.0}, "typical of the action",
                "Duration of the motion");
   table.Number("key_frames", "", options.key_frames, {imos::kHistory + 1, 1000},

@@ -8,6 +8,7 @@
 #include "geometry/body/body_model.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
+#include "geometry/score/hand_object_score.h"
 #include "tests/support/error_text.h"
 
 namespace holdfast {
@@ -24,7 +25,7 @@ TEST(Synthesize, MakesAMotionOfAHeldStartTheSameOnAnyThreads) {
   const ClipBody body{BodyModel::Default(), {}};
   const LoadedObject mug = LoadObject("mug");
   StandingHoldOptions holding;
-  holding.left = true;
+  holding.hands = GraspHands::kLeft;
   const StandingHold hold = MakeStandingHold(body, mug, "drink", holding);
   ASSERT_EQ(hold.fault, "");
   EXPECT_TRUE(hold.start.mirrored);
@@ -42,6 +43,39 @@ TEST(Synthesize, MakesAMotionOfAHeldStartTheSameOnAnyThreads) {
       Synthesize(hold.start, imos::DefaultNetwork(), Intent("drink", "mug"), options);
   EXPECT_EQ(again.motion.trans, made.motion.trans);
   EXPECT_EQ(again.motion.object->trans, made.motion.object->trans);
+}
+
+TEST(Synthesize, BothHandsKeepTheObjectBetweenThem) {
+  const ClipBody body{BodyModel::Default(), {}};
+  StandingHoldOptions holding;
+  holding.hands = GraspHands::kBoth;
+  const StandingHold hold = MakeStandingHold(body, LoadObject("bowl"), "lift", holding);
+  ASSERT_EQ(hold.fault, "");
+  EXPECT_TRUE(hold.start.Both());
+  SynthesizeOptions options;
+  options.samples = 4;
+  const SynthesizedMotion made =
+      Synthesize(hold.start, imos::DefaultNetwork(), Intent("lift", "bowl"), options);
+  const Clip& clip = made.motion;
+  EXPECT_THAT(clip.holding_hand, ::testing::Each(kHoldsRight | kHoldsLeft));
+  const Eigen::Matrix3Xd& rest = hold.start.actor->Measures().rest_joints;
+  const auto object_from = [&](Side side, int t) -> Eigen::Isometry3d {
+    return clip.object->Pose(t).inverse() * WristPoses(clip, rest, side)[t];
+  };
+  double moved = 0.0;
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    const Eigen::Isometry3d first = object_from(side, 0);
+    for (int t = 0; t < clip.NumFrames(); t += 5) {
+      EXPECT_LT((object_from(side, t).translation() - first.translation()).norm(), 0.02)
+          << SideName(side) << " " << t;
+      moved = std::max(moved, (clip.object->trans.col(t) - clip.object->trans.col(0)).norm());
+    }
+  }
+  EXPECT_GT(moved, 0.05);
+  EXPECT_THAT(testing::ErrorText([&] {
+                Synthesize(hold.start, imos::DefaultNetwork(), Intent("offhand", "bowl"), options);
+              }),
+              HasSubstr("both hands hold"));
 }
 
 TEST(Synthesize, ThePersonDoesNotFreezeAndTheRimComesToTheLips) {
