@@ -71,8 +71,8 @@ constexpr std::array kActionAliases{
     Alias{"changehands", "offhand"},
     Alias{"changeshands", "offhand"},
 };
-// Words that say an action without its name, in the form returned by Plain(); up to three in a row.
-// Those of weight 1 are a part of many actions.
+// A word or two that say an action without its name; the first may be inflected. Those of weight 1
+// are a part of many actions.
 struct ActionWord {
   std::string_view words, label;
   int weight = 2;
@@ -99,10 +99,10 @@ constexpr std::array kActionWords{ActionWord{"sip", "drink"},
                                   ActionWord{"picture", "takepicture"},
                                   ActionWord{"snapshot", "takepicture"},
                                   ActionWord{"film", "takepicture"},
-                                  ActionWord{"lookthrough", "see"},
+                                  ActionWord{"look through", "see"},
                                   ActionWord{"watch", "see"},
                                   ActionWord{"peer", "see"},
-                                  ActionWord{"puton", "wear"},
+                                  ActionWord{"put on", "wear"},
                                   ActionWord{"dress", "wear"},
                                   ActionWord{"music", "play"},
                                   ActionWord{"game", "play"},
@@ -116,7 +116,7 @@ constexpr std::array kActionWords{ActionWord{"sip", "drink"},
                                   ActionWord{"examine", "inspect"},
                                   ActionWord{"study", "inspect"},
                                   ActionWord{"check", "inspect"},
-                                  ActionWord{"lookat", "inspect"},
+                                  ActionWord{"look at", "inspect"},
                                   ActionWord{"hit", "use"},
                                   ActionWord{"pound", "use"},
                                   ActionWord{"nail", "use"},
@@ -145,11 +145,11 @@ constexpr std::array kActionWords{ActionWord{"sip", "drink"},
                                   ActionWord{"give", "pass"},
                                   ActionWord{"offer", "pass"},
                                   ActionWord{"deliver", "pass"},
-                                  ActionWord{"otherhand", "offhand"},
-                                  ActionWord{"switchhands", "offhand"},
+                                  ActionWord{"other hand", "offhand"},
+                                  ActionWord{"switch hands", "offhand"},
                                   ActionWord{"raise", "lift", 1},
-                                  ActionWord{"pickup", "lift", 1},
-                                  ActionWord{"holdup", "lift", 1},
+                                  ActionWord{"pick up", "lift", 1},
+                                  ActionWord{"hold up", "lift", 1},
                                   ActionWord{"take", "lift", 1},
                                   ActionWord{"grab", "lift", 1},
                                   ActionWord{"look", "inspect", 1}};
@@ -323,29 +323,35 @@ bool IsFormOf(std::string_view word, std::string_view known) {
 }
 
 struct WordsOfAction {
-  int action = 0, weight = 0;
+  int action = 0, weight = 0;  ///< largest of its words
   std::string words;
 };
 
-// The offered action (all if there are none) with the largest sum of weights; of equals, the first
-// in the sentence.
+// Whether `known`, one word or two, is at this position.
+bool IsAt(const std::vector<std::string>& words, std::size_t at, std::string_view known) {
+  const std::size_t space = known.find(' ');
+  if (!IsFormOf(words[at], known.substr(0, space))) return false;
+  return space == std::string_view::npos ||
+         (at + 1 < words.size() && words[at + 1] == known.substr(space + 1));
+}
+
+// The offered action (all if there are none) with the largest weight outside the object's name; of
+// equals, the first in the sentence.
 std::optional<WordsOfAction> FindByWords(const std::vector<std::string>& words,
+                                         const std::optional<Phrase>& object,
                                          std::span<const std::string_view> offered) {
   std::vector<WordsOfAction> found;
-  for (std::size_t begin = 0; begin < words.size(); ++begin) {
-    std::string joined;
-    for (std::size_t i = begin; i < std::min(words.size(), begin + 2); ++i) {
-      joined += words[i];
-      for (const ActionWord& known : kActionWords) {
-        if (!IsFormOf(joined, known.words)) continue;
-        if (!offered.empty() && std::ranges::find(offered, known.label) == offered.end()) continue;
-        const int id = IdOfLabel(known.label);
-        auto entry = std::ranges::find(found, id, &WordsOfAction::action);
-        if (entry == found.end()) entry = found.insert(found.end(), {id, 0, {}});
-        entry->weight += known.weight;
-        entry->words += (entry->words.empty() ? "" : ", ") + words[begin] +
-                        (i > begin ? " " + words[i] : std::string());
-      }
+  for (std::size_t at = 0; at < words.size(); ++at) {
+    if (object && object->Overlaps(at, 1)) continue;
+    for (const ActionWord& known : kActionWords) {
+      if (!IsAt(words, at, known.words)) continue;
+      if (!offered.empty() && std::ranges::find(offered, known.label) == offered.end()) continue;
+      const int id = IdOfLabel(known.label);
+      auto entry = std::ranges::find(found, id, &WordsOfAction::action);
+      if (entry == found.end()) entry = found.insert(found.end(), {id, 0, {}});
+      entry->weight = std::max(entry->weight, known.weight);
+      entry->words += (entry->words.empty() ? "" : ", ") + words[at];
+      if (known.words.find(' ') != std::string_view::npos) entry->words += " " + words[at + 1];
     }
   }
   const auto best = std::ranges::max_element(found, {}, &WordsOfAction::weight);
@@ -402,13 +408,16 @@ ParsedSentence ParseSentence(std::string_view sentence,
   }
   ParsedSentence parsed;
   const std::optional<Phrase> action = FindPhrase(words, false, std::nullopt, MatchAction);
+  std::optional<Phrase> object = FindPhrase(words, true, action, MatchObject);
+  // "dials with the phone": one word may name both.
+  if (!object) object = FindPhrase(words, true, std::nullopt, MatchObject);
   const bool part = action && std::ranges::count(kPartsOfOthers, kActions[action->id].label) > 0;
   if (known_action) {
     parsed.action = *known_action;
   } else if (action && !part) {
     parsed.action = action->id;
   } else {
-    const std::optional<WordsOfAction> by_words = FindByWords(words, offered_actions);
+    const std::optional<WordsOfAction> by_words = FindByWords(words, object, offered_actions);
     if (by_words && (!action || by_words->weight > 1)) {
       parsed.action = by_words->action;
       parsed.because = by_words->words;
@@ -423,7 +432,6 @@ ParsedSentence ParseSentence(std::string_view sentence,
     parsed.object = *known_object;
     return parsed;
   }
-  const std::optional<Phrase> object = FindPhrase(words, true, action, MatchObject);
   if (!object) {
     ThrowUnknown(
         where, "objects", words,

@@ -74,8 +74,39 @@ HoldingStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObj
     start.clip = MirrorClip(start.clip, start.actor->Measures().rest_joints.col(0));
   }
   start.prop = PropOf(object, start.mirrored, threads);
+  if (start.clip.holding_hand.back() == (kHoldsRight | kHoldsLeft)) {
+    start.both = Slice(start.clip, start.clip.NumFrames() - 1, start.clip.NumFrames());
+    start.clip.holding_hand.assign(start.clip.pose.size(), kHoldsRight);
+  }
   return start;
 }
+
+namespace {
+
+StandingHold MakeHoldInBothHands(const ClipBody& body, const LoadedObject& object,
+                                 std::string_view action, StandingHoldOptions options) {
+  options.hands = GraspHands::kRight;
+  options.in_hand = true;
+  StandingHold hold = MakeStandingHold(body, object, action, options);
+  if (!hold.graspable) {  // too wide for one hand: the motion is that of a smaller object
+    constexpr double kGraspable_m = 0.07;
+    Eigen::Vector3d extent = Extent(object.mesh);
+    std::sort(extent.begin(), extent.end());
+    LoadedObject smaller = object;
+    smaller.mesh.vertices *= kGraspable_m / extent(1);
+    hold = MakeStandingHold(body, smaller, action, options);
+    hold.start.prop = PropOf(object, false, options.threads);
+  }
+  if (!hold.fault.empty()) return hold;
+  BothHandsOptions search;
+  search.seed = options.seed;
+  search.threads = options.threads;
+  hold.start.both = StandWithForearmsForward(body);
+  HoldStanding(body, object, std::nullopt, search, *hold.start.both);
+  return hold;
+}
+
+}  // namespace
 
 StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
                               std::string_view action, const StandingHoldOptions& options) {
@@ -83,20 +114,12 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
     throw Error(body.model->Name(), "contains only a hand: actions need a whole body",
                 "Give a whole-body model");
   }
+  if (options.hands == GraspHands::kBoth) return MakeHoldInBothHands(body, object, action, options);
   StandingHold hold;
   HoldingStart& start = hold.start;
   start.mirrored = options.hands == GraspHands::kLeft;
   start.actor = std::make_unique<const ActionActor>(body.model, body.betas);
   start.prop = PropOf(object, start.mirrored, options.threads);
-  if (options.hands == GraspHands::kBoth) {
-    start.clip = StandWithForearmsForward(body);
-    BothHandsOptions search;
-    search.seed = options.seed;
-    search.threads = options.threads;
-    HoldStanding(body, object, std::nullopt, search, start.clip);
-    hold.graspable = true;
-    return hold;
-  }
   const ActionProp& prop = *start.prop;
   const HandModel &right = start.actor->Hand(Side::kRight), &left = start.actor->Hand(Side::kLeft);
   std::vector<Grasp> grasps =

@@ -25,9 +25,9 @@ struct HoldingStart {
   std::unique_ptr<const ActionActor> actor;
   std::unique_ptr<const ActionProp> prop;  ///< mirrored as the clip is
   bool mirrored = false;
-
-  /// Both hands hold: the right hand is generated, the left follows (FollowWithLeftHand).
-  bool Both() const { return clip.holding_hand.back() == (kHoldsRight | kHoldsLeft); }
+  /// One frame of the person with the object between both hands. The motion is generated for the
+  /// right hand, which networks know, and taken over by both (TakeInBothHands).
+  std::optional<Clip> both = {};
 };
 
 /// Creates a start from a frame of a clip in which a hand holds the object; default: the last

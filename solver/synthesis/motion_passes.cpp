@@ -361,18 +361,66 @@ class Return {
 
 }  // namespace
 
-double FollowWithLeftHand(const Eigen::Matrix3Xd& rest_joints, const Clip& start, Clip& clip) {
+void TakeInBothHands(const Eigen::Matrix3Xd& rest_joints, const Clip& both, Clip& clip) {
+  const auto pelvis = [&](const Clip& of) -> Eigen::Vector3d {
+    return rest_joints.col(0) + of.trans.col(0);
+  };
+  // From the person of `both`, who faces -y, to this one.
+  const auto heading = [](const Clip& of) {
+    const Eigen::Vector3d ahead = ExpSO3(Eigen::Vector3d(of.pose[0].col(0))).col(2);
+    return std::atan2(ahead.y(), ahead.x());
+  };
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(heading(clip) - heading(both), Eigen::Vector3d::UnitZ()).toRotationMatrix();
+  const Eigen::Isometry3d held = both.object->Pose(0), first = clip.object->Pose(0);
+  const Eigen::Vector3d shift =
+      pelvis(clip) + turn * (held.translation() - pelvis(both)) - first.translation();
+  const Eigen::VectorXd away =
+      (clip.object->trans.colwise() - first.translation()).colwise().norm().transpose();
+  const double farthest = std::max(away.maxCoeff(), 0.02);
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    const double x = away(t) / farthest, share = x * x * (3.0 - 2.0 * x);
+    const Eigen::Isometry3d now = clip.object->Pose(t);
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() = now.linear() * first.linear().transpose() * turn * held.linear();
+    pose.translation() = now.translation() + (1.0 - share) * shift;
+    clip.object->SetPose(t, pose);
+  }
+}
+
+double FollowWithBothHands(const Eigen::Matrix3Xd& rest_joints, const Clip& both, Clip& clip) {
   BodyState state;
-  ForwardJoints(rest_joints, start.pose.back(), start.trans.rightCols<1>(), state);
-  const Eigen::Isometry3d object_from_wrist =
-      start.object->Pose(start.NumFrames() - 1).inverse() * state.WorldFromJoint(kLeftWrist);
-  const FingerPose fingers = FingersOf(start.pose.back(), Side::kLeft);
+  ForwardJoints(rest_joints, both.pose[0], both.trans.col(0), state);
+  const JointPose& arms = both.pose[0];
+  const auto in_object = [&](Side side) -> Eigen::Isometry3d {
+    return both.object->Pose(0).inverse() * state.WorldFromJoint(WristJoint(side));
+  };
+  const std::array<std::pair<Side, Eigen::Isometry3d>, 2> hands{
+      std::pair{Side::kRight, in_object(Side::kRight)},
+      std::pair{Side::kLeft, in_object(Side::kLeft)}};
   double most = 0.0;
   for (int t = 0; t < clip.NumFrames(); ++t) {
-    const Eigen::Isometry3d wrist = clip.object->Pose(t) * object_from_wrist;
-    most = std::max(most, MoveWrist(rest_joints, Side::kLeft, wrist.linear(), wrist.translation(),
-                                    clip.trans.col(t), clip.pose[t]));
-    SetFingers(clip.pose[t], Side::kLeft, fingers);
+    JointPose& pose = clip.pose[t];
+    for (const auto& [side, object_from_wrist] : hands) {
+      for (int j = WristJoint(side); j != kSpine3; j = kJointParents[j]) {
+        if (kJointParents[j] != kSpine3) pose.col(j) = arms.col(j);  // all but the collar
+      }
+      SetFingers(pose, side, FingersOf(arms, side));
+    }
+    for (int round = 0; round < 3; ++round) {
+      double missing = 0.0;
+      for (const auto& [side, object_from_wrist] : hands) {
+        const Eigen::Isometry3d wrist = clip.object->Pose(t) * object_from_wrist;
+        const double off = MoveWrist(rest_joints, side, wrist.linear(), wrist.translation(),
+                                     clip.trans.col(t), pose);
+        if (off <= missing) continue;
+        missing = off;
+        ForwardJoints(rest_joints, pose, clip.trans.col(t), state);
+        clip.object->trans.col(t) += state.joints.col(WristJoint(side)) - wrist.translation();
+      }
+      if (missing == 0.0) break;
+      if (round == 2) most = std::max(most, missing);
+    }
   }
   clip.holding_hand.assign(clip.pose.size(), kHoldsRight | kHoldsLeft);
   return most;

@@ -60,10 +60,15 @@ void ApplySampleStyle(const SampleStyle& style, const Eigen::Matrix3Xd& rest_joi
 /// upright.
 void ShiftWeight(const Eigen::Vector2d& weight, double share, BodyFrame& frame);
 
-/// Moves the left hand with the object of the right one, as it was held in the last frame of
-/// `start` (MoveWrist), and marks both as holding. Returns the largest distance by which the arm
-/// does not reach, meters.
-double FollowWithLeftHand(const Eigen::Matrix3Xd& rest_joints, const Clip& start, Clip& clip);
+/// Puts the object of a motion of the right hand between both hands, as in `both` (one frame of
+/// this person): at the start it is where it is there, relative to the pelvis, and where the hand
+/// is farthest away it is where the motion has it. It turns as in the motion.
+void TakeInBothHands(const Eigen::Matrix3Xd& rest_joints, const Clip& both, Clip& clip);
+
+/// Moves both arms so that the hands are on the object as in `both` (MoveWrist from the arms
+/// there), and marks both as holding. Where an arm is too short, object and hands come back.
+/// Returns the largest distance by which an arm still does not reach, meters.
+double FollowWithBothHands(const Eigen::Matrix3Xd& rest_joints, const Clip& both, Clip& clip);
 
 /// Appends a return to a motion in which the right hand uses an object: the hand moves it back to
 /// its first position along the same path, and the body follows. If `lets_go`, the object then

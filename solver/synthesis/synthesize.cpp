@@ -39,13 +39,13 @@ double ElbowLifted(const Eigen::Matrix3Xd& rest_joints, const Clip& clip) {
   return most / 0.1;
 }
 
-// Of a motion, whose left hand follows the right one if both hold.
+// Of a motion, in which both hands follow the object if both hold.
 double FaultsOf(const HoldingStart& start, Clip& motion) {
   constexpr double kOff_m = 0.01;
   double out_of_reach = 0.0;
-  if (start.Both()) {
+  if (start.both) {
     out_of_reach =
-        FollowWithLeftHand(start.actor->Measures().rest_joints, start.clip, motion) / kOff_m;
+        FollowWithBothHands(start.actor->Measures().rest_joints, *start.both, motion) / kOff_m;
   }
   ActionQuality quality;
   MeasureAction(*start.actor, *start.prop, motion, quality);
@@ -80,6 +80,7 @@ SynthesizedSample MotionOf(const HoldingStart& start, std::string_view action,
     EaseArm(*start.actor, *start.prop, action, std::min(sample.style.elbow, 6.0 * kDegree),
             sample.motion);
   }
+  if (start.both) TakeInBothHands(rest_joints, *start.both, sample.motion);
   sample.faults = FaultsOf(start, sample.motion);
   return sample;
 }
@@ -117,7 +118,7 @@ void Finish(const HoldingStart& start, std::string_view action, const Synthesize
   AddStrokes(rest_joints, action, start.prop->marks,
              MixSeed(options.seed, static_cast<std::uint64_t>(sample.number)), there,
              sample.motion);
-  if (start.Both()) FollowWithLeftHand(rest_joints, start.clip, sample.motion);
+  if (start.both) FollowWithBothHands(rest_joints, *start.both, sample.motion);
 }
 
 }  // namespace
@@ -135,12 +136,10 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
   const HandModel* const hands[] = {&start.actor->Hand(Side::kRight),
                                     &start.actor->Hand(Side::kLeft)};
   const std::string action(imos::Actions()[intent.action].label);
-  if (start.Both() && action == "offhand") {
+  if (start.both && action == "offhand") {
     throw Error("hand", "both hands hold: none can take the object over", "Give one hand");
   }
-  Clip begin = start.clip;
-  if (start.Both()) std::ranges::fill(begin.holding_hand, kHoldsRight);
-  const SynthesisScene scene{begin,
+  const SynthesisScene scene{start.clip,
                              start.actor->Measures().rest_joints,
                              hands,
                              start.prop->fit,

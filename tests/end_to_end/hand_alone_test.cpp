@@ -93,7 +93,7 @@ TEST_F(HandAloneTest, AnEstimatedGraspIsTheFirstGraspOfABody) {
   folder_.Fails(fit + "none.npz -o no", 1, "none.npz");
   // Of another object: the hand is far from this one, or in it.
   const ProgramResult other = folder_.Run(
-      "fit demo_drink pitcher --end 5 --no-report --first-grasp grasp.npz" + of_mano + "-o other",
+      "fit demo_drink teapot --end 5 --no-report --first-grasp grasp.npz" + of_mano + "-o other",
       3);
   EXPECT_THAT(other.err, HasSubstr("the hand of grasp.npz is"));
 }

@@ -80,7 +80,7 @@ TEST(Vocabulary, FreeSentencesMeanTheNearestAction) {
   expect("somebody picks up the mug", "lift", "picks up");
   expect("he is slicing a banana with the knife", "chop", "slicing");
   expect("give the camera to a friend", "pass", "give");
-  expect("dials with the phone", "call", "dials");
+  expect("dials with the phone", "call", "");
   expect("inspects the camera", "inspect", "");
   const std::array<std::string_view, 2> offered{"lift", "pour"};
   EXPECT_EQ(Label(ParseSentence("raise the cup and take a sip", offered)), "lift");

@@ -51,7 +51,7 @@ TEST(Synthesize, BothHandsKeepTheObjectBetweenThem) {
   holding.hands = GraspHands::kBoth;
   const StandingHold hold = MakeStandingHold(body, LoadObject("bowl"), "lift", holding);
   ASSERT_EQ(hold.fault, "");
-  EXPECT_TRUE(hold.start.Both());
+  EXPECT_TRUE(hold.start.both);
   SynthesizeOptions options;
   options.samples = 4;
   const SynthesizedMotion made =
