@@ -16,6 +16,7 @@ STUDIES = {
     "transfer": "clips transferred to robot hands",
     "markers": "marker recordings solved with all markers and with markers left out",
     "captures": "captured clips refined with their objects",
+    "study": "a perceptual study: films in pairs, a page that records choices, their statistics",
 }
 
 
