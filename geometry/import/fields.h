@@ -53,9 +53,6 @@ std::string TextOf(const Fields& fields, std::string_view name);
 /// (1 male, 2 female); nullopt for anything else.
 std::optional<std::string> GenderOf(const DataValue& value);
 
-/// Converts "y", "-y", ...; nullopt for any other text.
-std::optional<UpAxis> ParseUpAxis(std::string_view text);
-
 /// Which hands of a file to import: those of the body, one alone (a MANO hand in the world, if the
 /// file has it), or none (fingers keep the body model's relaxed hand).
 enum class ImportedHands { kOfBody, kRightAlone, kLeftAlone, kNone };

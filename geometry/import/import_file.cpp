@@ -327,6 +327,11 @@ ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) 
       folder ? ImportFolder(path, options.parameters) : ImportDataFile(path, options.parameters);
   Clip& clip = imported.clip;
   NoteRotationDefects(imported);
+  if (options.motion.betas.size() > 0) {
+    imported.notes.push_back(
+        "warning: betas are ignored: this file has those of its body; they are for motions with "
+        "their own skeleton");
+  }
   RequireInRange(clip, path.string());
   if (std::string note = WrapJointAngles(clip); !note.empty()) {
     imported.notes.push_back(std::move(note));

@@ -28,14 +28,6 @@ void Turn(ObjectTrack& track, const Eigen::Matrix3d& Q) {
 
 }  // namespace
 
-std::optional<UpAxis> ParseUpAxis(std::string_view text) {
-  for (const UpAxis up :
-       {UpAxis::kX, UpAxis::kMinusX, UpAxis::kY, UpAxis::kMinusY, UpAxis::kZ, UpAxis::kMinusZ}) {
-    if (UpAxisName(up) == text) return up;
-  }
-  return std::nullopt;
-}
-
 Eigen::Matrix3d ZUpFrom(UpAxis up) {
   const int axis = static_cast<int>(up) / 2;
   const double sign = static_cast<int>(up) % 2 == 0 ? 1 : -1;

@@ -31,7 +31,8 @@ void PlaceObject(const Eigen::Isometry3d& world_from_object, Clip& clip) {
 
 bool NothingToCarry(GraspStatus status) {
   return status == GraspStatus::kNothingToGrasp || status == GraspStatus::kNoRoom ||
-         status == GraspStatus::kNothingAtPlace || status == GraspStatus::kStopped;
+         status == GraspStatus::kNothingAtPlace || status == GraspStatus::kNoHandle ||
+         status == GraspStatus::kStopped;
 }
 
 // The feasible clean grasp with the highest total score.

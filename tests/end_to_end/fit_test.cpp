@@ -106,6 +106,10 @@ TEST_F(EmbeddedDefault, AMugIsHeldThroughTheDemo) {
   ExpectDrunkFrom(ReadClip(folder / "held/clip.npz"), ReadMesh(folder / "held/object.ply"));
 }
 
+TEST_F(EmbeddedDefault, AHandleThatIsNotThereIsAFailure) {
+  folder.Fails("fit demo_drink sphere --style handle -o held", 3, "no opening");
+}
+
 TEST_F(EmbeddedDefault, TheLeftHandHoldsAsWell) {
   const ProgramResult result =
       folder.Run("fit demo_inspect cylinder -o held --hand left --end 20 -q");
