@@ -559,6 +559,12 @@ def test_imos_and_recognizer_write_what_the_library_reads(action_folder, tmp_pat
                                  {"modules": "one", "action_embedding": "random"})):
         assert train("imos", *common, "-o", tmp_path / name, "--iterations", 1, "--batch", 8, "-q", *flags) == 0
         assert config.items() <= networks.read_safetensors(tmp_path / name / "best.safetensors")[0].items()
+    # The published recipe counts epochs.
+    assert train("imos", *common, "-o", tmp_path / "published", "--paper", "--epochs", 2, "--batch", 4, "-q") == 0
+    log = (tmp_path / "published" / "training_log.csv").read_text()
+    sequences = int(networks.read_safetensors(tmp_path / "published" / "best.safetensors")[0]["data"].split()[0])
+    assert imos.batches_of(2, sequences, 4) == 2 * (sequences // 4) and imos.batches_of(1600, 789, 64) == 1600 * 12
+    assert str(2 * (sequences // 4)) in log.splitlines()[-1].split(",")
     assert train("imos", *common, "-o", out, "--iterations", 4, "--batch", 8, "--mirror", "--stance-noise", 0.2) == 1
     assert "different options or data" in capsys.readouterr().err
     file = tmp_path / "r.safetensors"

@@ -53,6 +53,9 @@ class Options:
     seed: int = 1
 
 
+PUBLISHED_EPOCHS = 1600
+
+
 def published():
     return Options(published=True, critic=0.0, weight_decay=0.0, dropout=0.1, history_noise=0.0, joints=1.0,
                    num_joints=16, wrists=0.0)
@@ -400,6 +403,11 @@ def starting_tensors(config, options, data, embeddings):
     return tensors
 
 
+def batches_of(epochs, sequences, batch):
+    """Number of batches of so many epochs; sequences left over after whole batches are in other epochs."""
+    return epochs * max(1, sequences // min(batch, sequences))
+
+
 class Trainer:
     FORMAT, EVALUATION = "imos-training-3", "rollout"
 
@@ -531,8 +539,11 @@ class Trainer:
             unroller.refresh()
             frame = unroller.predict(present, true_arms=True, true_object=True)
             arms, body, parts = unroller.judge(frame, o)
-            norms = [self.step_by(name, loss) for name, loss in zip(
-                self.optimizers, (arms, body) if self.nets.two else (body,))]
+            module_losses = dict(zip(self.optimizers, (arms, body) if self.nets.two else (body,)))
+            # All gradients first: both modules train the action vectors.
+            gradients = {name: torch.autograd.grad(loss, self.parameters[name], allow_unused=True)
+                         for name, loss in module_losses.items()}
+            norms = [self.step_by(name, loss, gradients[name]) for name, loss in module_losses.items()]
             losses = {name: losses[name] + parts[name] / STEPS for name in LOSSES}
             losses["gradient"] += max(norms) / STEPS
             truth = unroller.truth(t)
@@ -545,10 +556,10 @@ class Trainer:
                 plateau.epoch_loss = 0.0
         return losses
 
-    def step_by(self, name, loss):
+    def step_by(self, name, loss, gradients):
         """One step of an optimizer; returns the norm of the gradients before clipping."""
         parameters, plateau = self.parameters[name], self.plateaus[name]
-        for parameter, gradient in zip(parameters, torch.autograd.grad(loss, parameters, allow_unused=True)):
+        for parameter, gradient in zip(parameters, gradients):
             parameter.grad = gradient
         norm = torch.nn.utils.clip_grad_norm_(parameters, self.options.largest_gradient).item()
         for group in self.optimizers[name].param_groups:
@@ -684,7 +695,7 @@ def read_sets(options, body, mirror):
 def parse(arguments):
     made = run.parser("imos", "Trains IMoS's networks: actions with objects, from an intent.", [
         "imos actions -o out/imos --held-out s9,s10",
-        "imos grab_clips -o out/paper --paper --iterations 20000 --action-vectors clip_embeddings.npz"],
+        "imos grab_clips -o out/paper --paper --action-vectors clip_embeddings.npz"],
         "folder for best.safetensors, checkpoint, log and curves; an interrupted training resumes there")
     number = run.number
     add_clips(made, "--drop")
@@ -697,7 +708,10 @@ def parse(arguments):
     table.add_argument("--random-embeddings", action="store_true", help="fixed random vectors for actions (the first ablation)")
     table.add_argument("--action-vectors", help="512 numbers for each of the 29 labels (.npz, .safetensors) (default: learned)")
     made.add_argument("--from", dest="start", help="best.safetensors of an earlier training to start from")
-    made.add_argument("--iterations", type=number(int, 1, 100_000_000), help="number of batches (default 4000)")
+    length = made.add_mutually_exclusive_group()
+    length.add_argument("--iterations", type=number(int, 1, 100_000_000), help="number of batches (default 4000)")
+    length.add_argument("--epochs", type=number(int, 1, 1_000_000),
+                        help="number of passes over the sequences, in place of --iterations (--paper: default 1600)")
     made.add_argument("--batch", type=number(int, 2, 65536), help="batch size (default 64)")
     made.add_argument("--learning-rate", type=number(float, 1e-7, 1.0), help="Adam learning rate (default 5e-4)")
     made.add_argument("--dropout", type=number(float, 0.0, 0.9), help="dropout in blocks and attention (default 0; --paper: 0.1)")
@@ -743,6 +757,11 @@ def main(arguments):
     device = run.prepare(options)
     sets = read_sets(options, run.body_of(options), options.mirror)
     config, embeddings = configuration(options)
+    if options.paper and options.iterations is None:
+        options.epochs = options.epochs or PUBLISHED_EPOCHS
+    if options.epochs:
+        count = len(sets["train"]["action"])
+        options.iterations = batches_of(options.epochs, count, options.batch or Options.batch)
     recipe = run.recipe(Options(), published(), options, RECIPE)
     if options.start and not options.paper:
         # Weights that can walk already need not learn it step by step.
