@@ -15,6 +15,7 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/retarget/skeleton_map.h"
 #include "geometry/rotation.h"
+#include "solver/body_ik/reach_clip.h"
 
 namespace holdfast::apps {
 namespace {
@@ -194,6 +195,9 @@ nlohmann::json ParameterSummary(const ImportCommand& options, const ImportedFile
   summary["betas"] = clip.betas.size();
   summary["template_vertices"] = clip.v_template.cols();
   summary["has_table"] = clip.table.has_value();
+  if (imported.goal) {
+    summary["goal"] = {{"frame", imported.goal->frame}, {"wrist", SideName(imported.goal->wrist)}};
+  }
   if (imported.body_defects.matrices > 0) {
     summary["body_rotations"] = ToJson(imported.body_defects);
   }
@@ -293,8 +297,23 @@ ImportFileOptions ToLibrary(const ImportCommand& options) {
   return import;
 }
 
-void WriteImported(const Clip& clip, const ObjectMesh& mesh, const std::string& output) {
-  mesh.surface ? WriteClip(clip, *mesh.surface, output) : WriteClip(clip, output);
+// A goal is where the wrist of `body` is in its frame.
+void WriteImported(const ImportedFile& imported, const ObjectMesh& mesh, const BodyModel& body,
+                   const ImportCommand& options) {
+  const Clip& clip = imported.clip;
+  if (imported.goal && !mesh.surface) {
+    BodyState state;
+    ForwardJoints(body.RestJoints(body.Template()), clip.pose[imported.goal->frame],
+                  clip.trans.col(imported.goal->frame), state);
+    ReachLabel label;
+    label.frame = imported.goal->frame;
+    label.wrist = imported.goal->wrist;
+    label.goal = state.joints.col(WristJoint(label.wrist));
+    WriteGoalClip(clip, {&label, 1}, {{"source", options.motion}, {"format", imported.format}},
+                  options.output);
+    return;
+  }
+  mesh.surface ? WriteClip(clip, *mesh.surface, options.output) : WriteClip(clip, options.output);
 }
 
 int Run(const ImportCommand& options) {
@@ -307,7 +326,7 @@ int Run(const ImportCommand& options) {
   if (!imported.motion) NoteBody(import.parameters.body, mesh, imported);
   for (const std::string& note : imported.notes) Note(common, "note: " + note);
   if (!imported.motion) {
-    WriteImported(imported.clip, mesh, options.output);
+    WriteImported(imported, mesh, *import.parameters.body, options);
     PrintResult(common, ParameterSummary(options, imported, mesh),
                 DescribeParameters(options, imported, mesh));
     return kDone;
@@ -318,7 +337,7 @@ int Run(const ImportCommand& options) {
                              "rotation there is interpolated from neighboring frames",
                              report.retarget.repaired_hand_frames));
   }
-  WriteImported(imported.clip, mesh, options.output);
+  WriteImported(imported, mesh, *import.parameters.body, options);
   PrintResult(common, MotionSummary(options, imported.clip, report),
               DescribeMotion(options, imported.clip, report));
   return kDone;

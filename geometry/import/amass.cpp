@@ -41,7 +41,34 @@ bool HasParts(const Fields& fields) { return fields.Has("root_orient") && fields
 
 // Name of the array that holds all joints.
 std::string_view JoinedName(const Fields& fields) {
-  return fields.Has("poses") ? "poses" : "fullpose";
+  return fields.Has("poses") ? "poses" : fields.Has("rots") ? "rots" : "fullpose";
+}
+
+// The goal of a record of WANDR's training data, as of CIRCLE: goal_frame, target_bone.
+std::optional<GoalFrame> ReadGoal(const Fields& fields, Index frames, ImportedClip& imported) {
+  const auto frame = fields.Find("goal_frame");
+  const auto bone = fields.Find("target_bone");
+  if (!frame || !bone) return std::nullopt;
+  const std::string name = bone->Text();
+  const double number = frame->Number();
+  const bool right = name == "RightHand", left = name == "LeftHand";
+  if (!right && !left) {
+    imported.notes.push_back(
+        fmt::format("warning: target_bone is '{}', not RightHand or LeftHand: "
+                    "the goal is dropped",
+                    name));
+    return std::nullopt;
+  }
+  if (!(number >= 0.0 && number < static_cast<double>(frames))) {
+    imported.notes.push_back(
+        fmt::format("warning: goal_frame is {:g}, but there are {} frames: the "
+                    "goal is dropped",
+                    number, frames));
+    return std::nullopt;
+  }
+  imported.conventions.push_back(
+      fmt::format("goal of the {} wrist in frame {:g}", right ? "right" : "left", number));
+  return GoalFrame{static_cast<int>(number), right ? Side::kRight : Side::kLeft};
 }
 
 void ReadConcatenated(const Fields& fields, Index frames, ImportedClip& imported) {
@@ -67,9 +94,15 @@ void ReadConcatenated(const Fields& fields, Index frames, ImportedClip& imported
     SetJoints(clip.pose, 0, read(kSmplJoints).topRows(3 * kNumBodyJoints), poses.Where());
     clip.surface_model_type = "smpl";
     imported.conventions.push_back("24 joints of SMPL: its two hand joints dropped");
+  } else if (holds(kNumBodyJoints)) {
+    imported.format = fields.Has("rots") ? "record of WANDR's training data" : "AMASS, body alone";
+    SetJoints(clip.pose, 0, read(kNumBodyJoints), poses.Where());
+    clip.surface_model_type = "smpl";
+    imported.conventions.push_back("22 joints of the body");
   } else {
     throw Error(poses.Where(), fmt::format("has shape {}", member.ShapeText()),
-                "Give (frames, 165) of SMPL-X, (frames, 156) of SMPL-H or (frames, 72) of SMPL");
+                "Give (frames, 165) of SMPL-X, (frames, 156) of SMPL-H, (frames, 72) of SMPL or "
+                "(frames, 66) of a body alone");
   }
 }
 
@@ -118,6 +151,11 @@ void ListUnused(const Fields& fields, bool parts, ImportedClip& imported) {
     static constexpr std::array kUsed = {"trans",
                                          "poses",
                                          "fullpose",
+                                         "rots",
+                                         "goal_frame",
+                                         "target_bone",
+                                         "joint_positions",
+                                         "fname",
                                          "betas",
                                          "num_betas",
                                          "gender",
@@ -189,7 +227,8 @@ bool FingersStand(const Clip& clip) {
 bool LooksLikeAmass(const Fields& fields) {
   const bool mosh = fields.Has("fullpose") &&
                     (fields.Has("stageii_debug_details") || fields.Has("markers_latent"));
-  return fields.Has("trans") && (fields.Has("poses") || HasParts(fields) || mosh);
+  return fields.Has("trans") &&
+         (fields.Has("poses") || fields.Has("rots") || HasParts(fields) || mosh);
 }
 
 bool NeedsImport(const NpzReader& archive) {
@@ -258,6 +297,7 @@ ImportedClip ImportAmass(const Fields& fields, const std::filesystem::path& path
     clip.gender = GenderOf(*gender).value_or("neutral");
   }
   ReadClipExtras(fields, imported);
+  imported.goal = ReadGoal(fields, frames, imported);
   ListUnused(fields, parts, imported);
   if (!clip.object) AddObjectBeside(path, options, imported);
   SettleWorld(imported, options, UpOfNames(fields, options, imported), false);

@@ -93,9 +93,16 @@ struct RotationDefects {
   double min_determinant = 1, max_determinant = 1;
 };
 
+/// When a wrist is at the goal of a motion to a goal (CIRCLE).
+struct GoalFrame {
+  int frame = 0;
+  Side wrist = Side::kRight;
+};
+
 /// A clip made from a file of parameters, and the decisions made on the way.
 struct ImportedClip {
   Clip clip;
+  std::optional<GoalFrame> goal;         ///< if the file has one
   std::string format;                    ///< "GRAB sequence"
   std::vector<std::string> conventions;  ///< conventions of the file, and how they were handled
   std::vector<std::string> notes;        ///< what a user should know before using the clip

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -339,7 +340,12 @@ ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) 
   imported.source_frames = clip.NumFrames();
   imported.source_frame_rate = clip.frame_rate;
   if (const double rate = options.frame_rate.value_or(0); rate > 0 && rate != clip.frame_rate) {
+    const double ratio = rate / clip.frame_rate;
     clip = Resample(clip, rate);
+    if (imported.goal) {
+      imported.goal->frame = std::min(static_cast<int>(std::lround(ratio * imported.goal->frame)),
+                                      clip.NumFrames() - 1);
+    }
   }
   return imported;
 }

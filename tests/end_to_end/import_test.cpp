@@ -1,10 +1,18 @@
 // SPDX-License-Identifier: MIT
+#include <numbers>
+#include <string>
+#include <tuple>
+#include <vector>
+
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
 
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
+#include "geometry/io/container/npz.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "tests/support/imported.h"
 #include "tests/support/program.h"
@@ -69,6 +77,50 @@ TEST_F(ImportCommand, SaysWhatItRecognizedAndWhatItLeftOut) {
   EXPECT_THAT(run.out, HasSubstr("AMASS, SMPL-H"));
   EXPECT_THAT(run.out, HasSubstr("jaw and eyes at rest"));
   EXPECT_THAT(run.out, HasSubstr("dmpls"));
+}
+
+// A record of WANDR's training data: CIRCLE's motions have a goal.
+void WriteRecord(const std::filesystem::path& path, const std::string& bone, double goal_frame) {
+  constexpr std::size_t kFrames = 61;
+  std::vector<double> rots(kFrames * 66), trans(kFrames * 3);
+  for (std::size_t t = 0; t < kFrames; ++t) {
+    rots[66 * t] = std::numbers::pi / 2;  // upright, z up
+    rots[66 * t + 3 * 17 + 2] = -0.02 * static_cast<double>(t);
+    trans[3 * t + 1] = 0.01 * static_cast<double>(t);
+    trans[3 * t + 2] = 1.0;
+  }
+  NpzWriter writer;
+  writer.AddFloat64("rots", {kFrames, 66}, rots);
+  writer.AddFloat64("trans", {kFrames, 3}, trans);
+  writer.AddFloat64("fps", {}, {60.0});
+  writer.AddFloat64("goal_frame", {}, {goal_frame});
+  writer.AddText("target_bone", bone);
+  writer.Write(path);
+}
+
+TEST_F(ImportCommand, KeepsTheGoalOfARecordOfWandrsData) {
+  WriteRecord(folder / "record.npz", "RightHand", 40);
+  const nlohmann::json summary = folder.Json("import record.npz --fps 30 -o clip.npz");
+  EXPECT_EQ(summary["format"], "record of WANDR's training data");
+  EXPECT_EQ(summary["goal"], nlohmann::json({{"frame", 20}, {"wrist", "right"}}));
+  const NpzReader archive(folder / "clip.npz");
+  EXPECT_EQ(archive.Read("goal_frame").AsDoubles(), std::vector<double>{20});
+  EXPECT_EQ(archive.Read("goal_wrist").AsDoubles(), std::vector<double>{1});
+  const Clip clip = ReadClip(folder / "clip.npz");
+  const auto body = BodyModel::Default();
+  BodyState state;
+  ForwardJoints(body->RestJoints(body->Template()), clip.pose[20], clip.trans.col(20), state);
+  const std::vector<double> goal = archive.Read("goal").AsDoubles();
+  EXPECT_LT((Eigen::Map<const Eigen::Vector3d>(goal.data()) - state.joints.col(kRightWrist)).norm(),
+            1e-6);
+  for (const auto& [bone, frame, said] :
+       {std::tuple{"Head", 40.0, "target_bone is 'Head'"},
+        std::tuple{"LeftHand", 61.0, "goal_frame is 61, but there are 61 frames"}}) {
+    WriteRecord(folder / "record.npz", bone, frame);
+    const ProgramResult run = folder.Run("import record.npz -o other.npz --force");
+    EXPECT_THAT(run.err, HasSubstr(said));
+    EXPECT_FALSE(NpzReader(folder / "other.npz").Has("goal"));
+  }
 }
 
 TEST_F(ImportCommand, FaultsNameFileFieldAndFix) {
