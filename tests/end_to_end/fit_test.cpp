@@ -107,7 +107,7 @@ TEST_F(EmbeddedDefault, AMugIsHeldThroughTheDemo) {
 }
 
 TEST_F(EmbeddedDefault, AHandleThatIsNotThereIsAFailure) {
-  folder.Fails("fit demo_drink sphere --style handle -o held", 3, "no opening");
+  folder.Fails("fit demo_drink sphere --style handle -o held", 3, "no handle that a finger");
 }
 
 TEST_F(EmbeddedDefault, TheLeftHandHoldsAsWell) {
