@@ -154,8 +154,9 @@ void RequireCarried(const FitJob& job, const CarryOptions& options, const CarryR
         report.grasp.both ? "a first frame with both hands in front (--start)"
                           : fmt::format("--hand {}", first == kHoldsLeft ? "right" : "left");
     throw FitFailure(fmt::format("{}: {}. Try {}, {}", job.object, report.grasp.status, other,
-                                 options.place ? "or another place (--at, --region, --avoid)"
-                                               : "or another object size (--object-scale)"));
+                                 options.place   ? "or another place (--at, --region, --avoid)"
+                                 : options.style ? "or another --style"
+                                                 : "or another object size (--object-scale)"));
   }
   if (report.status == CarryStatus::kNoContact) {
     throw FitFailure(fmt::format(
