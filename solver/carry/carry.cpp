@@ -369,7 +369,7 @@ class Carrier {
 
   void Warn() {
     // A grasp in the clip that the terms cannot repair any more: soft tissue compresses less.
-    constexpr double kBadGrasp_mm = 3.0;
+    constexpr double kBadGrasp_mm = 3.0, kMinContact = 0.5;
     if (!needs_grasp_ && report_.contact.penetration_mean_max_mm > kBadGrasp_mm) {
       report_.warnings.push_back(
           fmt::format("in the clip's own grasp, the object is {:.0f} mm deep in the hand; "
@@ -377,6 +377,10 @@ class Carrier {
                       report_.contact.penetration_mean_max_mm));
     }
     const ClearanceReport& body = report_.clearance;
+    const double contact = report_.contact.contact_frames_ratio.value_or(0.0);
+    constexpr double kMaxInBody_m = 0.01;  // of a motion that may be changed
+    const bool through_body = !options_.keep_motion && body.worst_m > kMaxInBody_m;
+    report_.sound = report_.grasp.clean && contact >= kMinContact && !through_body;
     if (body.deep > 0) {
       report_.warnings.push_back(
           fmt::format("the {} penetrates the body by more than {:.0f} mm in {} of {} frames, by up "
@@ -388,14 +392,20 @@ class Carrier {
           fmt::format("the object collides with the body in about {:.0f} % of the frames",
                       100.0 * report_.grasp.through_body));
     }
-    constexpr double kMinContact = 0.5;
-    const double contact = report_.contact.contact_frames_ratio.value_or(0.0);
-    report_.sound = report_.grasp.clean && contact >= kMinContact;
     WarnOfFaults();
     if (contact < kMinContact) {
       report_.warnings.push_back(fmt::format(
           "the holding hands touch the object in only {:.0f} % of the frames in which they hold it",
           100.0 * contact));
+    }
+    for (const HandSwitch& change : report_.holding.switches) {
+      constexpr double kDoubtful = 0.05;
+      if (change.confidence >= kDoubtful) continue;
+      report_.sound = false;
+      report_.warnings.push_back(
+          fmt::format("the hand-over found at frame {} is doubtful (confidence {:.2f}): give the "
+                      "frames with --switch, or fit without a hand-over",
+                      change.frame, change.confidence));
     }
     for (const Handover& handover : report_.handovers) {
       if (handover.transfer.found) continue;
