@@ -398,6 +398,7 @@ class Carrier {
           "the holding hands touch the object in only {:.0f} % of the frames in which they hold it",
           100.0 * contact));
     }
+    WarnOfDrink();
     for (const HandSwitch& change : report_.holding.switches) {
       constexpr double kDoubtful = 0.05;
       if (change.confidence >= kDoubtful) continue;
@@ -413,6 +414,23 @@ class Carrier {
       report_.warnings.push_back(
           fmt::format("the {} hand's grasp in frame {} is the best rejected one: {}",
                       SideName(handover.to), handover.frame, handover.transfer.refused));
+    }
+  }
+
+  // Captured drinkers tilt the neck by 10 to 17 degrees.
+  void WarnOfDrink() {
+    if (!report_.drunk) return;
+    constexpr double kMaxFromMouth_m = 0.025, kMaxNeck = 40.0 * kDegree;
+    if (report_.drunk->rim_from_mouth_m > kMaxFromMouth_m) {
+      report_.sound = false;
+      report_.warnings.push_back(fmt::format("the rim stays {:.0f} mm from the mouth",
+                                             1e3 * report_.drunk->rim_from_mouth_m));
+    }
+    if (report_.drunk->neck_rad > kMaxNeck) {
+      report_.sound = false;
+      report_.warnings.push_back(
+          fmt::format("the neck is tilted by {:.0f} degrees to bring the mouth to the rim",
+                      report_.drunk->neck_rad / kDegree));
     }
   }
 

@@ -105,7 +105,8 @@ nlohmann::json DrinkJson(const std::optional<DrinkReport>& served, const DrinkMe
           {"head_turn_max_deg", drink.head.turned_rad / kDegree},
           {"rim_from_mouth_mm", 1e3 * drunk.rim_from_mouth_m},
           {"tilt_deg", drunk.tilt_rad / kDegree},
-          {"lean_on_table_deg", drunk.lean_rad / kDegree}};
+          {"lean_on_table_deg", drunk.lean_rad / kDegree},
+          {"neck_tilt_max_deg", drunk.neck_rad / kDegree}};
 }
 
 nlohmann::json ContactJson(const ContactScore& contact) {

@@ -126,6 +126,12 @@ DrinkMeasures MeasureDrink(const Clip& clip, const DrinkTimes& times, const Matr
       (DrinkingEdge(cup, clip.object->Pose(times.drink), mouth) - mouth).norm();
   measures.tilt_rad = off_upright(times.drink);
   measures.lean_rad = std::max(off_upright(times.lift), off_upright(times.put_down));
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    ForwardJoints(rest_joints, clip.pose[t], clip.trans.col(t), state);
+    const Vector3d neck = state.joints.col(kHead) - state.joints.col(kNeck);
+    measures.neck_rad =
+        std::max(measures.neck_rad, std::acos(std::clamp(neck.z() / neck.norm(), -1.0, 1.0)));
+  }
   return measures;
 }
 

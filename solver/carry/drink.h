@@ -35,6 +35,7 @@ struct DrinkMeasures {
   double rim_from_mouth_m = 0.0;  ///< lowest point of the rim to the mouth on the skin, at `drink`
   double tilt_rad = 0.0;          ///< of the cup, at `drink`
   double lean_rad = 0.0;          ///< of the cup from upright, maximum of `lift` and `put_down`
+  double neck_rad = 0.0;          ///< of the way from neck to head from the vertical, maximum
 };
 DrinkMeasures MeasureDrink(const Clip& clip, const DrinkTimes& times,
                            const Eigen::Matrix3Xd& rest_joints, const FaceMarks& face,
