@@ -19,6 +19,7 @@
 
 #include "geometry/error.h"
 #include "geometry/mesh/surface_distance.h"
+#include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
 #include "solver/handover/hand_passage.h"
 #include "solver/handover/passage_clearance.h"
