@@ -85,6 +85,10 @@ namespace {
 
 StandingHold MakeHoldInBothHands(const ClipBody& body, const LoadedObject& object,
                                  std::string_view action, StandingHoldOptions options) {
+  if (options.in_hand == false) {
+    throw Error("start", "both hands begin with the object between them, not on a table",
+                "Leave it out, or give one hand");
+  }
   options.hands = GraspHands::kRight;
   options.in_hand = true;
   StandingHold hold = MakeStandingHold(body, object, action, options);

@@ -101,6 +101,7 @@ def test_synthesize_and_fit():
         ("drink", {"start": "floor"}),
         ("drink", {"hand": "third"}),
         ("offhand", {"hand": "both"}),
+        ("lift", {"hand": "both", "start": "table"}),
         ("drink", {"frame": 3}),
         ("drink", {"betas": np.ones(1000)}),
         ("drink", {"clip": "demo_drink", "frame": -1}),
