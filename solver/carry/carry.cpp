@@ -421,7 +421,7 @@ class Carrier {
   // Captured drinkers tilt the neck by 10 to 17 degrees, more for the last sip.
   void WarnOfDrink() {
     if (!report_.drunk) return;
-    constexpr double kMaxFromMouth_m = 0.025, kMaxNeck = 60.0 * kDegree;
+    constexpr double kMaxFromMouth_m = 0.025, kMaxNeck = 65.0 * kDegree;
     if (report_.drunk->rim_from_mouth_m > kMaxFromMouth_m) {
       report_.sound = false;
       report_.warnings.push_back(fmt::format("the rim stays {:.0f} mm from the mouth",

@@ -337,6 +337,8 @@ class ExampleFiles {
       {"body.p", Fixture("imos/body.p")},
       {"exp_80_001600.p", Fixture("imos/arms.p")},
       {"exp_31_001500.p", Fixture("imos/body.p")},
+      {"wandr.ckpt", Fixture("wandr/wandr.ckpt")},
+      {"statistics.npy", Fixture("wandr/statistics.npy")},
   };
 };
 
