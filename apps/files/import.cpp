@@ -324,6 +324,9 @@ int Run(const ImportCommand& options) {
   ImportedFile imported = ImportFile(options.motion, import);
   const ObjectMesh mesh = SettleMesh(options, imported);
   if (!imported.motion) NoteBody(import.parameters.body, mesh, imported);
+  if (imported.goal && mesh.surface) {
+    imported.notes.push_back("warning: the goal is dropped: a clip with an object's mesh has none");
+  }
   for (const std::string& note : imported.notes) Note(common, "note: " + note);
   if (!imported.motion) {
     WriteImported(imported, mesh, *import.parameters.body, options);

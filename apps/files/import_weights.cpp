@@ -131,6 +131,10 @@ void AddImportWeightsCommand(CLI::App& app, int& exit_code) {
       "--actions clip_embeddings.npz\n"
       "  holdfast import-weights wandr.ckpt --statistics statistics.npy -o wandr.safetensors\n"
       "  holdfast import-weights arms.p body.p -o mine.safetensors --arm-order ascending --half\n");
+  for (const char* const of_imos :
+       {"--actions", "--arm-order", "--object-rotation", "--heads", "--keep-training"}) {
+    command->get_option("--statistics")->excludes(command->get_option(of_imos));
+  }
   command->callback([options, &exit_code] {
     if (options->body.empty() && options->statistics.empty()) {
       throw CLI::RequiredError("body (of IMoS) or --statistics (of WANDR)");
