@@ -116,8 +116,6 @@ ClipInput LoadClipInput(const std::string& path_or_name, const ClipInputOptions&
   if (!input.file.empty()) input.metrics = MetricsBeside(input.file);
   input.foreign_body = IsForeign(loaded) && !IsFittedWith(*input.body, input.metrics);
   FindObject(input, loaded, options, common);
-  // The table is only displayed, so a missing mesh is not an error.
-  if (!loaded.table_mesh.empty()) input.table = ReadMesh(loaded.table_mesh);
   if (input.object && (input.foreign_body || input.metrics.is_null())) {
     WarnIfAway(path_or_name, input.clip, loaded.body, *input.object, common);
   }

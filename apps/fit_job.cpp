@@ -71,8 +71,7 @@ std::string DrinkText(const CarryReport& report) {
 void WriteResult(const FitCommand& fit, const FitRun& run, const nlohmann::json& metrics,
                  ResultFolder& folder, const CommonOptions& common) {
   const TriangleMesh& mesh = run.object->object.mesh;
-  WriteClip(run.report.clip, mesh, folder / "clip.npz");
-  WriteMesh(mesh, folder / "object.ply");
+  WriteClipFiles(run.report.clip, mesh, folder / "");
   nlohmann::json written = folder.WriteMetrics(metrics);
   // Reports take megabytes each, so batch jobs do not write them.
   if (fit.write_report && !InBatch()) {
@@ -145,10 +144,11 @@ std::string ClearanceText(const ClearanceReport& report) {
   }
   if (report.moved) {
     return fmt::format(
-        "  body                arms were adjusted by up to {:.1f} cm so that arms and object do "
-        "not penetrate the body; {} (before: {}, up to {:.0f} mm)\n",
-        100.0 * std::max(report.shift_max_m, report.free_shift_max_m), left, report.deep_before,
-        1e3 * report.worst_before_m);
+        "  body                wrists were moved by up to {:.1f} cm and {:.0f} deg so that arms "
+        "and "
+        "object do not penetrate the body; {} (before: {}, up to {:.0f} mm)\n",
+        100.0 * std::max(report.shift_max_m, report.free_shift_max_m),
+        report.turn_max_rad / kDegree, left, report.deep_before, 1e3 * report.worst_before_m);
   }
   if (report.deep == 0) return {};
   return fmt::format("  body                the {} penetrates the body by up to {:.0f} mm; {}\n",

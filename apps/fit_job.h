@@ -11,7 +11,7 @@
 
 #include "apps/common.h"
 #include "geometry/clip/clip.h"
-#include "solver/carry/fit_job.h"
+#include "solver/carry/run_fit.h"
 #include "solver/fit/prepared_object.h"
 #include "solver/grasp/grasp_placement.h"
 

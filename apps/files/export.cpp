@@ -312,7 +312,7 @@ int Run(const ExportCommand& options) {
   how.physics = physics ? &*physics : nullptr;
   how.first_frame = options.start;
   how.object_look = look ? &*look : nullptr;
-  how.table = input.table && !options.no_object ? &*input.table : nullptr;
+  if (options.no_object) input.clip.table.reset();
   how.name = ClipName(input);
   how.generator = kGenerator;
   how.threads = NumThreads(common);

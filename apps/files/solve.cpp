@@ -179,9 +179,7 @@ int Solve(SolveCommand options) {
   if (object) {
     for (const std::string& note : object->notes) Note(options.common, "note: " + note);
     solved.clip.object->name = object->name;
-    solved.clip.object->mesh = "object.ply";
-    WriteMesh(object->mesh, folder / "object.ply");
-    WriteClip(solved.clip, object->mesh, folder / "clip.npz");
+    WriteClipFiles(solved.clip, object->mesh, folder / "");
   } else {
     WriteClip(solved.clip, folder / "clip.npz");
   }

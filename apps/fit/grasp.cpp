@@ -13,7 +13,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "solver/carry/fit_job.h"
+#include "solver/carry/run_fit.h"
 #include "solver/carry/standing_grasp.h"
 #include "solver/grasp/grasp_set.h"
 

@@ -101,6 +101,7 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
     text += fmt::format("  frames {}-{}: unchanged, because refining made the penetration deeper\n",
                         frames.begin, frames.end - 1);
   }
+  text += ClearanceText(report.clearance);
   return text + fmt::format("  solved in {:.0f} ms, {} iterations\n", result.report.solve_ms,
                             result.report.iterations);
 }
@@ -149,6 +150,7 @@ nlohmann::json MetricsOf(const RefineCommand& options, const ClipInput& input,
   metrics["ball"] = report.ball;
   metrics.update(HoldsJson(result));
   metrics["kept"] = KeptJson(report.kept);
+  metrics["clearance"] = ClearanceJson(report.clearance);
   metrics["solve"] = {{"iterations", result.report.iterations},
                       {"converged", result.report.converged},
                       {"cost_before", result.report.cost_before},
@@ -195,18 +197,21 @@ int Refine(const RefineCommand& options) {
   nlohmann::json summary = metrics;
   summary["output"] = options.output;
   metrics["per_frame"] = PerFrameJson(report);
-  WriteClip(report.result.clip, object->object.mesh, folder / "clip.npz");
-  WriteMesh(object->object.mesh, folder / "object.ply");
+  WriteClipFiles(report.result.clip, object->object.mesh, folder / "");
   folder.WriteMetrics(metrics);
   folder.Commit();
   PrintResult(options.common, summary, Text(options, report));
-  if (report.contact_kept) return kDone;
-  Note(options.common,
-       fmt::format("warning: contact is lost: the hand is in contact in {:.1f} % of the frames "
-                   "held, before in {:.1f} %",
-                   100.0 * report.after.contact.contact_frames_ratio.value_or(0.0),
-                   100.0 * report.before.contact.contact_frames_ratio.value_or(0.0)));
-  return kFitFault;
+  if (!report.contact_kept) {
+    Note(options.common,
+         fmt::format("warning: contact is lost: the hand is in contact in {:.1f} % of the frames "
+                     "held, before in {:.1f} %",
+                     100.0 * report.after.contact.contact_frames_ratio.value_or(0.0),
+                     100.0 * report.before.contact.contact_frames_ratio.value_or(0.0)));
+  }
+  for (const std::string& warning : ClearanceWarnings(report.clearance)) {
+    Note(options.common, "warning: " + warning);
+  }
+  return report.sound ? kDone : kFitFault;
 }
 
 }  // namespace

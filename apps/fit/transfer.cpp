@@ -231,8 +231,7 @@ std::string Text(const TransferCommand& options, const TransferInput& scene,
 void WriteTransfer(const TransferCommand& options, const TransferInput& scene,
                    const CarryReport& carried, const nlohmann::json& metrics,
                    ResultFolder& folder) {
-  WriteClip(carried.clip, scene.to_object->object.mesh, folder / "clip.npz");
-  WriteMesh(scene.to_object->object.mesh, folder / "object.ply");
+  WriteClipFiles(carried.clip, scene.to_object->object.mesh, folder / "");
   nlohmann::json written = folder.WriteMetrics(metrics);
   if (options.write_report) {
     ReportInput shown;

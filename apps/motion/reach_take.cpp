@@ -95,10 +95,7 @@ Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
   nlohmann::json metrics = TakeMetricsJson(job, report, extra, common);
   for (const std::string& note : report.notes) Note(common, "warning: " + note);
 
-  const TriangleMesh table = report.table.Mesh();
-  WriteClip(report.clip, object->object.mesh, folder / "clip.npz");
-  WriteMesh(object->object.mesh, folder / "object.ply");
-  WriteMesh(table, folder / "table.ply");
+  WriteClipFiles(report.clip, object->object.mesh, folder / "");
   nlohmann::json written = folder.WriteMetrics(metrics);
   if (job.write_report) {
     ReportInput shown;
@@ -108,7 +105,6 @@ Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
     shown.body = person.body;
     shown.betas = person.betas;
     shown.object = object->object.mesh;
-    shown.table = table;
     shown.metrics = std::move(written);
     WriteReportBeside({&shown, 1}, folder / "report.html", common);
   }

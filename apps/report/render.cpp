@@ -32,8 +32,7 @@ int Run(const RenderCommand& options) {
                              input.object_missing));
   }
   const ClipRenderer renderer(clip, input.body, input.betas,
-                              clip.object && input.object ? &*input.object : nullptr,
-                              input.table ? &*input.table : nullptr);
+                              clip.object && input.object ? &*input.object : nullptr);
   ClipPictureOptions how = options.pictures;
   how.threads = NumThreads(common);
   if (!options.markers.empty()) how.how.markers = MeasuredMarkers(options.markers);

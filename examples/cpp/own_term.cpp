@@ -69,8 +69,7 @@ int main(int argc, char** argv) try {
   if (argc > 3) {
     const std::filesystem::path folder = argv[3];
     std::filesystem::create_directories(folder);
-    WriteMesh(object.object.mesh, folder / "object.ply");
-    WriteClip(kept.clip, object.object.mesh, folder / "clip.npz");
+    WriteClipFiles(kept.clip, object.object.mesh, folder);
   }
   return 0;
 } catch (const Error& error) {  // where, what is wrong, what to do

@@ -22,6 +22,7 @@
 #include "geometry/error.h"
 #include "geometry/io/container/byte_source.h"
 #include "geometry/io/container/npz.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/options.h"
 #include "geometry/rotation.h"
 
@@ -353,6 +354,16 @@ void WriteClip(const Clip& clip, const TriangleMesh& object, const std::filesyst
   AddArrays(clip, writer);
   if (clip.object) writer.AddText(kObjectChecksum, MeshChecksum(object));
   writer.Write(path);
+}
+
+void WriteClipFiles(Clip clip, const TriangleMesh& object, const std::filesystem::path& folder) {
+  clip.object->mesh = "object.ply";
+  WriteMesh(object, folder / clip.object->mesh);
+  if (const TriangleMesh* table = TableMesh(clip)) {
+    clip.table->mesh = "table.ply";
+    WriteMesh(*table, folder / clip.table->mesh);
+  }
+  WriteClip(clip, object, folder / "clip.npz");
 }
 
 std::string MeshChecksum(const TriangleMesh& mesh) {

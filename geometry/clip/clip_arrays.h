@@ -22,6 +22,15 @@ void AddArrays(const Clip& clip, NpzWriter& writer);
 /// (`object_checksum`), so that a different mesh of the same file name is detected.
 void WriteClip(const Clip& clip, const TriangleMesh& object, const std::filesystem::path& path);
 
+/// Writes the files of a clip with an object to `folder`: clip.npz, object.ply, and table.ply if
+/// the clip has a table with a mesh.
+void WriteClipFiles(Clip clip, const TriangleMesh& object, const std::filesystem::path& folder);
+
+/// Returns the mesh of a clip's table; null if it has no table, or one of unknown shape.
+inline const TriangleMesh* TableMesh(const Clip& clip) {
+  return clip.table ? clip.table->surface.get() : nullptr;
+}
+
 /// Checksum of a mesh as stored in files: vertices in single precision, in order, and faces.
 std::string MeshChecksum(const TriangleMesh& mesh);
 

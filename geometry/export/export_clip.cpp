@@ -236,7 +236,6 @@ class Exporter {
     glb.correctives = options_.correctives;
     glb.corrective_tolerance_m = options_.tolerance_m;
     glb.threads = options_.threads;
-    glb.table = options_.table;
     glb.object_look = object_ != nullptr ? options_.object_look : nullptr;
     report_.glb = WriteGlb(scene_.clip, scene_.Surface(), object_, glb, output_);
   }
@@ -275,7 +274,6 @@ class Exporter {
     mjcf.model_name = options_.name;
     mjcf.every = options_.every;
     mjcf.density_kg_m3 = options_.density_kg_m3.value_or(mjcf.density_kg_m3);
-    mjcf.table = options_.table;
     mjcf.physics = options_.physics;
     report_.mjcf = WriteMjcf(scene_.clip, scene_.Surface(), object_, mjcf, output_);
   }

@@ -48,8 +48,7 @@ struct ExportOptions {
   int first_frame = 0;  ///< kMeshes: number of the clip's first frame
   /// kGlb: appearance of the object; null: plain.
   const TexturedMesh* object_look = nullptr;
-  const TriangleMesh* table = nullptr;  ///< the object's support, if the clip has its track
-  std::string name = "clip";            ///< of animation and model
+  std::string name = "clip";  ///< of animation and model
   std::string generator = "Holdfast";
   int threads = 1;
 };

@@ -123,6 +123,9 @@ LoadedClip LoadClip(const std::string& path_or_name, ImportFileOptions options) 
   std::error_code error;
   LoadedClip loaded = fs::exists(path_or_name, error) ? ReadFile(path_or_name, options)
                                                       : LoadEmbedded(path_or_name);
+  if (!loaded.table_mesh.empty()) {
+    loaded.clip.table->surface = std::make_shared<const TriangleMesh>(ReadMesh(loaded.table_mesh));
+  }
   loaded.body = BodyOfClip(path_or_name, loaded.clip, parameters.body, loaded.notes);
   loaded.change = BringOntoBody(loaded.clip, loaded.body);
   if (loaded.change) {

@@ -13,6 +13,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/io/container/text_scanner.h"
@@ -247,8 +248,7 @@ ClipView SheetView(const Clip& clip) {
 }
 
 ClipRenderer::ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body,
-                           const Eigen::VectorXd& betas, const TriangleMesh* object,
-                           const TriangleMesh* table)
+                           const Eigen::VectorXd& betas, const TriangleMesh* object)
     : clip_(std::move(clip)), surface_(std::move(body), betas) {
   if (clip_.NumFrames() > 0 && !surface_.Model().LoneHand()) front_rad_ = FrontOf(clip_.pose[0]);
   if (object != nullptr) {
@@ -256,7 +256,7 @@ ClipRenderer::ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body,
     object_ = *object;
     object_distance_.emplace(*object);
   }
-  if (table != nullptr) {
+  if (const TriangleMesh* table = TableMesh(clip_)) {
     RequireTrack(clip_, clip_.table, "a table");
     table_ = SplitAtCreases(*table).mesh;  // tables have sharp edges
     const TriangleMesh first = Placed(*table_, *clip_.table, 0);

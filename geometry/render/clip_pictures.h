@@ -50,10 +50,9 @@ struct ClipRenderOptions {
 class ClipRenderer {
  public:
   /// `object` may be null; otherwise the clip must have an object track. `betas` are those of
-  /// `body`. `table` may be null; otherwise the clip must have a table track. Throws Error for a
-  /// track whose length differs from the clip's.
+  /// `body`. Throws Error for a track whose length differs from the clip's.
   ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body, const Eigen::VectorXd& betas,
-               const TriangleMesh* object, const TriangleMesh* table = nullptr);
+               const TriangleMesh* object);
 
   int NumFrames() const { return clip_.NumFrames(); }
   const Clip& GetClip() const { return clip_; }

@@ -10,6 +10,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/corrective_basis.h"
 #include "geometry/error.h"
 #include "geometry/mesh/decimate.h"
@@ -446,8 +447,8 @@ ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm,
     AddTracked(payload, "object", *input.object, *clip.object, notes);
   }
 
-  const bool has_table = input.table && clip.table;
-  if (has_table) AddTracked(payload, "table", *input.table, *clip.table, notes);
+  const TriangleMesh* const table = TableMesh(clip);
+  if (table != nullptr) AddTracked(payload, "table", *table, *clip.table, notes);
   if (input.marker) {
     AddPoints(payload, "marker_vertices", input.marker->vertices);
     AddFaces(payload, "marker_faces", input.marker->faces, input.marker->NumVertices());
@@ -461,7 +462,7 @@ ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm,
       {"vertices", vertices},
       {"right_hand_vertices", right_hand},
       {"has_object", has_object},
-      {"has_table", has_table},
+      {"has_table", table != nullptr},
       {"has_marker", input.marker.has_value()},
       {"object_name", clip.object ? clip.object->name : ""},
       {"holding", clip.holding_hand},

@@ -21,8 +21,6 @@ namespace holdfast {
 struct ReportInput : ClipScene {
   /// File of the clip; empty for an embedded clip and an imported file.
   std::filesystem::path file;
-  /// Support surface of the object, in its own frame, if the clip has a track and a file of it.
-  std::optional<TriangleMesh> table;
   /// World, meters: only displayed.
   std::optional<TriangleMesh> marker;
   nlohmann::json metrics;  ///< from metrics.json in the clip's folder; null without one

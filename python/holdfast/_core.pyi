@@ -325,6 +325,8 @@ class RefineResult:
     @property
     def kept(self) -> list[dict[str, Any]]: ...
     @property
+    def clearance(self) -> dict[str, Any]: ...
+    @property
     def fingers(self) -> list[dict[str, Any]]: ...
     @property
     def ball(self) -> bool: ...
@@ -341,6 +343,7 @@ def refine(
     weights: Optional[dict[str, float]] = None,
     object_scale: float = 1.0,
     object_vertices: int = 300,
+    keep_motion: bool = False,
     body: Optional[BodyModel] = None,
     threads: int = 0,
     progress: _Progress = None,

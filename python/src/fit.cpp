@@ -154,10 +154,7 @@ void SaveFit(const CarriedClip& self, const std::filesystem::path& folder, bool 
   RequireNew(folder / "clip.npz", force);
   const py::gil_scoped_release unlocked;
   std::filesystem::create_directories(folder);
-  Clip clip = *self.clip;
-  if (clip.object) clip.object->mesh = "object.ply";
-  WriteMesh(self.run.object->object.mesh, folder / "object.ply");
-  WriteClip(clip, self.run.object->object.mesh, folder / "clip.npz");
+  WriteClipFiles(*self.clip, self.run.object->object.mesh, folder);
 }
 
 void BindFitResult(py::module_& module) {

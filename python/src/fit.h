@@ -13,7 +13,7 @@
 
 #include "python/src/bindings.h"
 #include "solver/carry/carry.h"
-#include "solver/carry/fit_job.h"
+#include "solver/carry/run_fit.h"
 #include "solver/grasp/grasp.h"
 
 namespace holdfast::python {

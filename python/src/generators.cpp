@@ -134,17 +134,17 @@ std::vector<ReachSolution> SolveByIntention(const ReadyReach& ready, const Reach
   request.num_steps = steps;
   request.latents = &latents;
   std::vector<ReachSolution> solutions(batch.tasks.size());
-  wandr::RunRollouts(ready.network, MeanBody::Get().bones, request, threads, batch.intention,
-                     [&](int i, const wandr::RolloutTrack& track) {
-                       ReachSolution& solution = solutions[static_cast<std::size_t>(i)];
-                       solution = {track, latents.col(i), {}, {}};
-                       if (!batch.refit || !track.states.allFinite()) return;
-                       const Eigen::Vector3d& goal = batch.tasks[static_cast<std::size_t>(i)].goal;
-                       const wandr::ReachOutcome outcome = wandr::MeasureReach(track.joints, goal);
-                       const RefitGoal there{goal, outcome.closest_frame, true};
-                       RefitRollout(MeanBody::Get().measures, {&there, outcome.Reached() ? 1u : 0u},
-                                    Side::kRight, solution.track);
-                     });
+  wandr::RunRollouts(
+      ready.network, MeanBody::Get().bones, request, threads, batch.intention,
+      [&](int i, const wandr::RolloutTrack& track) {
+        ReachSolution& solution = solutions[static_cast<std::size_t>(i)];
+        solution = {track, latents.col(i), {}, {}};
+        if (!batch.refit || !track.states.allFinite()) return;
+        const Eigen::Vector3d& goal = batch.tasks[static_cast<std::size_t>(i)].goal;
+        const wandr::ReachOutcome outcome = wandr::MeasureReach(track.joints, goal);
+        const RefitGoal there{goal, outcome.closest_frame, true};
+        RefitRollout(MeanBody::Get().measures, {&there, 1}, Side::kRight, solution.track);
+      });
   return solutions;
 }
 

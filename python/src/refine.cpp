@@ -148,6 +148,10 @@ void BindRefine(py::module_& module) {
           "list of dict: frames [begin, end) left unchanged, because refining made the penetration "
           "deeper")
       .def_property_readonly(
+          "clearance",
+          [](const RefinedClip& self) { return ToPython(ClearanceJson(self.report.clearance)); },
+          "dict: how arms and object were moved out of the person's own body, and what remains")
+      .def_property_readonly(
           "fingers",
           [](const RefinedClip& self) { return ToPython(FingersJson(self.report.fingers)); },
           "list of dict: for each hand, whether fingers move, frames in which a joint jumped by "

@@ -61,7 +61,9 @@ ReportInput SceneOf(const py::object& clip, const py::object& object, double obj
   }
   if (!scene.file.empty()) {
     const std::filesystem::path table = MeshBeside(scene.file, scene.clip.table);
-    if (!table.empty()) scene.table = ReadMesh(table);
+    if (!table.empty()) {
+      scene.clip.table->surface = std::make_shared<const TriangleMesh>(ReadMesh(table));
+    }
   }
   return scene;
 }
@@ -116,8 +118,7 @@ void RenderTo(const py::object& clip, const std::filesystem::path& path, const p
   }
   RunWithProgress(progress, [&](const StagedProgress& watched) {
     const ClipRenderer renderer(scene.clip, scene.body, scene.betas,
-                                scene.clip.object && scene.object ? &*scene.object : nullptr,
-                                scene.table ? &*scene.table : nullptr);
+                                scene.clip.object && scene.object ? &*scene.object : nullptr);
     WritePictures(renderer, pictures,
                   [&](int done, int total) { return watched("render", done, total); });
   });

@@ -9,6 +9,7 @@
 #include "generator/matching/capture_quality.h"
 #include "generator/matching/foot_lock.h"
 #include "generator/scripted/minimum_jerk.h"
+#include "generator/walk_statistics/reach_faults.h"
 #include "generator/wandr/intention.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_outcome.h"
@@ -28,6 +29,30 @@ constexpr int kRoomKnots = 3;            // on either side of a goal: required b
 constexpr double kMaxToes = 0.6;         // radians: maximum toe flexion in walking
 constexpr double kMaxSink = 0.08;        // meters: more would be a sudden squat
 constexpr double kStepClearance = 0.03;  // meters: of a foot in the middle of its step
+
+constexpr double kFreeLean = 3.0 * kDegree, kMaxLean = 20.0 * kDegree;
+constexpr double kStands = 60.0 * kDegree;  // a larger lean is lying down
+constexpr int kEven = 8;                    // frames
+constexpr std::array<int, 3> kSpine = {kSpine1, kSpine2, kSpine3};
+constexpr std::array<double, 3> kShares = {0.4, 0.35, 0.25};
+
+// Bends the trunk forward so that pelvis-to-neck rotates by `angle`.
+void BendForward(const BodyPlacement& placed, double yaw, double angle, BodyFrame& frame) {
+  const double height = placed.joints(2, kNeck) - placed.joints(2, kPelvis);
+  double moved = 0.0;
+  for (std::size_t k = 0; k < kSpine.size(); ++k) {
+    moved += kShares[k] * (placed.joints(2, kNeck) - placed.joints(2, kSpine[k])) / height;
+  }
+  const Eigen::Vector3d left(std::cos(yaw), std::sin(yaw), 0.0);
+  const auto turn = [&](int joint, double by) {
+    const Eigen::Matrix3d& parent = placed.rotation[kJointParents[joint]];
+    const Eigen::Matrix3d turned = Eigen::AngleAxisd(by, left) * placed.rotation[joint];
+    frame.local[joint] =
+        Eigen::Quaterniond(Eigen::Matrix3d(parent.transpose() * turned)).normalized();
+  };
+  for (std::size_t k = 0; k < kSpine.size(); ++k) turn(kSpine[k], kShares[k] * angle / moved);
+  turn(kNeck, -angle / moved);
+}
 
 // Slows down time after an arrival, evenly until the first frame in which both feet stand, and to a
 // tenth from then on: the person stops walking but does not freeze.
@@ -152,6 +177,20 @@ std::vector<FeetTarget> PinFeet(const Eigen::Matrix3Xd& rest_joints, const SoleP
 
 }  // namespace
 
+void StraightenTrunk(const Eigen::Matrix3Xd& rest_joints, std::vector<BodyFrame>& frames) {
+  const std::vector<BodyPlacement> placed = Place(rest_joints, frames);
+  std::vector<double> beyond;
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const double lean = LeanBack(placed[t], Yaw(frames[t]));
+    beyond.push_back(lean < kStands ? std::clamp(lean - kFreeLean, 0.0, kMaxLean) : 0.0);
+  }
+  const std::vector<double> bends = Envelope(beyond, kEven);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const double bend = FadeIn(static_cast<int>(t)) * bends[t];
+    if (bend > 0.0) BendForward(placed[t], Yaw(frames[t]), bend, frames[t]);
+  }
+}
+
 wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
                                       const Eigen::Ref<const wandr::StateMatrix<double>>& states,
                                       std::span<const RefitGoal> goals, const RefitOptions& options,
@@ -167,18 +206,29 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
     const BodyPlacement placed = Place(rest_joints, frames[goal.frame]);
     return (placed.joints.col(wrist) - goal.position).norm();
   };
+  const int elbow = kJointParents[wrist], shoulder = kJointParents[elbow];
+  const double arm = (rest_joints.col(elbow) - rest_joints.col(shoulder)).norm() +
+                     (rest_joints.col(wrist) - rest_joints.col(elbow)).norm();
+  const auto in_reach = [&](const RefitGoal& goal) {
+    constexpr double kTrunkGives_m = 0.05;
+    const double off = lacks(goal);
+    if (off <= options.farthest_m) return true;
+    const BodyPlacement placed = Place(rest_joints, frames[goal.frame]);
+    return off <= options.farthest_in_reach_m &&
+           (placed.joints.col(shoulder) - goal.position).norm() <= arm + kTrunkGives_m;
+  };
   const SolePoints soles(rest_joints, measures.sole_y);
   for (const RefitGoal& goal : goals) {
     if (goal.frame < 0 || goal.frame >= count || !goal.position.allFinite()) {
       throw Error("refit", fmt::format("goal at frame {} of {}", goal.frame, count),
                   "Give a frame of the motion and a finite position");
     }
-    if (goal.rests && goal.frame + 1 < count && lacks(goal) <= options.farthest_m) {
+    if (goal.rests && goal.frame + 1 < count && in_reach(goal)) {
       ComeToRest(rest_joints, soles, goal.frame, frames);
     }
   }
-  std::vector<double> reached;  // meters
-  for (const RefitGoal& goal : goals) reached.push_back(lacks(goal));
+  std::vector<bool> reached;
+  for (const RefitGoal& goal : goals) reached.push_back(in_reach(goal));
   if (options.walks) {
     StraightenTrunk(rest_joints, frames);
     SwingArmsOnTheWay(rest_joints, goals, options.wrist, frames);
@@ -204,9 +254,11 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
     warp.rests = goal.rests;
     const bool room =
         warp.frame - warp.begin >= margin && (goal.rests || warp.end - 1 - warp.frame >= margin);
-    const double off = std::min(reached[k], lacks(goal));
-    if (options.place_wrist && room && off <= options.farthest_m) {
+    if (options.place_wrist && room && (reached[k] || in_reach(goal))) {
+      const std::vector<BodyFrame> before = frames;
+      const double off = lacks(goal);
       WarpReach(rest_joints, feet, warp, warp_options, frames);
+      if (lacks(goal) > off) frames = before;
     }
     found.wrist_errors_m.push_back(lacks(goal));
   }
@@ -225,20 +277,21 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
   return refitted;
 }
 
-RefitReport RefitRollout(const BodyMeasures& measures, std::span<const RefitGoal> reached,
-                         Side wrist, wandr::RolloutTrack& track) {
+RefitReport RefitRollout(const BodyMeasures& measures, std::span<const RefitGoal> goals, Side wrist,
+                         wandr::RolloutTrack& track) {
   const int margin = kRoomKnots * ReachWarpOptions().knot_frames;
   const int last = static_cast<int>(track.states.cols()) - 1;
-  std::vector<RefitGoal> goals(reached.begin(), reached.end());
-  for (RefitGoal& goal : goals) {
+  std::vector<RefitGoal> timed(goals.begin(), goals.end());
+  for (RefitGoal& goal : timed) {
     if (last >= 2 * margin) goal.frame = std::clamp(goal.frame, margin, last - margin);
   }
   RefitOptions options;
   options.wrist = wrist;
   options.farthest_m = 2.0 * wandr::kReachedWithin;
+  options.farthest_in_reach_m = 0.6;
   RefitReport report;
   track.states =
-      RefitReach(measures, track.states.cast<double>(), goals, options, &report).cast<float>();
+      RefitReach(measures, track.states.cast<double>(), timed, options, &report).cast<float>();
   track.joints =
       wandr::JointsOfStates(track.states, wandr::BoneOffsetsOf(measures.rest_joints).Cast<float>());
   return report;

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "generator/matching/body_frame.h"
 #include "generator/scripted/reach_motion.h"
 #include "generator/wandr/pose.h"
 #include "generator/wandr/rollout.h"
@@ -32,6 +33,9 @@ struct RefitOptions {
   bool walks = true;
   /// Goals farther from the wrist are ignored: the motion did not reach them.
   double farthest_m = 0.10;
+  /// Likewise for goals that the arm reaches from where the body stands: shoulder to goal at most
+  /// the arm's length and 5 cm more.
+  double farthest_in_reach_m = 0.10;
   int window_frames = 30;  ///< that may change on either side of a goal; all after one that rests
 };
 
@@ -41,6 +45,11 @@ struct RefitReport {
   std::vector<double> wrist_errors_m;  ///< at the goals' frames, after refitting
   double max_hand_bend_rad = 0.0;      ///< of a wrist, to keep a hand off the floor
 };
+
+/// Limits backward lean while standing or walking to 3 degrees (LeanBack): beyond that the spine
+/// bends forward, by at most 20 degrees and smoothly over time; the head keeps its orientation,
+/// arms move with the trunk. The first frame is unchanged (FadeIn).
+void StraightenTrunk(const Eigen::Matrix3Xd& rest_joints, std::vector<BodyFrame>& frames);
 
 /// Final correction of a generated motion: no leaning back (StraightenTrunk), swinging arms and
 /// lifted feet while walking, level toes near the ground (LevelToes), pinned stance feet
@@ -56,10 +65,10 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
                                       const RefitOptions& options = {},
                                       RefitReport* report = nullptr);
 
-/// Applies RefitReach to a rollout in place, including joints. `reached`: the reached goals with
-/// their closest frames. The wrist is placed in the nearest frame with enough time on both sides,
-/// even if pinning the feet moved it away by centimeters.
-RefitReport RefitRollout(const BodyMeasures& measures, std::span<const RefitGoal> reached,
-                         Side wrist, wandr::RolloutTrack& track);
+/// Applies RefitReach to a rollout in place, including joints. `goals`: with their closest frames.
+/// The wrist is placed at those that the motion reaches, or comes so close to that raising the arm
+/// suffices, in the nearest frame with enough time on both sides.
+RefitReport RefitRollout(const BodyMeasures& measures, std::span<const RefitGoal> goals, Side wrist,
+                         wandr::RolloutTrack& track);
 
 }  // namespace holdfast

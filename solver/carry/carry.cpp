@@ -379,16 +379,12 @@ class Carrier {
     }
     const ClearanceReport& body = report_.clearance;
     const double contact = report_.contact.contact_frames_ratio.value_or(0.0);
-    constexpr double kMaxInBody_m = 0.01;  // of a motion that may be changed
-    const bool through_body = !options_.keep_motion && body.worst_m > kMaxInBody_m;
+    const bool through_body = !options_.keep_motion && body.worst_m > ClearanceOptions{}.max_left_m;
     report_.sound = report_.grasp.clean && contact >= kMinContact && !through_body;
-    if (body.deep > 0) {
-      report_.warnings.push_back(
-          fmt::format("the {} penetrates the body by more than {:.0f} mm in {} of {} frames, by up "
-                      "to {:.0f} mm in frame {}",
-                      MeetingPartName(body.worst_part), 1e3 * ClearanceOptions{}.deep_m, body.deep,
-                      body.frames.size(), 1e3 * body.worst_m, body.worst_frame));
-    } else if (options_.recipe != FitRecipe::kHoldfast && report_.grasp.through_body > 0.0) {
+    for (std::string& warning : ClearanceWarnings(body)) {
+      report_.warnings.push_back(std::move(warning));
+    }
+    if (options_.recipe != FitRecipe::kHoldfast && report_.grasp.through_body > 0.0) {
       report_.warnings.push_back(
           fmt::format("the object collides with the body in about {:.0f} % of the frames",
                       100.0 * report_.grasp.through_body));
@@ -418,10 +414,10 @@ class Carrier {
     }
   }
 
-  // Captured drinkers tilt the neck by 10 to 17 degrees, more for the last sip.
+  // Captured drinkers tilt the neck by 10 to 17 degrees.
   void WarnOfDrink() {
     if (!report_.drunk) return;
-    constexpr double kMaxFromMouth_m = 0.025, kMaxNeck = 65.0 * kDegree;
+    constexpr double kMaxFromMouth_m = 0.025, kMaxNeck = 45.0 * kDegree;
     if (report_.drunk->rim_from_mouth_m > kMaxFromMouth_m) {
       report_.sound = false;
       report_.warnings.push_back(fmt::format("the rim stays {:.0f} mm from the mouth",

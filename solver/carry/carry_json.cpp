@@ -231,6 +231,9 @@ nlohmann::json ClearanceJson(const ClearanceReport& report) {
           {"wrist_shift_max_mm", 1e3 * report.shift_max_m},
           {"free_wrist_shift_mean_mm", 1e3 * report.free_shift_mean_m},
           {"free_wrist_shift_max_mm", 1e3 * report.free_shift_max_m},
+          {"wrist_turn_max_deg", report.turn_max_rad / kDegree},
+          {"wrist_turn_max_deg_s", report.turn_speed_max_rad_s / kDegree},
+          {"frames_not_adjusted", report.kept},
           {"acceleration_ratio", report.acceleration_ratio}};
 }
 

@@ -15,6 +15,7 @@
 #include "solver/carry/cup_in_hand.h"
 #include "solver/fit/clip_state.h"
 #include "solver/grasp/object_shape.h"
+#include "solver/take/take_table.h"
 
 namespace holdfast {
 namespace {
@@ -33,6 +34,8 @@ constexpr double kFarTilt = 50.0 * kDegree, kMaxBack = 45.0 * kDegree;
 constexpr double kMaxYaw = 30.0 * kDegree;
 constexpr double kLipsFrom_m = 0.12, kLipsAt_m = 0.02;  // of the rim, beyond its minimum
 constexpr double kLipsNear_m = 0.01;                    // of the rim, for the hand not to move
+constexpr double kHeadComes_m = 0.02;                   // of the lips, maximum
+constexpr double kHandCalm_s = 0.15;  // before and after a frame, in which its shift is averaged
 constexpr double kHandGives_m = 0.025, kGive = 5.0 * kDegree;  // maximum in total; per step
 constexpr int kGives = 4;
 constexpr int kCupPoints = 250;
@@ -165,6 +168,7 @@ class DrinkServer {
     if (report_.status == GraspStatus::kNoRoom) return report_;
     MoveCup();
     MoveHead();
+    AddTable(std::array{times_.lift, times_.put_down}, surface_, cup_.object.mesh, 1, clip_);
     return report_;
   }
 
@@ -295,37 +299,48 @@ class DrinkServer {
         std::max(report_.wrist_turn_rad, AngleBetween(wanted.linear(), wrist.linear()));
   }
 
-  // Moves the lips to the approaching rim and back. The hand covers what neck and head cannot.
+  // Brings rim and lips together and apart. The hand moves, except for the last two centimeters:
+  // people drink with the neck nearly upright.
   void MoveHead() {
     const Vector3d lips = LipsOf(face_);
-    std::vector<Vector3d> own(clip_.pose.size()), edge(clip_.pose.size());
+    std::vector<Vector3d> own(clip_.pose.size());
     std::vector<Matrix3d> head(clip_.pose.size());
-    double nearest = 1e9;
+    const auto gap = [&](int t) {
+      return Vector3d(own[t] - DrinkingEdge(marks_, clip_.object->Pose(t), own[t]));
+    };
     for (int t = times_.lift; t <= times_.put_down; ++t) {
       const Isometry3d at = Head(t);
       head[t] = at.linear();
       own[t] = at * lips;
-      edge[t] = DrinkingEdge(marks_, clip_.object->Pose(t), own[t]);
-      nearest = std::min(nearest, (edge[t] - own[t]).norm());
     }
     Eigen::VectorXd share = Eigen::VectorXd::Zero(clip_.NumFrames());
-    for (int t = times_.lift; t <= times_.put_down; ++t) {
-      const double beyond = (edge[t] - own[t]).norm() - nearest - kLipsAt_m;
-      share(t) = 1.0 - MinimumJerk(beyond / (kLipsFrom_m - kLipsAt_m));
-    }
-    // Drinking goes on while a drained cup leaves the position of an upright head.
-    const auto drinks = [&](int t) { return share(t) >= 1.0; };
-    int first = times_.lift, last = times_.put_down;
-    while (first < last && !drinks(first)) ++first;
-    while (last > first && !drinks(last)) --last;
-    share.segment(first, last - first + 1).setOnes();
+    int first = 0,
+        last = 0;  // of drinking, which goes on while a drained cup leaves an upright head
+    const auto set_shares = [&] {
+      double nearest = 1e9;
+      for (int t = times_.lift; t <= times_.put_down; ++t) {
+        nearest = std::min(nearest, gap(t).norm());
+      }
+      for (int t = times_.lift; t <= times_.put_down; ++t) {
+        const double beyond = gap(t).norm() - nearest - kLipsAt_m;
+        share(t) = 1.0 - MinimumJerk(beyond / (kLipsFrom_m - kLipsAt_m));
+      }
+      first = times_.lift, last = times_.put_down;
+      while (first < last && share(first) < 1.0) ++first;
+      while (last > first && share(last) < 1.0) --last;
+      share.segment(first, last - first + 1).setOnes();
+    };
+    set_shares();
+    BringHand(first, last, gap);
+    set_shares();
     const Matrix3Xd samples = CupSamples();
     const auto turn_head = [&] {
       std::vector<HeadWish> wishes(clip_.pose.size());
       for (int t = times_.lift; t <= times_.put_down; ++t) {
         if (share(t) <= 0.0) continue;
         const Isometry3d cup = clip_.object->Pose(t);
-        wishes[t].lips = own[t] + share(t) * (DrinkingEdge(marks_, cup, own[t]) - own[t]);
+        const Vector3d way = -gap(t);
+        wishes[t].lips = own[t] + share(t) * std::min(1.0, kHeadComes_m / way.norm()) * way;
         wishes[t].turn = share(t) * TurnTo(cup.linear().col(2), head[t]);
         wishes[t].points = cup * samples;
       }
@@ -337,9 +352,9 @@ class DrinkServer {
     Vector3d shift = Vector3d::Zero();
     for (int give = 1; give <= kGives; ++give) {
       const Vector3d mouth = Head(times_.drink) * lips;
-      const Vector3d gap = mouth - DrinkingEdge(marks_, clip_.object->Pose(times_.drink), mouth);
-      if (gap.norm() < kLipsNear_m) return;
-      shift += gap;
+      const Vector3d left = mouth - DrinkingEdge(marks_, clip_.object->Pose(times_.drink), mouth);
+      if (left.norm() < kLipsNear_m) return;
+      shift += left;
       shift *= std::min(1.0, kHandGives_m / shift.norm());
       clip_.pose = poses;
       clip_.object = track;
@@ -347,6 +362,26 @@ class DrinkServer {
         if (share(t) > 0.0) GiveHand(t, share(t) * shift, share(t) * give * kGive);
       }
       turn_head();
+    }
+  }
+
+  // Moves the hand and the cup so that the gap is at most what the head closes: fully from `first`
+  // to `last`, where the person drinks, and in part on the way there and back.
+  void BringHand(int first, int last, const std::function<Vector3d(int)>& gap) {
+    Matrix3Xd way(3, last - first + 1);
+    for (int t = first; t <= last; ++t) {
+      const Vector3d whole = gap(t);
+      way.col(t - first) = std::max(0.0, 1.0 - kHeadComes_m / whole.norm()) * whole;
+    }
+    const int calm = static_cast<int>(std::lround(kHandCalm_s * clip_.frame_rate));
+    for (int t = times_.lift; t <= times_.put_down; ++t) {
+      const int at = std::clamp(t, first, last) - first, from = std::max(0, at - calm),
+                to = std::min(last - first, at + calm);
+      const Vector3d mean = way.middleCols(from, to - from + 1).rowwise().mean();
+      const double before = double(t - times_.lift) / std::max(1, first - times_.lift),
+                   after = double(times_.put_down - t) / std::max(1, times_.put_down - last);
+      const Vector3d shift = MinimumJerk(before) * MinimumJerk(after) * mean;
+      if (!shift.isZero(0.0)) GiveHand(t, shift, 0.0);
     }
   }
 

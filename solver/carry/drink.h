@@ -53,10 +53,10 @@ struct DrinkReport {
 /// between in the hand as lifted. The cup is placed upright in that hand, with its bottom at the
 /// table height inferred from the resting hand, and the fingers close around it where the grasp is
 /// firmest (CloseFingers, RefineGrasp). The wrist corrects the remaining tilt and height at either
-/// end over the motion to the mouth. Neck and head, assumed to be unmarked, bring the mouth to the
-/// rim, lean back with a strongly tilted cup, and stay clear of it (PoseUnmarkedHead). Sets object,
-/// holding_hand and fingers of the clip; CarryObject then fits it. Throws Error if nobody drinks,
-/// and for a cup without a rim.
+/// end over the motion to the mouth, and brings the rim to within 2 cm of the mouth. Neck and head,
+/// assumed to be unmarked, move the mouth the rest of the way, lean back with a strongly tilted
+/// cup, and stay clear of it (PoseUnmarkedHead). Sets object, table, holding_hand and fingers of
+/// the clip; CarryObject then fits it. Throws Error if nobody drinks, and for a cup without a rim.
 DrinkReport ServeDrink(const ClipBody& body, const PreparedObject& cup, std::uint64_t seed,
                        Clip& clip);
 

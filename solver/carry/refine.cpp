@@ -272,12 +272,21 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
     KeepShallow(
         clip, measure, [&] { return stopped; }, report);
   if (stopped) return report;
+  if (!body.model->LoneHand()) {
+    ClearanceOptions clearance;
+    clearance.keep_motion = options.keep_motion;
+    clearance.threads = options.threads;
+    report.clearance = KeepOutOfBody(BodySurface(body.model, body.betas), object.object.mesh,
+                                     clearance, report.result.clip);
+  }
   report.distance = DistanceToData(clip, report.result.clip);
   const bool touched = report.after.contact.contact_frames_ratio.value_or(report.ball) > 0.0;
   constexpr double kLost = 0.1;  // of the held frames
   report.contact_kept =
       report.ball || report.after.contact.contact_frames_ratio.value_or(0.0) >=
                          report.before.contact.contact_frames_ratio.value_or(0.0) - kLost;
+  report.sound = report.contact_kept &&
+                 (options.keep_motion || report.clearance.worst_m <= ClearanceOptions{}.max_left_m);
   report.status = touched ? RefineStatus::kRefined : RefineStatus::kNoContact;
   return report;
 }
@@ -293,6 +302,8 @@ OptionTable OptionsOf(RefineOptions& options) {
                "Holding hand; auto: detected in the clip; clip: from its holding_hand");
   table.Number("object_vertices", "", options.object_vertices, {4, 100'000},
                "Vertices that the object is simplified to");
+  table.Flag("keep_motion", options.keep_motion,
+             "Do not move arms and object out of the person's own body; only report collisions");
   AddWeightOptions(table, options.fit, [](const EnergyTermInfo& info) {
     constexpr EnergyTerm kTerms[] = {EnergyTerm::kObject,       EnergyTerm::kFingers,
                                      EnergyTerm::kAcceleration, EnergyTerm::kSupport,

@@ -9,6 +9,7 @@
 #include "geometry/score/contact_score.h"
 #include "solver/carry/carry.h"
 #include "solver/carry/follow.h"
+#include "solver/clearance/clearance.h"
 #include "solver/fit/clip_refinement.h"
 #include "solver/fit/finger_repair.h"
 
@@ -27,6 +28,7 @@ struct RefineOptions {
   FitOptions fit = RefinementDefaults();  ///< its threads are overridden by `threads`
   ContactProtocol protocol;               ///< of the measurements; its threads likewise
   int object_vertices = 300;              ///< number of vertices to prepare the object with
+  bool keep_motion = false;               ///< only report collisions with the person's own body
   int threads = 1;                        ///< the result does not depend on it
 };
 
@@ -73,7 +75,11 @@ struct RefineReport {
   /// False if the fraction of held frames in contact dropped by more than 0.1. Always true for a
   /// ball that is followed.
   bool contact_kept = true;
+  ClearanceReport clearance;  ///< empty for a lone hand
   DataDistance distance;
+
+  /// Contact is kept, and neither arms nor object stay deeper than 10 mm in a body that may move.
+  bool sound = true;
 };
 
 DataDistance DistanceToData(const Clip& data, const Clip& refined);
@@ -81,7 +87,8 @@ DataDistance DistanceToData(const Clip& data, const Clip& refined);
 /// Refines a clip that has this object's trajectory: repairs fingers that jump (RepairFingers),
 /// then object, arms and fingers (RefineClip; RefineBall if IsUnturnedBall); measures it before and
 /// after. Maximum penetration never increases: otherwise the clip is solved again with ten times
-/// the penetration weights, and frames that are still too deep keep the clip's pose (`kept`).
+/// the penetration weights, and frames that are still too deep keep the clip's pose (`kept`). Then
+/// arms and object are moved out of the person's own body (KeepOutOfBody).
 /// `progress` receives "refine" and "metrics". Throws Error for a clip without an object
 /// trajectory, one that no hand holds or penetrates, hands that the body lacks, and kOfClip without
 /// holding_hand.

@@ -146,20 +146,22 @@ struct HandClosure {
   }
 };
 
-/// Keeps the hand, and with it the object, at its pose in the clip, with a soft limit on
-/// displacement.
+/// Keeps the hand, and with it the object, at its pose in the clip, with soft limits on
+/// displacement and rotation.
 ///
-///   r = [(p(x) - p_0) / sigma_m;  log(R(x) R_0^T) / sigma_rad;
-///        max(0, |p(x) - p_0| - most) / sigma_most],   7 residuals, world
+///   w = log(R(x) R_0^T)
+///   r = [(p(x) - p_0) / sigma_m;  w / sigma_rad;
+///        max(0, |p(x) - p_0| - most_m) / sigma_most_m;  max(0, |w| - most_rad) / sigma_most_rad]
 ///
-/// (R, p): the wrist's pose, meters; (R_0, p_0): the clip's. x: the arm's change (12). sigma_rad is
-/// per axis: rotation about z, the vertical, spills nothing.
+/// 8 residuals, world. (R, p): the wrist's pose, meters; (R_0, p_0): the clip's. x: the arm's
+/// change (12). sigma_rad is per axis: rotation about z, the vertical, spills nothing.
 struct HandStay {
-  static constexpr int kRows = 7;
+  static constexpr int kRows = 8;
   Eigen::Isometry3d wrist = Eigen::Isometry3d::Identity();  ///< (R_0, p_0)
   double sigma_m = 0.03;
   Eigen::Vector3d sigma_rad = Eigen::Vector3d::Constant(8.0 * kDegree);
-  double most_m = 0.1, sigma_most_m = 0.002;
+  double most_m = 0.1, sigma_most_m = 0.0005;
+  double most_rad = 28.0 * kDegree, sigma_most_rad = 0.1 * kDegree;
 
   template <typename Residuals, typename Jacobian>
   void Evaluate(const ArmState& state, Residuals&& residuals, Jacobian&& J_residuals_change) const {
@@ -170,14 +172,21 @@ struct HandStay {
     const J_point_arm J_shift = state.PointJacobian(kArmWrist, now.translation());
     residuals.template head<3>() = shift / sigma_m;
     residuals.template segment<3>(3) = turn.cwiseQuotient(sigma_rad);
+    const double angle = turn.norm();
     residuals(6) = std::max(0.0, distance - most_m) / sigma_most_m;
+    residuals(7) = std::max(0.0, angle - most_rad) / sigma_most_rad;
     J_residuals_change.template topRows<3>() = J_shift / sigma_m;
     J_residuals_change.template middleRows<3>(3) = sigma_rad.cwiseInverse().asDiagonal() *
                                                    InverseLeftJacobianSO3(turn) *
                                                    state.TurnJacobian(kArmWrist);
-    J_residuals_change.row(6).setZero();
-    if (distance <= most_m) return;
-    J_residuals_change.row(6) = shift.transpose() / (distance * sigma_most_m) * J_shift;
+    J_residuals_change.template bottomRows<2>().setZero();
+    if (distance > most_m) {
+      J_residuals_change.row(6) = shift.transpose() / (distance * sigma_most_m) * J_shift;
+    }
+    if (angle > most_rad) {  // the component of a rotation along its own axis
+      J_residuals_change.row(7) =
+          turn.transpose() / (angle * sigma_most_rad) * state.TurnJacobian(kArmWrist);
+    }
   }
 };
 

@@ -9,6 +9,8 @@
 #include <span>
 #include <utility>
 
+#include <fmt/format.h>
+
 #include "generator/body/pose_builder.h"
 #include "geometry/body/body_frames.h"
 #include "geometry/error.h"
@@ -34,6 +36,7 @@ constexpr double kWatched_m = 0.025, kWatchedFinely_m = 0.012;
 constexpr double kSolved_hz = 30.0;  // rate of the frames with planes
 constexpr double kBend = 0.15;
 constexpr double kStay_m = 0.006, kMost_m = 0.05;
+constexpr double kLooseTurn_rad = 180.0 * kDegree, kLooseSigma_m = 0.002;  // of a free hand
 constexpr double kUpright_rad = 30.0 * kDegree, kTurned_rad = 60.0 * kDegree;
 constexpr std::size_t kMaxPlanes = 48;
 
@@ -95,9 +98,13 @@ class BodyKeeper {
     if (report_.deep == 0 || options_.keep_motion) return report_;
     Solve();
     if (!Finish()) return report_;
-    const ClearanceReport untouched = report_;
+    ClearanceReport untouched = report_;
     Judge(moved_);
-    if (Excess(report_) >= Excess(untouched)) return untouched;
+    KeepWhereBlocked(untouched);
+    if (Excess(report_) >= Excess(untouched)) {
+      untouched.kept = report_.kept;
+      return untouched;
+    }
     TellMovement();
     report_.moved = true;
     clip_ = std::move(moved_);
@@ -195,6 +202,7 @@ class BodyKeeper {
     return s * s * s * (10.0 + s * (6.0 * s - 15.0));
   }
 
+  bool HoldsAt(int arm, int t) const { return (clip_.holding_hand[t] & (1 << arm)) != 0; }
   bool Holds(const Arm& arm) const { return (held_by_ & (1 << arm.index)) != 0; }
   double Freedom(const Arm& arm, int t) const { return Holds(arm) ? freedom_[t] : 1.0; }
 
@@ -306,6 +314,10 @@ class BodyKeeper {
       stay.sigma_m = kStay_m;
       stay.sigma_rad << kUpright_rad, kUpright_rad, kTurned_rad;
       stay.most_m = kMost_m;
+      if (!HoldsAt(arm.index, t)) {
+        stay.most_rad = kLooseTurn_rad;
+        stay.sigma_most_m = kLooseSigma_m;
+      }
       stay.wrist = base.WorldFromJoint(WristJoint(side));
       std::vector<double*> own;
       for (int k = 0; k < 4; ++k) own.push_back(arm.spline.Knot(knot + k));
@@ -410,16 +422,52 @@ class BodyKeeper {
     return true;
   }
 
+  // Restores the clip, between frames without adjusted arms, where the body is not kept free or a
+  // wrist exceeds the bounds. `untouched`: the report on the clip.
+  void KeepWhereBlocked(const ClearanceReport& untouched) {
+    for (int begin = 0, end = 0; begin < frames_; begin = end + 1) {
+      bool blocked = false;
+      for (end = begin; end < frames_ && IsFree(end); ++end) {
+        blocked = blocked || report_.frames[end].depth_m > options_.max_left_m;
+        for (int arm = 0; arm < 2; ++arm) {
+          if (!HoldsAt(arm, end)) continue;
+          const Eigen::Isometry3d was = Wrist(clip_, end, arm), is = Wrist(moved_, end, arm);
+          blocked = blocked ||
+                    (is.translation() - was.translation()).norm() > options_.max_shift_m ||
+                    AngleBetween(is.linear(), was.linear()) > options_.max_turn_rad;
+        }
+      }
+      for (int t = begin; blocked && t < end; ++t) {
+        moved_.pose[t] = clip_.pose[t];
+        moved_.object->trans.col(t) = clip_.object->trans.col(t);
+        moved_.object->orient.col(t) = clip_.object->orient.col(t);
+        report_.frames[t] = untouched.frames[t];
+        report_.kept += untouched.frames[t].depth_m > options_.deep_m;
+      }
+    }
+    Summarize();
+  }
+
   void TellMovement() {
     double held = 0.0, loose = 0.0, before = 0.0, after = 0.0;
     int loose_frames = 0;
     for (const Arm& arm : arms_) {
-      std::vector<Eigen::Vector3d> was, is;
+      std::vector<Eigen::Vector3d> was, is, turn;
       for (int t = 0; t < frames_; ++t) {
-        was.push_back(Wrist(clip_, t, arm.index).translation());
-        is.push_back(Wrist(moved_, t, arm.index).translation());
+        const Eigen::Isometry3d wrist = Wrist(clip_, t, arm.index),
+                                now = Wrist(moved_, t, arm.index);
+        was.push_back(wrist.translation());
+        is.push_back(now.translation());
+        turn.push_back(LogSO3(now.linear() * wrist.linear().transpose()));
+        if (HoldsAt(arm.index, t)) {
+          report_.turn_max_rad = std::max(report_.turn_max_rad, turn[t].norm());
+          if (t > 0) {
+            const double speed = clip_.frame_rate * (turn[t] - turn[t - 1]).norm();
+            report_.turn_speed_max_rad_s = std::max(report_.turn_speed_max_rad_s, speed);
+          }
+        }
         const double shift = (is[t] - was[t]).norm();
-        if ((clip_.holding_hand[t] & (1 << arm.index)) != 0) {
+        if (HoldsAt(arm.index, t)) {
           double& farther = report_.frames[t].wrist_shift_m;
           farther = std::max(farther, shift);
           continue;
@@ -458,6 +506,25 @@ class BodyKeeper {
 };
 
 }  // namespace
+
+std::vector<std::string> ClearanceWarnings(const ClearanceReport& report) {
+  std::vector<std::string> warnings;
+  const ClearanceOptions bounds;
+  if (report.deep > 0) {
+    warnings.push_back(fmt::format(
+        "the {} penetrates the body by more than {:.0f} mm in {} of {} frames, by up to "
+        "{:.0f} mm in frame {}",
+        MeetingPartName(report.worst_part), 1e3 * bounds.deep_m, report.deep, report.frames.size(),
+        1e3 * report.worst_m, report.worst_frame));
+  }
+  if (report.kept > 0) {
+    warnings.push_back(fmt::format(
+        "arms and object keep the clip's motion in {} frames with penetration: no motion in which "
+        "the wrist moves by at most {:.0f} cm and turns by at most {:.0f} degrees avoids it",
+        report.kept, 1e2 * bounds.max_shift_m, bounds.max_turn_rad / kDegree));
+  }
+  return warnings;
+}
 
 ClearanceScene::ClearanceScene(const BodySurface& body, const TriangleMesh& object,
                                std::span<const std::uint8_t> holding, double frame_rate)

@@ -7,11 +7,13 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/mesh/mesh.h"
+#include "geometry/rotation.h"
 #include "geometry/score/own_body_score.h"
 #include "solver/clearance/body_meeting.h"
 
@@ -21,6 +23,8 @@ struct ClearanceOptions {
   bool keep_motion = false;  ///< only measure
   double deep_m = 0.002;     ///< soft tissue allows this; clips without greater depth are unchanged
   double margin_m = 0.003;   ///< target clearance where it is deeper
+  double max_shift_m = 0.06, max_turn_rad = 30.0 * kDegree;  ///< of a holding wrist
+  double max_left_m = 0.01;  ///< deeper collisions that remain: the clip's motion is kept
   int max_rounds = 8;        ///< with updated planes
   int threads = 1;           ///< the result does not depend on it
 };
@@ -32,7 +36,7 @@ struct ClearanceReport {
     double depth_m =
         0.0;  ///< deepest point of object, hands or forearms in the body, in the result
     MeetingPart part = MeetingPart::kNone;  ///< deepest colliding part in the result
-    double wrist_shift_m = 0.0;             ///< maximum displacement of a wrist from the clip
+    double wrist_shift_m = 0.0;  ///< maximum displacement of a holding wrist from the clip
   };
   std::vector<Frame> frames;
   bool moved = false;
@@ -43,9 +47,18 @@ struct ClearanceReport {
   MeetingPart worst_part = MeetingPart::kNone;
   double shift_mean_m = 0.0, shift_max_m = 0.0;  ///< of the holding wrist, over held frames
   double free_shift_mean_m = 0.0, free_shift_max_m = 0.0;  ///< of a wrist while it does not hold
+  /// Of a holding wrist, from the clip: maximum rotation, and maximum angular velocity of that
+  /// rotation.
+  double turn_max_rad = 0.0, turn_speed_max_rad_s = 0.0;
+  /// Number of frames with a collision that keep the clip's motion, because no adjustment within
+  /// the bounds frees the body.
+  int kept = 0;
   /// Mean acceleration of the wrists relative to the clip's, in the changed frames; 1 if none.
   double acceleration_ratio = 1.0;
 };
+
+/// Returns what a user should know: collisions that remain, and frames whose motion was kept.
+std::vector<std::string> ClearanceWarnings(const ClearanceReport& report);
 
 /// Data of KeepOutOfBody that do not depend on the motion, so that they can be prepared while the
 /// motion is still computed.
@@ -63,9 +76,10 @@ struct ClearanceScene {
 /// Moves both arms out of the body, and the object with those that hold it (Clip::holding_hand);
 /// each hold keeps its pose from wrist to object. Adjusts collar, shoulder, elbow and wrist by a
 /// cubic B-spline in time, in the frames around those that are too deep. The hand rotates,
-/// preferably about the vertical, rather than moves, and by hardly more than 5 cm. Everything else,
-/// and every clip without collisions, is bitwise unchanged. The object stays in place where no hand
-/// holds it. If collisions remain, the best result is kept and reported. A clip without an object,
+/// preferably about the vertical, rather than moves. Where no motion within the bounds of the
+/// options frees the body, the clip's motion is kept. Everything else, and every clip
+/// without collisions, is bitwise unchanged. The object stays in place where no hand holds it. If
+/// collisions remain, the best result is kept and reported. A clip without an object,
 /// or of a lone hand, is returned unchanged.
 ///
 /// `body`: all vertices of the clip's person; `object`: the mesh, meters. Throws Error unless

@@ -12,6 +12,7 @@
 
 #include <Eigen/Core>
 
+#include "geometry/body/skeleton.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

@@ -12,7 +12,7 @@
 
 #include "geometry/body/hand_model.h"
 #include "solver/fit/fit_options.h"
-#include "solver/unknowns/wrist_offset.h"
+#include "solver/terms/hand/hand_term.h"
 
 namespace holdfast {
 

@@ -22,12 +22,6 @@
 
 namespace holdfast {
 
-/// Deviation of a motion to goals of the right wrist (world, meters, z up) from natural motion:
-/// AddNaturalTerms restricted to what RefitReach does not change: speed, turns, lean, height, joint
-/// limits and accelerations. Mean over frames, 0 at best; compares motions from one start.
-double MotionCost(const LatentBody& body, std::span<const Eigen::Vector3d> goals,
-                  const wandr::ReachSample& sample);
-
 /// Rollouts of equal length that share each pass over the network's weights, although each has its
 /// own solver. Solvers run on threads, one at a time; when all of them wait for a rollout, all
 /// rollouts run at once. Results do not depend on the other motions.

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "generator/wandr/motion_states.h"
+#include "solver/latent/latent_terms.h"
 #include "solver/latent/reach_by_optimization.h"
-#include "solver/latent/rollout_cost.h"
 
 namespace holdfast {
 
@@ -161,19 +161,6 @@ ReachReport MakeReachMotions(const ReachPerson& person, const wandr::NetworkWeig
     track.joints = wandr::JointsOfStates(track.states, own);
   }
   return made;
-}
-
-RefitReport RefitReach(const ReachPerson& person, std::span<const Eigen::Vector3d> goals, Side side,
-                       wandr::ReachSample& sample) {
-  std::vector<RefitGoal> reached;
-  for (std::size_t g = 0; g < goals.size(); ++g) {
-    const wandr::GoalOutcome& outcome = sample.goals[g];
-    if (outcome.Reached())
-      reached.push_back({goals[g], outcome.closest_frame, g + 1 == goals.size()});
-  }
-  const RefitReport report = RefitRollout(person.measures, reached, side, sample.track);
-  wandr::MeasureGoals(goals, WristJoint(side), sample);
-  return report;
 }
 
 }  // namespace holdfast

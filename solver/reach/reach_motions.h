@@ -52,9 +52,4 @@ ReachReport MakeReachMotions(const ReachPerson& person, const wandr::NetworkWeig
                              std::span<const Eigen::Vector3d> goals, const ReachOptions& options,
                              const StagedProgress& progress = {});
 
-/// RefitRollout of a motion that was not refitted; the wrist is placed at the goals that the motion
-/// reached. Recomputes the outcomes.
-RefitReport RefitReach(const ReachPerson& person, std::span<const Eigen::Vector3d> goals, Side side,
-                       wandr::ReachSample& sample);
-
 }  // namespace holdfast

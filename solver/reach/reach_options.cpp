@@ -37,9 +37,11 @@ Eigen::Vector3d ReachPerson::Pelvis() const {
 }
 
 double ReachPerson::HighestReach(Side side) const {
+  constexpr double kShoulderRaised = 30.0 * kDegree;
   const int wrist = WristJoint(side), elbow = kJointParents[wrist], shoulder = kJointParents[elbow];
-  return measures.rest_joints(1, shoulder) - measures.sole_y + bones.offset.col(elbow).norm() +
-         bones.offset.col(wrist).norm();
+  return measures.rest_joints(1, shoulder) - measures.sole_y +
+         std::sin(kShoulderRaised) * bones.offset.col(shoulder).norm() +
+         bones.offset.col(elbow).norm() + bones.offset.col(wrist).norm();
 }
 
 ReachPerson StandingPerson(std::shared_ptr<const BodyModel> body) {

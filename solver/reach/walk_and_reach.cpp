@@ -12,6 +12,7 @@
 #include "generator/wandr/reach_outcome.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
+#include "solver/body_ik/reach_refit.h"
 
 namespace holdfast {
 namespace {
@@ -65,6 +66,19 @@ void SortBestFirst(std::vector<ReachMotion>& motions, int num_goals) {
   std::ranges::sort(motions, {}, key);
 }
 
+RefitReport RefitSample(const ReachPerson& person, std::span<const Eigen::Vector3d> goals,
+                        Side side, wandr::ReachSample& sample) {
+  std::vector<RefitGoal> tried;
+  for (std::size_t g = 0; g < goals.size(); ++g) {
+    const wandr::GoalOutcome& outcome = sample.goals[g];
+    if (outcome.taken_on >= 0)
+      tried.push_back({goals[g], outcome.closest_frame, g + 1 == goals.size()});
+  }
+  const RefitReport report = RefitRollout(person.measures, tried, side, sample.track);
+  wandr::MeasureGoals(goals, WristJoint(side), sample);
+  return report;
+}
+
 // Motions are ranked before refitting, which is only worth its time for the best. Pinned feet may
 // pull an upright pelvis down: then the next best is tried.
 void RefitBest(const ReachPerson& person, std::span<const Eigen::Vector3d> goals,
@@ -73,7 +87,7 @@ void RefitBest(const ReachPerson& person, std::span<const Eigen::Vector3d> goals
   constexpr std::size_t kTried = 4;
   const auto refit = [&](ReachMotion& motion) {
     if (motion.sample.diverged) return;
-    motion.refit = RefitReach(person, goals, options.side, motion.sample);
+    motion.refit = RefitSample(person, goals, options.side, motion.sample);
     motion.quality = QualityOf(motion.sample, lowest, goals, options.side);
   };
   const int reached = motions.front().sample.NumReached();
@@ -97,7 +111,10 @@ std::optional<std::string> WhyMissed(const wandr::ReachSample& sample,
   if (outcome.taken_on < 0 || outcome.Reached()) return std::nullopt;
   const double highest = person.HighestReach(options.side);
   if (goal.z() > highest) {
-    return fmt::format("too high for this body, whose wrist reaches {:.2f} m", highest);
+    return fmt::format(
+        "too high: on flat feet this body's wrist reaches {:.2f} m. Try --method latent-opt, which "
+        "raises the heels",
+        highest);
   }
   for (const ReachObstacle& obstacle : options.obstacles) {
     if (obstacle.Distance(goal, options.side) < kHandThickness) {
@@ -162,8 +179,8 @@ std::vector<std::string> CheckReachGoals(std::span<const Eigen::Vector3d> goals,
     }
     if (goal.z() > highest) {
       notes.push_back(
-          fmt::format("the goal {} is higher than the {:.2f} m that this body's wrist can reach "
-                      "from the ground: the wrist will get as close as it can",
+          fmt::format("the goal {} is higher than the {:.2f} m that this body's wrist reaches on "
+                      "flat feet: it may be missed",
                       GoalText(goal), highest));
     }
     if (IsFasterThanWalking(distance, options)) {

@@ -10,6 +10,7 @@
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/score/object_pose_error.h"
+#include "geometry/score/object_rest.h"
 #include "solver/fit/clip_state.h"
 
 namespace holdfast {
@@ -120,6 +121,17 @@ void MeasureBody(const ClipScene& input, const BodySurface& surface, const Score
       [&](int done, int total) { return !progress || progress("own body", done, total); });
   if (score.own_body) return;
   score.notes.push_back("the body model contains only a hand: depths in the body are not measured");
+}
+
+void MeasureRest(const ClipScene& input, const BodySurface& surface, ClipScore& score) {
+  score.in_air = FramesInMidAir(input.clip, surface, *input.object, SignedDistance(*input.object));
+  const auto first = std::ranges::find(score.in_air, std::uint8_t{1});
+  if (first == score.in_air.end()) return;
+  score.notes.push_back(fmt::format(
+      "the object is in mid-air in {} of {} frames, the first of them frame {}: it is still, and "
+      "neither a hand nor the ground nor a table in the clip supports it",
+      std::ranges::count(score.in_air, std::uint8_t{1}), score.frames,
+      first - score.in_air.begin()));
 }
 
 // Returns the frames of the reference to compare with the clip's.
@@ -273,6 +285,7 @@ ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const Sc
   if (reference != nullptr) score.reference = CompareWith(input, *reference, options, score);
   if (input.clip.object && input.object) {
     if (!MeasureHolding(input, options, progress, score)) return score;
+    MeasureRest(input, surface, score);
   } else {
     score.notes.push_back(input.clip.object
                               ? fmt::format("the object's mesh was not found ({}): only motion is "

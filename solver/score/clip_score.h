@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -59,6 +60,7 @@ struct ClipScore {
   double frame_rate = 0.0;
   std::vector<HandObjectScore> hands;    ///< holding hands; empty without an object
   std::optional<OwnBodyScore> own_body;  ///< none for a lone hand
+  std::vector<std::uint8_t> in_air;      ///< FramesInMidAir; empty without an object
   MotionMetrics motion;
   std::optional<ReferenceScore> reference;
   bool foreign_body = false;

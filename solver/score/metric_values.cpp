@@ -153,6 +153,11 @@ MetricValues ClipValues(const ClipScore& score, const ScoreOptions& options) {
     }
     AddBodyDepth(score.own_body->arms, "self_penetration", options, values);
   }
+  if (!score.in_air.empty()) {
+    values["object_in_mid_air_frames_ratio"] =
+        static_cast<double>(std::ranges::count(score.in_air, std::uint8_t{1})) /
+        static_cast<double>(score.in_air.size());
+  }
   const MotionMetrics& motion = score.motion;
   values["joint_acceleration_m_s2"] = motion.joint_acceleration_m_s2.mean;
   values["joint_jerk_m_s3"] = motion.joint_jerk_m_s3.mean;
@@ -327,6 +332,11 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
         "maximum of this depth over frames", true);
   other(kBody, "self_penetration_mean_mm", "arms in the body, mean", "mm", 2, kHigher,
         "mean of this depth over frames, 0 where nothing is inside", true);
+
+  other(kBody, "object_in_mid_air_frames_ratio", "object in mid-air", "%", 1, kHigher,
+        "fraction of frames in which the object is still (below 2 cm/s), farther than 1 cm from "
+        "the skin, and more than 2 cm above the ground and the clip's table",
+        true);
 
   other(kMotion, "joint_acceleration_m_s2", "joint acceleration", "m/s2", 3, kHigher,
         "mean over 22 body joints and frames of the second central difference");

@@ -2,6 +2,7 @@
 #include "solver/synthesis/synthesize.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <cmath>
 #include <string>
@@ -24,6 +25,7 @@
 #include "solver/synthesis/motion_passes.h"
 #include "solver/synthesis/standing_life.h"
 #include "solver/synthesis/synthesis.h"
+#include "solver/take/take_table.h"
 
 namespace holdfast {
 namespace {
@@ -173,6 +175,9 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
   const int finished = options.finish_all ? all : 1;
   ParallelFor(finished, options.threads,
               [&](int i) { Finish(start, action, options, result.samples[i]); });
+  if (StandsOnTable(start)) {
+    AddTable(std::array{0}, start.actor->Skin(), start.prop->mesh, options.threads, best.motion);
+  }
   result.motion = start.mirrored ? MirrorClip(best.motion, scene.rest_joints.col(0)) : best.motion;
   result.motion.action = action;
   result.first_hand = start.mirrored ? Side::kLeft : Side::kRight;

@@ -15,7 +15,7 @@
 #include "geometry/clip/clip.h"
 #include "geometry/options.h"
 #include "geometry/parallel.h"
-#include "solver/carry/fit_job.h"
+#include "solver/carry/run_fit.h"
 #include "solver/synthesis/holding_start.h"
 #include "solver/synthesis/motion_passes.h"
 #include "solver/synthesis/synthesis.h"

@@ -35,10 +35,6 @@ struct Candidate {
   bool Serves() const { return motion.fault.empty() && table.deepest_m <= kBodyInTable_m; }
 };
 
-double MarginOf(const TriangleMesh& mesh) {
-  return std::min(0.2, 0.5 * Extent(mesh).head<2>().norm() + 0.01);
-}
-
 // Returns the best motion of an attempt.
 Candidate BestOf(const std::vector<TakeBodyMotion>& motions, const TakePlan& plan,
                  const HandModel& hand, const BodySurface& body, const TakeObject& object,
@@ -60,21 +56,12 @@ Candidate BestOf(const std::vector<TakeBodyMotion>& motions, const TakePlan& pla
       continue;
     }
     const Eigen::Vector3d place = plan.places.front();
-    all[i].table = PlaceTable(place, plan.approach_yaw_rad, MarginOf(object.mesh),
+    all[i].table = PlaceTable(place, plan.approach_yaw_rad, TableMargin(object.mesh),
                               SkinNearTable(all[i].motion.clip, body, place, threads));
     all[i].score -= 100.0 * all[i].table.deepest_m;
     if (all[i].score > best.score) best = std::move(all[i]);
   }
   return best;
-}
-
-void StandTable(const SideTable& table, Clip& clip) {
-  ObjectTrack track;
-  track.name = "table";
-  track.mesh = "table.ply";
-  track.trans = table.world_from_table.translation().replicate(1, clip.NumFrames());
-  track.orient = LogSO3(table.world_from_table.linear()).replicate(1, clip.NumFrames());
-  clip.table = std::move(track);
 }
 
 // Measures the drift of the held object: of its pose in the wrist's frame from that of the grasp.
@@ -174,7 +161,7 @@ class TakePipeline {
     clip.object->mesh = "object.ply";
     clip.action = "take";
     if (clip.betas.size() == 0 || clip.betas.isZero(0.0)) clip.body_model = start_.body->Name();
-    StandTable(report_.table, clip);
+    SetTable(report_.table, clip);
   }
 
   void Measure() {
@@ -238,34 +225,6 @@ void Greatest(const std::vector<double>& values, double& greatest, int& frame) {
 }
 
 }  // namespace
-
-Eigen::Matrix3Xd SkinNearTable(const Clip& clip, const BodySurface& surface,
-                               const Vector3d& bottom_middle, int threads) {
-  constexpr double kNear = 0.7, kAbove = 0.02;
-  std::vector<Eigen::Matrix3Xd> kept(clip.pose.size());
-  ParallelFor(clip.NumFrames(), threads, [&](int t) {
-    BodyState state;
-    Forward(surface, clip.pose[t], clip.trans.col(t), state);
-    Eigen::Matrix3Xd near(3, state.vertices.cols());
-    Eigen::Index count = 0;
-    for (Eigen::Index i = 0; i < state.vertices.cols(); ++i) {
-      const Vector3d from = state.vertices.col(i) - bottom_middle;
-      if (from.z() < kAbove && from.head<2>().norm() < kNear)
-        near.col(count++) = state.vertices.col(i);
-    }
-    near.conservativeResize(3, count);
-    kept[t] = std::move(near);
-  });
-  Eigen::Index total = 0;
-  for (const Eigen::Matrix3Xd& points : kept) total += points.cols();
-  Eigen::Matrix3Xd all(3, total);
-  Eigen::Index at = 0;
-  for (const Eigen::Matrix3Xd& points : kept) {
-    all.middleCols(at, points.cols()) = points;
-    at += points.cols();
-  }
-  return all;
-}
 
 TakeMeasures MeasureTake(const Clip& clip, const BodySurface& surface, Side side,
                          const TakeObject& object, const SideTable& table, int take,

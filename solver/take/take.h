@@ -42,11 +42,6 @@ struct TakeMeasures {
   int max_acceleration_frame = -1;
 };
 
-/// Returns the skin of all frames (3 x n, world) near a table at `bottom_middle` and less than 2 cm
-/// above it.
-Eigen::Matrix3Xd SkinNearTable(const Clip& clip, const BodySurface& surface,
-                               const Eigen::Vector3d& bottom_middle, int threads);
-
 /// Measures a clip in which the object is taken at frame `take` and is at places[1 + k] at
 /// `goals[k]`. Penetration between hand and object is left to ScoreContact.
 TakeMeasures MeasureTake(const Clip& clip, const BodySurface& surface, Side side,

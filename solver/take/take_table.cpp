@@ -5,10 +5,14 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 #include <unordered_set>
 #include <utility>
 #include <vector>
+
+#include "geometry/parallel.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -164,6 +168,68 @@ TablePlacement PlaceTable(const Vector3d& bottom_middle, double yaw_rad, double 
     }
   }
   return best;
+}
+
+double TableMargin(const TriangleMesh& mesh) {
+  return std::min(0.2, 0.5 * Extent(mesh).head<2>().norm() + 0.01);
+}
+
+Eigen::Matrix3Xd SkinNearTable(const Clip& clip, const BodySurface& surface,
+                               const Vector3d& bottom_middle, int threads, int every) {
+  constexpr double kNear = 0.7, kAbove = 0.02;
+  std::vector<Eigen::Matrix3Xd> kept((clip.NumFrames() + every - 1) / every);
+  ParallelFor(static_cast<int>(kept.size()), threads, [&](int k) {
+    const int t = k * every;
+    BodyState state;
+    Forward(surface, clip.pose[t], clip.trans.col(t), state);
+    Eigen::Matrix3Xd near(3, state.vertices.cols());
+    Eigen::Index count = 0;
+    for (Eigen::Index i = 0; i < state.vertices.cols(); ++i) {
+      const Vector3d from = state.vertices.col(i) - bottom_middle;
+      if (from.z() < kAbove && from.head<2>().norm() < kNear)
+        near.col(count++) = state.vertices.col(i);
+    }
+    near.conservativeResize(3, count);
+    kept[k] = std::move(near);
+  });
+  Eigen::Index total = 0;
+  for (const Eigen::Matrix3Xd& points : kept) total += points.cols();
+  Eigen::Matrix3Xd all(3, total);
+  Eigen::Index at = 0;
+  for (const Eigen::Matrix3Xd& points : kept) {
+    all.middleCols(at, points.cols()) = points;
+    at += points.cols();
+  }
+  return all;
+}
+
+void SetTable(const SideTable& table, Clip& clip) {
+  ObjectTrack track;
+  track.name = "table";
+  track.mesh = "table.ply";
+  track.surface = std::make_shared<const TriangleMesh>(table.Mesh());
+  track.trans = table.world_from_table.translation().replicate(1, clip.NumFrames());
+  track.orient = LogSO3(table.world_from_table.linear()).replicate(1, clip.NumFrames());
+  clip.table = std::move(track);
+}
+
+void AddTable(std::span<const int> frames, const BodySurface& body, const TriangleMesh& object,
+              int threads, Clip& clip) {
+  constexpr int kMaxFrames = 150;  // with skin to avoid
+  Eigen::Matrix3Xd bottoms(3, static_cast<Eigen::Index>(frames.size()));
+  for (std::size_t i = 0; i < frames.size(); ++i) {
+    const Eigen::Matrix3Xd placed = clip.object->Pose(frames[i]) * object.vertices;
+    bottoms.col(i) << 0.5 * (placed.rowwise().minCoeff() + placed.rowwise().maxCoeff()).head<2>(),
+        placed.row(2).minCoeff();
+  }
+  const Vector3d middle = bottoms.rowwise().mean();
+  const double spread = (bottoms.colwise() - middle).colwise().norm().maxCoeff();
+  const Vector3d ahead = middle - (clip.trans.col(frames.front()) + body.RestJoints().col(0));
+  const Eigen::Matrix3Xd skin =
+      SkinNearTable(clip, body, middle, threads, 1 + clip.NumFrames() / kMaxFrames);
+  SetTable(PlaceTable(middle, std::atan2(ahead.y(), ahead.x()), TableMargin(object) + spread, skin)
+               .table,
+           clip);
 }
 
 }  // namespace holdfast

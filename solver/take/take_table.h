@@ -6,6 +6,8 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
+#include "geometry/body/body_model.h"
+#include "geometry/clip/clip.h"
 #include "geometry/mesh/mesh.h"
 
 namespace holdfast {
@@ -42,5 +44,21 @@ struct TablePlacement {
 /// `margin_m` from the edges, those nearest to the person first.
 TablePlacement PlaceTable(const Eigen::Vector3d& bottom_middle, double yaw_rad, double margin_m,
                           const Eigen::Matrix3Xd& body_points);
+
+/// Distance from the edges that an object on a table keeps, meters.
+double TableMargin(const TriangleMesh& mesh);
+
+/// Returns the skin of every `every`-th frame (3 x n, world) near a table at `bottom_middle` and
+/// less than 2 cm above it.
+Eigen::Matrix3Xd SkinNearTable(const Clip& clip, const BodySurface& surface,
+                               const Eigen::Vector3d& bottom_middle, int threads, int every = 1);
+
+/// Sets Clip::table, with its mesh, to a table that stands still.
+void SetTable(const SideTable& table, Clip& clip);
+
+/// Sets Clip::table to a table on which the object of the clip stands in `frames`. It avoids the
+/// person's skin in all frames where a placement does.
+void AddTable(std::span<const int> frames, const BodySurface& body, const TriangleMesh& object,
+              int threads, Clip& clip);
 
 }  // namespace holdfast

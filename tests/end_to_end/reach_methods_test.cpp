@@ -158,7 +158,7 @@ TEST_F(ReachMethods, SaysWhyAGoalIsMissed) {
     return said;
   };
   EXPECT_THAT(why("--goal 0.2,-0.7,2.7 --method latent-opt --time 1.5", "high"),
-              HasSubstr("too high for this body, whose wrist reaches"));
+              HasSubstr("too high: on flat feet this body's wrist reaches"));
   EXPECT_THAT(why("--goal 0,-6,1.1 --method latent-opt --time 1", "soon"),
               HasSubstr("out of time: 6.0 m in 1.0 s is faster than walking"));
 }

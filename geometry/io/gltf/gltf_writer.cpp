@@ -10,6 +10,7 @@
 
 #include <Eigen/Geometry>
 
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/corrective_basis.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
@@ -212,7 +213,7 @@ GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleM
   GlbWriter writer(clip, options);
   writer.AddBody(surface, report);
   if (object != nullptr && clip.object) writer.AddObject(*object);
-  if (options.table != nullptr && clip.table) writer.AddTable(*options.table);
+  if (const TriangleMesh* table = TableMesh(clip)) writer.AddTable(*table);
   writer.AddProvenance(surface);
   WriteAtomically(path, writer.Bytes());
   return report;

@@ -28,8 +28,6 @@ struct GlbOptions {
   int threads = 1;
   /// Appearance of the object instead of a plain one; may be null. Images are written unchanged.
   const TexturedMesh* object_look = nullptr;
-  /// Table that the object rests on, for a clip with a table track; may be null.
-  const TriangleMesh* table = nullptr;
 };
 
 struct GlbReport {

@@ -14,6 +14,7 @@
 #include <fmt/format.h>
 
 #include "geometry/body/hand_model.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
@@ -99,7 +100,7 @@ class MjcfScene {
       : clip_(clip),
         surface_(surface),
         object_(clip.object ? object : nullptr),
-        table_(clip.table ? options.table : nullptr),
+        table_(TableMesh(clip)),
         physics_(object_ != nullptr ? options.physics : nullptr),
         options_(options),
         path_(path) {

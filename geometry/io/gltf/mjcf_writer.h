@@ -51,8 +51,6 @@ struct MjcfOptions {
   std::string model_name = "clip";
   int every = 1;                  ///< key frames: every n-th of the clip
   double density_kg_m3 = 1000.0;  ///< of the object
-  /// Table that the object rests on, for a clip with a table track; may be null. It is fixed.
-  const TriangleMesh* table = nullptr;
   /// For a clip with an object; null: the object is its mesh, hands push only as mocap bodies.
   const MjcfPhysics* physics = nullptr;
 };

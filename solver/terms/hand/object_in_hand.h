@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "geometry/body/hand_model.h"
-#include "solver/unknowns/wrist_offset.h"
+#include "solver/terms/hand/hand_term.h"
 
 namespace holdfast {
 

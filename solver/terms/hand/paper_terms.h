@@ -12,8 +12,8 @@
 #include "geometry/body/hand_model.h"
 #include "geometry/rotation.h"
 #include "solver/kernels/pair_kernel.h"
+#include "solver/terms/hand/hand_term.h"
 #include "solver/unknowns/rotation_manifold.h"
-#include "solver/unknowns/wrist_offset.h"
 
 namespace holdfast {
 

@@ -14,8 +14,8 @@
 #include "geometry/mesh/distance_grid.h"
 #include "solver/hand/hand_evaluation.h"
 #include "solver/hand/hand_landmarks.h"
+#include "solver/terms/hand/hand_term.h"
 #include "solver/unknowns/rotation_manifold.h"
-#include "solver/unknowns/wrist_offset.h"
 
 namespace holdfast {
 

@@ -10,8 +10,8 @@
 #include <Eigen/Core>
 
 #include "geometry/mesh/distance_grid.h"
+#include "solver/terms/hand/hand_term.h"
 #include "solver/terms/hand/penetration.h"
-#include "solver/unknowns/wrist_offset.h"
 
 namespace holdfast {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/body_ik/reach_warp.h"
+#include "solver/body_ik/reach_refit.h"
 
 #include <cmath>
 

@@ -114,6 +114,10 @@ TEST_F(DrinkTest, CupStandsIsLiftedToTheMouthAndPutBack) {
                                   [](const auto& f) { return f.penetration_mm > kDeep_mm; }),
             2);
   const ObjectTrack& track = *carried.clip.object;
+  ASSERT_TRUE(carried.clip.table.has_value());
+  const Eigen::Matrix3Xd before = track.Pose(0) * mug.object.mesh.vertices;
+  EXPECT_NEAR(before.row(2).minCoeff(), carried.clip.table->trans(2, 0), 0.005);
+  EXPECT_LT((track.Pose(0).translation() - carried.clip.table->trans.col(0)).head<2>().norm(), 0.3);
   for (int t = 0; t < lift; ++t) EXPECT_LT((track.trans.col(t) - track.trans.col(0)).norm(), 1e-3);
   EXPECT_NEAR(track.trans(2, kFrames - 1), track.trans(2, 0), 0.003);
   EXPECT_GT(track.trans(2, carried.drink->times.drink), track.trans(2, 0) + 0.2);
@@ -121,6 +125,17 @@ TEST_F(DrinkTest, CupStandsIsLiftedToTheMouthAndPutBack) {
   EXPECT_EQ(carried.clip.holding_hand[lift], kHoldsRight);
   EXPECT_EQ(carried.clip.holding_hand[end], kHoldsRight);
   EXPECT_EQ(carried.clip.holding_hand[end + 1], 0);
+}
+
+// The rim of a bottle is 10 cm above that of a mug: the hand stays lower, the head does not rise.
+TEST_F(DrinkTest, HandBringsTheRimOfATallBottleToAnUprightHead) {
+  const PreparedObject bottle = PrepareObject(LoadObject("bottle"));
+  CarryOptions options;
+  options.drink = true;
+  const CarryReport carried = CarryObject(clip, {model, Eigen::VectorXd()}, bottle, options);
+  ASSERT_TRUE(carried.drunk.has_value());
+  EXPECT_LT(carried.drunk->rim_from_mouth_m, 0.02);
+  EXPECT_LT(carried.drunk->neck_rad, 30.0 * kDegree);
 }
 
 // What is open on top, or closed and round there, is drunk from; but nobody drinks here.

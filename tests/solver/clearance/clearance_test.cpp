@@ -116,6 +116,7 @@ TEST(ClearanceBlock, JacobianIsThatOfDifferences) {
     ArmRange range(side, frame);
     stay.sigma_rad << 0.1, 0.2, 0.3;
     stay.most_m = 0.05;
+    stay.most_rad = 0.1;
     range.lowest.array() += seed % 2 == 0 ? 0.5 : -0.5;
     range.highest.array() += seed % 2 == 0 ? 0.7 : -0.5;
     const ClearanceBlock block(frame, depth, stay, range, {0.1, 0.4, 0.3, 0.2});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/latent/rollout_cost.h"
+#include "solver/latent/latent_terms.h"
 
 #include <gtest/gtest.h>
 

@@ -76,7 +76,7 @@ TEST(WalkAndReach, SaysWhyAGoalIsMissed) {
   ReachOptions options;
   options.samples = 1;
   EXPECT_THAT(Reach({1.0, -1.0, 2.8}, options).why_missed[0].value_or(""),
-              HasSubstr("too high for this body"));
+              HasSubstr("too high: on flat feet"));
   options.time_s = 1.0;
   EXPECT_THAT(Reach({0.0, -6.0, 1.0}, options).why_missed[0].value_or(""),
               MatchesRegex("out of time: (5\\.9|6\\.0|6\\.1) m in 1\\.0 s.*"));

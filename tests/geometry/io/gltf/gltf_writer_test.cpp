@@ -90,8 +90,8 @@ TEST(GltfWriter, ShowsTheTable) {
   clip.table->name = "desk";
   clip.table->trans.array() += 0.3;
   const TriangleMesh table = Tetrahedron();
-  GlbOptions options;
-  options.table = &table;
+  clip.table->surface = std::make_shared<const TriangleMesh>(table);
+  const GlbOptions options;
   WriteGlb(clip, BodySurface(BodyModel::Default()), nullptr, options, folder / "a.glb");
   const GlbFile file(folder / "a.glb");
   const ShadedMesh shaded = SplitAtCreases(table);

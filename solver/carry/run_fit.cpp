@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/carry/fit_job.h"
+#include "solver/carry/run_fit.h"
 
 #include <algorithm>
 #include <array>
