@@ -23,9 +23,9 @@ struct ClearanceOptions {
   bool keep_motion = false;  ///< only measure
   double deep_m = 0.002;     ///< soft tissue allows this; clips without greater depth are unchanged
   double margin_m = 0.003;   ///< target clearance where it is deeper
-  double max_shift_m = 0.06, max_turn_rad = 30.0 * kDegree;  ///< of a holding wrist
+  double max_shift_m = 0.12, max_turn_rad = 30.0 * kDegree;  ///< of a holding wrist
   double max_left_m = 0.01;  ///< deeper collisions that remain: the clip's motion is kept
-  int max_rounds = 8;        ///< with updated planes
+  int max_rounds = 12;       ///< with updated planes
   int threads = 1;           ///< the result does not depend on it
 };
 
