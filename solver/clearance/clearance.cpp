@@ -35,8 +35,8 @@ constexpr double kHandNear_s = 0.5;   // a hand about to hold may touch
 constexpr double kWatched_m = 0.025, kWatchedFinely_m = 0.012;
 constexpr double kSolved_hz = 30.0;  // rate of the frames with planes
 constexpr double kBend = 0.15;
-constexpr double kStay_m = 0.03, kMost_m = 0.07, kMostTurn_rad = 24.0 * kDegree;  // soft limits
-constexpr double kLooseTurn_rad = 180.0 * kDegree, kLooseSigma_m = 0.002;         // of a free hand
+constexpr double kStay_m = 0.03, kMost_m = 0.07, kMaxTurn_rad = 24.0 * kDegree;  // soft limits
+constexpr double kLooseTurn_rad = 180.0 * kDegree, kLooseSigma_m = 0.002;        // of a free hand
 constexpr double kLooseStay_m = 0.006, kLooseMost_m = 0.05;
 constexpr double kUpright_rad = 30.0 * kDegree, kTurned_rad = 60.0 * kDegree;
 constexpr std::size_t kMaxPlanes = 48;
@@ -315,7 +315,7 @@ class BodyKeeper {
       stay.sigma_m = kStay_m;
       stay.sigma_rad << kUpright_rad, kUpright_rad, kTurned_rad;
       stay.most_m = kMost_m;
-      stay.most_rad = kMostTurn_rad;
+      stay.most_rad = kMaxTurn_rad;
       if (!HoldsAt(arm.index, t)) {
         stay.most_rad = kLooseTurn_rad;
         stay.sigma_most_m = kLooseSigma_m;
