@@ -357,8 +357,8 @@ void WriteClip(const Clip& clip, const TriangleMesh& object, const std::filesyst
 }
 
 void WriteClipFiles(Clip clip, const TriangleMesh& object, const std::filesystem::path& folder) {
-  clip.object->mesh = "object.ply";
-  WriteMesh(object, folder / clip.object->mesh);
+  if (clip.object) clip.object->mesh = "object.ply";
+  WriteMesh(object, folder / "object.ply");
   if (const TriangleMesh* table = TableMesh(clip)) {
     clip.table->mesh = "table.ply";
     WriteMesh(*table, folder / clip.table->mesh);
