@@ -121,7 +121,8 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "a second crouch; then with the lowest motion cost (speed, turns, lean, pelvis height, "
       "joint\n"
       "limits, accelerations) if all goals are reached, else the lowest sum of closest "
-      "distances.\n");
+      "distances.\n"
+      "If it ends off balance after the feet are pinned, the next one is tried, up to six.\n");
   command->callback([options, &exit_code] {
     if (options->reach.goals.empty() && options->reach.track.empty()) {
       throw CLI::RequiredError("--goal or --track");
@@ -139,7 +140,9 @@ namespace fs = std::filesystem;
 constexpr int kReportedSamples = 6;
 constexpr const char* kRule =
     "most goals reached within 10 cm; then no second crouch; then the lowest motion cost if all "
-    "goals are reached, else the lowest sum of closest distances";
+    "goals are reached, else the lowest sum of closest distances; after refitting, of the first "
+    "six "
+    "the first in balance";
 
 // Start of the reach, and the user's name for it.
 struct Start {

@@ -6,6 +6,8 @@
 #include <limits>
 #include <vector>
 
+#include "generator/walk_statistics/balance.h"
+
 namespace holdfast {
 namespace {
 
@@ -50,20 +52,22 @@ double LeanBack(const BodyPlacement& placed, double yaw_rad) {
   return std::atan2(-trunk.dot(forward), trunk.z());
 }
 
-ReachFaults FindReachFaults(std::span<const BodyFrame> frames,
-                            const Eigen::Matrix3Xd& rest_joints) {
+ReachFaults FindReachFaults(std::span<const BodyFrame> frames, const BodyMeasures& measures) {
   constexpr int kAround = 10, kKept = 10;       // frames
   constexpr double kWaits = 0.1, kRate = 30.0;  // m/s, Hz
   const auto count = static_cast<int>(frames.size());
   std::vector<double> heights, leans;
   for (const BodyFrame& frame : frames) {
-    const BodyPlacement placed = Place(rest_joints, frame);
+    const BodyPlacement placed = Place(measures.rest_joints, frame);
     heights.push_back(frame.pelvis.z());
     leans.push_back(LeanBack(placed, Yaw(frame)));
   }
   ReachFaults faults;
   faults.second_crouch = SecondCrouch(heights);
   faults.lean_back_rad = std::numeric_limits<double>::quiet_NaN();
+  if (count > 0) {
+    faults.off_balance_m = OffBalance(frames, measures.rest_joints, measures.sole_y, kRate).back();
+  }
   int waiting = 0;
   for (int t = kAround; t + kAround < count; ++t) {
     const Eigen::Vector2d way = (frames[static_cast<std::size_t>(t + kAround)].pelvis -

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "generator/matching/body_frame.h"
+#include "generator/scripted/reach_motion.h"
 
 namespace holdfast {
 
@@ -23,11 +24,13 @@ struct ReachFaults {
   /// Maximum backward lean, radians, that lasts 10 frames while waiting: the pelvis moves at less
   /// than 0.1 m/s over 21 frames. NaN for a motion that never waits.
   double lean_back_rad = 0.0;
+  /// OffBalance of the last frame, meters: NaN for a motion that does not end standing.
+  double off_balance_m = 0.0;
 };
 
 /// Returns ReachFaults::second_crouch for a sequence of pelvis heights, meters.
 int SecondCrouch(std::span<const double> heights);
 
-ReachFaults FindReachFaults(std::span<const BodyFrame> frames, const Eigen::Matrix3Xd& rest_joints);
+ReachFaults FindReachFaults(std::span<const BodyFrame> frames, const BodyMeasures& measures);
 
 }  // namespace holdfast

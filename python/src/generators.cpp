@@ -328,7 +328,7 @@ py::dict WalkOf(const py::object& clip, const py::object& body, bool skating) {
     on_mean = Place(mean.rest_joints, frames);
     soles = SolePoints(own.rest_joints, own.sole_y).At(placed);
     contacts = FindContacts(soles, kMotionRate);
-    if (!frames.empty()) faults = FindReachFaults(frames, own.rest_joints);
+    if (!frames.empty()) faults = FindReachFaults(frames, own);
     if (skating && frames.size() > 1) {
       skates = is_mean && model == BodyModel::Default()
                    ? SkatingOf(frames, own.rest_joints, MeanBody::Get().lowest)
@@ -358,6 +358,7 @@ py::dict WalkOf(const py::object& clip, const py::object& body, bool skating) {
   walk["other_shape"] = is_mean && moving.betas.size() > 0 && !moving.betas.isZero(0.0);
   walk["second_crouch"] = faults.second_crouch;
   walk["lean_back_rad"] = faults.lean_back_rad;
+  walk["off_balance_m"] = faults.off_balance_m;
   walk["foot_skating_ratio"] = skates;
   walk["hand"] = frames.empty() ? py::dict() : HandWayDict(frames, placed);
   return walk;
@@ -541,7 +542,8 @@ the ground (below 4 cm, slower than 0.35 m/s).
 
 'cut': frames from the first non-finite one on are left out; 'other_shape': its betas are of another
 model; 'second_crouch': frame in which the person crouches a second time on the way, or -1;
-'lean_back_rad': maximum lean backwards while waiting; 'hand': path of the hand that moves farthest
+'lean_back_rad': maximum lean backwards while waiting; 'off_balance_m': how far the center of mass is
+outside of the feet in the last frame, NaN if the person moves there; 'hand': path of the hand that moves farthest
 (speed, straightness);
 'foot_skating_ratio' (NaN without skating=True): as in reach_motions. clip, body as in score().)";
 

@@ -211,11 +211,11 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
                      (rest_joints.col(wrist) - rest_joints.col(elbow)).norm();
   const auto in_reach = [&](const RefitGoal& goal) {
     constexpr double kTrunkGives_m = 0.05;
-    const double off = lacks(goal);
-    if (off <= options.farthest_m) return true;
     const BodyPlacement placed = Place(rest_joints, frames[goal.frame]);
-    return off <= options.farthest_in_reach_m &&
-           (placed.joints.col(shoulder) - goal.position).norm() <= arm + kTrunkGives_m;
+    const double off = (placed.joints.col(wrist) - goal.position).norm();
+    return off <= options.farthest_m ||
+           (off <= options.farthest_in_reach_m &&
+            (placed.joints.col(shoulder) - goal.position).norm() <= arm + kTrunkGives_m);
   };
   const SolePoints soles(rest_joints, measures.sole_y);
   for (const RefitGoal& goal : goals) {
@@ -239,6 +239,7 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
                        : FeetOf(Place(rest_joints, frames));
   ReachWarpOptions warp_options;
   warp_options.joint_limits = CapturedJointLimits();
+  warp_options.soles = &soles;
   for (const std::size_t k : {13, 14}) {
     warp_options.joint_limits[k] = std::min(warp_options.joint_limits[k], kCollarLimit);
   }
@@ -255,10 +256,10 @@ wandr::StateMatrix<double> RefitReach(const BodyMeasures& measures,
     const bool room =
         warp.frame - warp.begin >= margin && (goal.rests || warp.end - 1 - warp.frame >= margin);
     if (options.place_wrist && room && (reached[k] || in_reach(goal))) {
-      const std::vector<BodyFrame> before = frames;
+      const std::vector<BodyFrame> before(frames.begin() + warp.begin, frames.begin() + warp.end);
       const double off = lacks(goal);
       WarpReach(rest_joints, feet, warp, warp_options, frames);
-      if (lacks(goal) > off) frames = before;
+      if (lacks(goal) > off) std::ranges::copy(before, frames.begin() + warp.begin);
     }
     found.wrist_errors_m.push_back(lacks(goal));
   }

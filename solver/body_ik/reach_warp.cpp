@@ -13,6 +13,7 @@
 #include "generator/body/limb_ik.h"
 #include "generator/matching/foot_lock.h"
 #include "generator/scripted/minimum_jerk.h"
+#include "generator/walk_statistics/balance.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/body_ik/frame_pose.h"
@@ -46,7 +47,8 @@ class ReachWarpSolver {
         options_(options),
         frames_(frames),
         captured_(frames.begin() + warp.begin, frames.begin() + warp.end),
-        change_(warp.end - warp.begin, options.knot_frames) {}
+        change_(warp.end - warp.begin, options.knot_frames),
+        over_feet_(WayOverFeet()) {}
 
   ReachWarpReport Solve() {
     ceres::Problem problem;
@@ -92,9 +94,27 @@ class ReachWarpSolver {
         RotationBetween(warp_.goal - lacks - head, warp_.goal - lacks + share * lacks - head);
     terms.gaze.wanted = turn * face;
     terms.balance.captured = Balance::Middle(chain_, placed);
+    if (over_feet_.norm() > 0.0) {
+      constexpr int kAround = 15, kStill = 6;  // frames around the arrival; at the end
+      constexpr double kSigma_m = 0.01;
+      const int from = warp_.frame - kAround;
+      const int to = std::max(warp_.frame, std::min(warp_.frame + kAround, warp_.end - kStill));
+      const double moved = MinimumJerk(static_cast<double>(t - from) / (to - from));
+      terms.balance.captured += moved * over_feet_;
+      terms.balance.sigma_m += moved * (kSigma_m - terms.balance.sigma_m);
+    }
     terms.legs = LegReach::Of(chain_, placed, feet_[t]);
     terms.range = JointRange::Of(chain_, frame, options_.joint_limits);
     return terms;
+  }
+
+  Eigen::Vector2d WayOverFeet() const {
+    constexpr double kWithin_m = Support::kFootRadius_m - 0.02;
+    if (options_.soles == nullptr || !warp_.rests) return Eigen::Vector2d::Zero();
+    const BodyPlacement placed = Place(chain_.RestJoints(), captured_.back());
+    const Eigen::Vector2d center = CenterOfMass(placed).head<2>();
+    const Eigen::Vector2d way = Support(options_.soles->At(placed)).Nearest(center) - center;
+    return std::max(0.0, 1.0 - kWithin_m / std::max(way.norm(), kWithin_m)) * way;
   }
 
   // Applies the change to the frames, legs included.
@@ -120,6 +140,7 @@ class ReachWarpSolver {
   std::vector<BodyFrame>& frames_;
   std::vector<BodyFrame> captured_;
   ChangeSpline change_;
+  Eigen::Vector2d over_feet_;  // way of the resting body's center of mass to its feet
 };
 
 }  // namespace

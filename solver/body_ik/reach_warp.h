@@ -34,6 +34,8 @@ struct ReachWarpOptions {
   double rest_sigma_m = 0.003;   ///< after it, if the wrist rests
   double path_sigma_m = 0.02;    ///< on the way
   int max_iterations = 25;
+  /// Given: a body that rests at the end, but off balance there, moves over its feet.
+  const SolePoints* soles = nullptr;
 };
 
 struct ReachWarpReport {

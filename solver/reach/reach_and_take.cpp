@@ -199,6 +199,9 @@ nlohmann::json MotionJson(const ReachMotion& motion) {
           {"peak_pelvis_m_s", quality.peak_pelvis_m_s},
           {"motion_cost", motion.cost},
           {"crouches_twice", quality.crouches_twice},
+          {"off_balance_mm", std::isnan(quality.off_balance_m)
+                                 ? nlohmann::json(nullptr)
+                                 : nlohmann::json(1000.0 * quality.off_balance_m)},
           {"diverged", motion.sample.diverged},
           {"latent_solves", solves}};
 }

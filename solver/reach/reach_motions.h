@@ -24,6 +24,8 @@ struct ReachQuality {
   double closest_sum_m = 0.0;  ///< over the goals
   double peak_pelvis_m_s = 0.0;
   int crouches_twice = 0;  ///< number of goals with a second crouch (SecondCrouch)
+  /// OffBalance of the last frame, meters; NaN if the person moves there.
+  double off_balance_m = 0.0;
 };
 
 /// A generated motion, in the world for either side: states and joints of the moving body.

@@ -7,11 +7,13 @@
 
 #include <fmt/format.h>
 
+#include "generator/walk_statistics/balance.h"
 #include "generator/walk_statistics/reach_faults.h"
 #include "generator/wandr/motion_states.h"
 #include "generator/wandr/reach_outcome.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
+#include "solver/body_ik/frame_pose.h"
 #include "solver/body_ik/reach_refit.h"
 
 namespace holdfast {
@@ -36,14 +38,26 @@ bool CrouchesTwice(const wandr::ReachSample& sample, const wandr::GoalOutcome& g
   return SecondCrouch({heights.data(), static_cast<std::size_t>(heights.size())}) >= 0;
 }
 
+double OffBalanceAtEnd(const BodyMeasures& measures, const wandr::StateMatrix<float>& states) {
+  constexpr Eigen::Index kFrames = 12;  // that StandsStill looks at
+  const Eigen::Index count = std::min(states.cols(), kFrames);
+  std::vector<BodyFrame> frames;
+  for (const auto& state : states.rightCols(count).cast<double>().colwise()) {
+    frames.push_back(FrameOf(wandr::PoseOf<double>(state), measures.rest_joints.col(0)));
+  }
+  return OffBalance(frames, measures.rest_joints, measures.sole_y, wandr::kFramesPerSecond).back();
+}
+
 ReachQuality QualityOf(const wandr::ReachSample& sample, const wandr::LowestPoint& lowest,
-                       std::span<const Eigen::Vector3d> goals, Side side) {
+                       const BodyMeasures& measures, std::span<const Eigen::Vector3d> goals,
+                       Side side) {
   const wandr::ReachOutcome outcome = wandr::MeasureReach(sample.track.joints, goals.back(), side);
   ReachQuality quality;
   quality.skating = wandr::SkatingOfLowestVertex(lowest, sample.track.states);
   quality.joint_skating = outcome.skating_share;
   quality.airborne = outcome.airborne_share;
   quality.peak_pelvis_m_s = outcome.peak_pelvis_m_s;
+  quality.off_balance_m = OffBalanceAtEnd(measures, sample.track.states);
   // A goal that was never attempted counts with the wrist's final distance.
   const Eigen::Vector3d last =
       sample.track.joints.block<3, 1>(3 * WristJoint(side), sample.track.joints.cols() - 1)
@@ -80,29 +94,34 @@ RefitReport RefitSample(const ReachPerson& person, std::span<const Eigen::Vector
 }
 
 // Motions are ranked before refitting, which is only worth its time for the best. Pinned feet may
-// pull an upright pelvis down: then the next best is tried.
+// pull an upright pelvis down, and a person may come to rest off balance: then the next is tried.
 void RefitBest(const ReachPerson& person, std::span<const Eigen::Vector3d> goals,
                const wandr::LowestPoint& lowest, const ReachOptions& options,
                std::vector<ReachMotion>& motions) {
-  constexpr std::size_t kTried = 4;
+  constexpr std::size_t kTried = 6;
   const auto refit = [&](ReachMotion& motion) {
     if (motion.sample.diverged) return;
     motion.refit = RefitSample(person, goals, options.side, motion.sample);
-    motion.quality = QualityOf(motion.sample, lowest, goals, options.side);
+    motion.quality = QualityOf(motion.sample, lowest, person.measures, goals, options.side);
   };
   const int reached = motions.front().sample.NumReached();
   if (options.refit_all) {
     ParallelFor(static_cast<int>(motions.size()), options.threads,
                 [&](int k) { refit(motions[k]); });
   }
+  const auto faults = [](const ReachQuality& quality) {
+    const double off = quality.off_balance_m;
+    return std::pair(quality.crouches_twice, off > kOffBalance_m ? off : 0.0);
+  };
+  std::size_t best = 0;
   for (std::size_t k = 0; k < std::min(kTried, motions.size()); ++k) {
     ReachMotion& motion = motions[k];
-    if (motion.sample.diverged || (k > 0 && motion.sample.NumReached() < reached)) return;
+    if (motion.sample.diverged || (k > 0 && motion.sample.NumReached() < reached)) break;
     if (!motion.refit) refit(motion);
-    if (motion.quality.crouches_twice > 0) continue;
-    std::rotate(motions.begin(), motions.begin() + k, motions.begin() + k + 1);
-    return;
+    if (faults(motion.quality) < faults(motions[best].quality)) best = k;
+    if (faults(motions[best].quality) == std::pair(0, 0.0)) break;
   }
+  std::rotate(motions.begin(), motions.begin() + best, motions.begin() + best + 1);
 }
 
 std::optional<std::string> WhyMissed(const wandr::ReachSample& sample,
@@ -200,7 +219,7 @@ ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights&
   if (report.stopped) return report;
   const wandr::LowestPoint lowest(BodySurface(person.body, person.betas));
   for (ReachMotion& motion : report.motions) {
-    motion.quality = QualityOf(motion.sample, lowest, goals, options.side);
+    motion.quality = QualityOf(motion.sample, lowest, person.measures, goals, options.side);
   }
   const int num_goals = static_cast<int>(goals.size());
   SortBestFirst(report.motions, num_goals);

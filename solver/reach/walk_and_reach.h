@@ -26,7 +26,9 @@ std::vector<std::string> CheckReachGoals(std::span<const Eigen::Vector3d> goals,
 
 /// Returns motions to the goals (world, meters, z up), ranked by goals reached, then by second
 /// crouches, then by MotionCost if all goals are reached, otherwise by the sum of closest
-/// distances. Then pins feet and places the wrist (`options.refit`), in the best motion or in all.
+/// distances. Then pins feet and places the wrist (`options.refit`), in the best motion or in all;
+/// of the first six that reach as many goals, the first without a second crouch that ends in
+/// balance becomes the best.
 ReachReport WalkAndReach(const ReachPerson& person, const wandr::NetworkWeights& network,
                          std::span<const Eigen::Vector3d> goals, const ReachOptions& options = {},
                          const StagedProgress& progress = {});

@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "generator/scripted/reach_motion.h"
+#include "generator/walk_statistics/balance.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
@@ -110,8 +112,9 @@ bool MeasureHolding(const ClipScene& input, const ScoreOptions& options,
   return true;
 }
 
-void MeasureBody(const ClipScene& input, const BodySurface& surface, const ScoreOptions& options,
-                 const StagedProgress& progress, ClipScore& score) {
+void MeasureBodyDepths(const ClipScene& input, const BodySurface& surface,
+                       const ScoreOptions& options, const StagedProgress& progress,
+                       ClipScore& score) {
   std::uint8_t holders = 0;
   for (const HandObjectScore& hand : score.hands) {
     holders |= hand.side == Side::kRight ? kHoldsRight : kHoldsLeft;
@@ -132,6 +135,12 @@ void MeasureRest(const ClipScene& input, const BodySurface& surface, ClipScore& 
       "neither a hand nor the ground nor a table in the clip supports it",
       std::ranges::count(score.in_air, std::uint8_t{1}), score.frames,
       first - score.in_air.begin()));
+}
+
+void MeasureBalance(const ClipScene& input, ClipScore& score) {
+  const BodyMeasures body = MeasureBody(*input.body, input.betas);
+  score.off_balance_m = OffBalance(BodyFrames(input.clip, body.rest_joints), body.rest_joints,
+                                   body.sole_y, input.clip.frame_rate);
 }
 
 // Returns the frames of the reference to compare with the clip's.
@@ -293,7 +302,8 @@ ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const Sc
                                             input.object_missing)
                               : "the clip has no object: only motion is measured");
   }
-  MeasureBody(input, surface, options, progress, score);
+  MeasureBodyDepths(input, surface, options, progress, score);
+  if (!input.body->LoneHand()) MeasureBalance(input, score);
   return score;
 }
 

@@ -61,6 +61,7 @@ struct ClipScore {
   std::vector<HandObjectScore> hands;    ///< holding hands; empty without an object
   std::optional<OwnBodyScore> own_body;  ///< none for a lone hand
   std::vector<std::uint8_t> in_air;      ///< FramesInMidAir; empty without an object
+  std::vector<double> off_balance_m;     ///< OffBalance; empty for a lone hand
   MotionMetrics motion;
   std::optional<ReferenceScore> reference;
   bool foreign_body = false;

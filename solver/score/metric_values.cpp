@@ -2,10 +2,13 @@
 #include "solver/score/metric_values.h"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <utility>
 
 #include <fmt/format.h>
+
+#include "generator/walk_statistics/balance.h"
 
 namespace holdfast {
 namespace {
@@ -138,6 +141,18 @@ void AddReference(const ReferenceScore& reference, MetricValues& values) {
   values["object_add_s_within_ratio"] = mean(reference.object, within(&O::add_s_mm));
 }
 
+// Undefined for a body that never stands still.
+void AddBalance(std::span<const double> off_balance_m, MetricValues& values) {
+  Spread falls, off;
+  for (const double off_m : off_balance_m) {
+    if (std::isnan(off_m)) continue;
+    falls.Add(off_m > kOffBalance_m ? 1.0 : 0.0);
+    off.Add(1e3 * off_m);
+  }
+  values["off_balance_frames_ratio"] = falls.Mean();
+  values["off_balance_max_mm"] = off.Max();
+}
+
 }  // namespace
 
 MetricValues ClipValues(const ClipScore& score, const ScoreOptions& options) {
@@ -158,6 +173,7 @@ MetricValues ClipValues(const ClipScore& score, const ScoreOptions& options) {
         static_cast<double>(std::ranges::count(score.in_air, std::uint8_t{1})) /
         static_cast<double>(score.in_air.size());
   }
+  AddBalance(score.off_balance_m, values);
   const MotionMetrics& motion = score.motion;
   values["joint_acceleration_m_s2"] = motion.joint_acceleration_m_s2.mean;
   values["joint_jerk_m_s3"] = motion.joint_jerk_m_s3.mean;
@@ -337,6 +353,12 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
         "fraction of frames in which the object is still (below 2 cm/s), farther than 1 cm from "
         "the skin, and more than 2 cm above the ground and the clip's table",
         true);
+
+  other(kBody, "off_balance_frames_ratio", "off balance", "%", 1, kHigher,
+        "fraction of the frames in which the person stands still (pelvis below 0.1 m/s) where the "
+        "center of mass, seen from above, is more than 3 cm outside of the feet on the ground");
+  other(kBody, "off_balance_max_mm", "off balance, largest", "mm", 1, kHigher,
+        "maximum distance of the center of mass from the feet in these frames");
 
   other(kMotion, "joint_acceleration_m_s2", "joint acceleration", "m/s2", 3, kHigher,
         "mean over 22 body joints and frames of the second central difference");

@@ -344,11 +344,16 @@ def measure_file(part):
     return {"frames": frames, "cut": walk["cut"], "other_shape": walk["other_shape"], "way_m": way_m,
             "values": [or_none(values.get(key, math.nan)) for key in KEYS], "curves": curves,
             "second_crouch": walk["second_crouch"], "lean_back_rad": or_none(walk["lean_back_rad"]),
+            "off_balance_m": or_none(walk["off_balance_m"]),
             "warnings": warnings.texts}
 
 
 def leans_back(motion):
     return motion["lean_back_rad"] is not None and motion["lean_back_rad"] > math.radians(10.0)
+
+
+def ends_off_balance(motion):
+    return motion["off_balance_m"] is not None and motion["off_balance_m"] > 0.03
 
 
 def limits_of(angles):
@@ -663,7 +668,8 @@ def table_of(columns, hands):
         share = 100 / len(column.motions)
         text += (f"{column.label}: {share * column.count(lambda m: m['second_crouch'] >= 0):.1f} % crouch "
                  f"twice on the way, {share * column.count(leans_back):.1f} % lean back by more than 10 "
-                 "degrees while waiting\n")
+                 f"degrees while waiting, {share * column.count(ends_off_balance):.1f} % end with the center of "
+                 "mass more than 3 cm outside of the feet\n")
     for column in columns:
         if math.isfinite(column.pair_m):
             text += (f"{column.label}: joints of two motions are {100 * column.pair_m:.1f} cm apart on "
@@ -684,7 +690,8 @@ def results_of(columns, notes, options):
                "walks": column.count(lambda m, c=column: m["way_m"] >= c.way),
                "minutes": column.count(lambda m: m["frames"]) / RATE / 60,
                "crouch_twice": column.count(lambda m: m["second_crouch"] >= 0),
-               "lean_back": column.count(leans_back), "pair_distance_m": or_none(column.pair_m)}
+               "lean_back": column.count(leans_back),
+               "end_off_balance": column.count(ends_off_balance), "pair_distance_m": or_none(column.pair_m)}
         if column is not reference:
             one["mean_distance"], one["mean_distance_by_chance"] = column.mean
             if options.hands:
@@ -715,13 +722,14 @@ def curve_x(key):
 
 def motions_csv(columns, hands):
     keys = KEYS if hands else KEYS[:BODY]
-    lines = [",".join(["set,motion,frames,way_m,oddness,crouches_twice,lean_back_rad", *keys])]
+    lines = [",".join(["set,motion,frames,way_m,oddness,crouches_twice,lean_back_rad,off_balance_m", *keys])]
     for column in columns:
         for name, motion, (odd, _) in zip(column.names, column.motions, column.odd):
-            lean = motion["lean_back_rad"]
+            lean, off = motion["lean_back_rad"], motion["off_balance_m"]
             cells = ['"' + text.replace('"', '""') + '"' for text in (column.label, name)]
             cells += [str(motion["frames"]), f"{motion['way_m']:.4f}", f"{odd:.4f}",
-                      str(int(motion["second_crouch"] >= 0)), "" if lean is None else f"{lean:.4f}"]
+                      str(int(motion["second_crouch"] >= 0)), "" if lean is None else f"{lean:.4f}",
+                      "" if off is None else f"{off:.4f}"]
             cells += ["" if v is None else f"{v:.6g}" for v in motion["values"][:len(keys)]]
             lines.append(",".join(cells))
     return "\n".join(lines) + "\n"

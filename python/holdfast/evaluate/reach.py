@@ -19,7 +19,7 @@ from . import _study
 from ._study import fixed, percent
 
 REACHED_M, RESTS_M, SKATES_M, AIRBORNE_M = 0.10, 0.02, 0.02 / 3, 0.12
-RATE, FRAMES, WRIST, FEET = 30.0, 240, 21, [7, 8, 10, 11]  # feet: ankles and balls
+RATE, FRAMES, NECK, WRIST, FEET = 30.0, 240, 12, 21, [7, 8, 10, 11]  # feet: ankles and balls
 START_FRAME, FAST_M_S = 25, 2.0
 ANGLES, HEIGHTS, DISTANCES = 5, 5, 5
 MAX_HEIGHT_M, NEAREST_M, FARTHEST_M = 1.8, 0.5, 5.0
@@ -780,11 +780,14 @@ def follow(part):
     joints = walk["joints"]
     distance = np.linalg.norm(joints[1:, WRIST] - goals, axis=1)
     motion = measure(joints)
+    body = joints[:, NECK] - joints[:, FEET].mean(1)
+    leans = np.degrees(np.arctan2(np.linalg.norm(body[:, :2], axis=1), body[:, 2]))
     recovered = sum(bool((distance[event + 16:event + RECOVERS_IN] < REACHED_M).any())
                     for event in events)
     return {"mean_m": float(distance[min(int(RATE), len(goals) - 1):].mean()),
             "skating": walk["foot_skating_ratio"], "airborne": motion["airborne_ratio"],
             "acceleration_m_s2": motion["mean_acceleration_m_s2"],
+            "lean_deg": float(np.quantile(leans, 0.95)),
             "lowest_pelvis_m": float(joints[:, 0, 2].min()),
             "lowest_foot_m": float(joints[:, FEET, 2].min()), "events": len(events),
             "recovered": recovered, "ms_per_frame": 1000 * seconds / len(goals),
@@ -812,7 +815,7 @@ def track(options):
     for kind in KINDS:
         some = [tracks[f"{kind}_{i:04d}"] for i in range(each)]
         mean = {key: sum(one[key] for one in some) / each
-                for key in ("mean_m", "skating", "airborne", "acceleration_m_s2", "ms_per_frame")}
+                for key in ("mean_m", "skating", "airborne", "acceleration_m_s2", "lean_deg", "ms_per_frame")}
         events, recovered = (sum(one[key] for one in some) for key in ("events", "recovered"))
         worst, pelvis, foot = (pick(one[key] for one in some) for pick, key in
                                ((max, "mean_m"), (min, "lowest_pelvis_m"), (min, "lowest_foot_m")))
@@ -820,16 +823,18 @@ def track(options):
             "kind": kind, "tracks": each, "goal_distance_after_1_s_mean_m": mean["mean_m"],
             "goal_distance_of_the_worst_track_m": worst, "foot_skating_ratio": mean["skating"],
             "airborne_ratio": mean["airborne"], "acceleration_mean_m_s2": mean["acceleration_m_s2"],
+            "lean_95th_percentile_mean_deg": mean["lean_deg"],
             "lowest_pelvis_m": pelvis, "lowest_foot_joint_m": foot, "events": events,
             "recovered": recovered})
         times[kind] = {"ms_per_frame": mean["ms_per_frame"],
                        "ms_slowest_frame": max(one["ms_slowest"] for one in some)}
         rows.append([kind, fixed(100 * mean["mean_m"], 1, "cm"), fixed(100 * worst, 1, "cm"),
                      percent(mean["skating"]), percent(mean["airborne"]),
-                     fixed(mean["acceleration_m_s2"], 1, "m/s2"), fixed(pelvis, 2, "m"),
+                     fixed(mean["acceleration_m_s2"], 1, "m/s2"),
+                     fixed(mean["lean_deg"], 0, "deg"), fixed(pelvis, 2, "m"),
                      f"{recovered} of {events}" if events else "-"])
     table = _study.markdown(["goals", "distance after 1 s", "worst track", "FS", "airborne",
-                             "acceleration", "lowest pelvis", "recovered"], rows)
+                             "acceleration", "lean, 95th percentile", "lowest pelvis", "recovered"], rows)
     write(options, results, times, "Moving goals", [], table, [])
     for kind in KINDS:
         print(f"{kind}: {times[kind]['ms_per_frame']:.1f} ms per frame")

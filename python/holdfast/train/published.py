@@ -15,7 +15,6 @@ import holdfast
 from holdfast.train import motion, networks, run, wandr
 
 FRAMES = 240  # of a sequence: 8 s
-BATCH = 128  # sequences
 FARTHEST_FOOT = 0.20  # meters between the highest and the lowest place of a foot
 CUTOFF = 1.5  # meters that the pelvis moves to a hindsight goal
 FREE_BITS = 0.05  # least divergence of a latent
@@ -29,6 +28,7 @@ class Options:
     intention: str = "full"  # parts that the network sees: of wrist, pelvis, heading
     motion: str = "both"  # sequences to train on: locomotion, reaching, both
     epochs: int = 801
+    batch: int = 128  # sequences
     kl: float = 0.01
     learning_rate: float = 1e-4  # of Adam, constant
     dropout: float = 0.03
@@ -122,7 +122,7 @@ class Trainer:
                     part.p = o.dropout
         self.parameters = [*self.decoder.parameters(), *self.encoder.parameters()]
         self.optimizer = torch.optim.Adam(self.parameters, lr=o.learning_rate)
-        self.batches = max(1, -(-len(sequences) // BATCH))
+        self.batches = max(1, -(-len(sequences) // o.batch))
         self.iteration, self.iterations = 0, o.epochs * self.batches
         self.parts = torch.tensor(INTENTIONS[o.intention], device=device).repeat_interleave(3)
 
@@ -144,11 +144,11 @@ class Trainer:
     def step(self):
         o, epoch = self.options, self.epoch
         order = run.random_of(o.seed, epoch)[0].permutation(len(self.sequences))
-        at = (self.iteration % self.batches) * BATCH
+        at = (self.iteration % self.batches) * o.batch
         draws, noise = run.random_of(o.seed + 1, self.iteration)
         torch.manual_seed(int(draws.integers(2**63)))  # of dropout
         self.optimizer.zero_grad()
-        losses = self.losses(self.sequences.batch(order[at : at + BATCH], draws), draws, noise, epoch)
+        losses = self.losses(self.sequences.batch(order[at : at + o.batch], draws), draws, noise, epoch)
         losses["total"].backward()
         losses = {name: float(loss) for name, loss in losses.items()}
         squares = [parameter.grad.square().sum() for parameter in self.parameters if parameter.grad is not None]
@@ -211,7 +211,7 @@ class Trainer:
     def validate(self):
         """Losses of held-out sequences, teacher-forced."""
         draws, noise = run.random_of(0, 0)
-        some = np.arange(min(BATCH, len(self.held_out)))
+        some = np.arange(min(self.options.batch, len(self.held_out)))
         for network in (self.decoder, self.encoder):
             network.eval()
         with torch.no_grad():

@@ -666,7 +666,7 @@ PANELS = [
 
 RECIPE = ("iterations", "frames", "unroll", "learning_rate", "kl", "free_from", "free_share", "anchor", "critic",
           "prior_share", "skating", "late", "width", "blocks")
-PUBLISHED = ("epochs", "intention", "motion")
+PUBLISHED = ("epochs", "batch", "intention", "motion")
 
 
 def parse(arguments):
@@ -682,6 +682,8 @@ def parse(arguments):
     made.add_argument("--paper", action="store_true",
                       help="the paper's recipe: network, features, hindsight goals, losses, schedule and filter")
     made.add_argument("--epochs", type=number(int, 1, 1_000_000), help="--paper: epochs (default 801)")
+    made.add_argument("--batch", type=number(int, 1, 1_000_000),
+                      help="--paper: sequences in a batch (default 128); fewer give more steps in the same time")
     made.add_argument("--intention", choices=["full", "no-heading", "no-pelvis", "wrist"],
                       help="--paper: the parts of the intention that the network is trained with (default full)")
     made.add_argument("--motion", choices=["locomotion", "reaching", "both"],

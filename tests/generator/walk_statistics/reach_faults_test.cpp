@@ -26,7 +26,7 @@ class FaultsOfReaches : public ::testing::Test {
     }
     frames.assign(120, frame);
   }
-  ReachFaults Found() const { return FindReachFaults(frames, body.rest_joints); }
+  ReachFaults Found() const { return FindReachFaults(frames, body); }
   // Sinks as a cosine does: `depth` at the middle of [begin, end).
   void Sink(int begin, int end, double depth) {
     for (int t = begin; t < end; ++t) {
