@@ -2,14 +2,12 @@
 #pragma once
 
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
 #include "apps/common.h"
-#include "geometry/mesh/mesh.h"
 #include "solver/reach/reach_options.h"
 
 namespace holdfast::apps {
@@ -44,8 +42,5 @@ std::pair<std::string, std::optional<int>> ParseStart(const std::string& text);
 /// report.html, and with `all` samples/NN.npz. Throws FitFailure if every sample diverges
 /// (non-finite state).
 Outcome RunReach(const ReachCommand& command, const CommonOptions& common);
-
-/// Returns a sphere of 4 cm radius, 12 x 8 facets, at each goal.
-TriangleMesh GoalMarkers(std::span<const Eigen::Vector3d> goals);
 
 }  // namespace holdfast::apps

@@ -7,7 +7,6 @@
 
 #include "apps/clip_input.h"
 #include "apps/fit_job.h"
-#include "apps/motion/reach.h"
 #include "apps/output.h"
 #include "generator/wandr/motion_states.h"
 #include "geometry/clip/clip_arrays.h"
@@ -121,7 +120,8 @@ Outcome RunReachTake(const TakeJob& job, const ReachPerson& person,
 
 namespace {
 
-nlohmann::json TrackJson(const TrackJob& job, const std::string& from, const ReachNetwork& network,
+nlohmann::json TrackJson(const TrackJob& job, std::span<const Eigen::Vector3d> goals,
+                         const std::string& from, const ReachNetwork& network,
                          const FollowReport& report, const CommonOptions& common) {
   const auto frames = static_cast<double>(report.distance_m.size());
   nlohmann::json metrics = JsonHead("holdfast/reach-track/1", common);
@@ -148,6 +148,10 @@ nlohmann::json TrackJson(const TrackJob& job, const std::string& from, const Rea
   std::vector<double> distance = {report.distance_m.front()};
   distance.insert(distance.end(), report.distance_m.begin(), report.distance_m.end());
   metrics["per_frame"]["goal_distance_m"] = distance;
+  for (std::size_t t = 0; t < distance.size(); ++t) {
+    const Eigen::Vector3d& goal = goals[std::max<std::size_t>(t, 1) - 1];
+    metrics["per_frame"]["goal_m"].push_back({goal.x(), goal.y(), goal.z()});
+  }
   return metrics;
 }
 
@@ -194,11 +198,7 @@ Outcome RunReachTrack(const TrackJob& job, const ReachPerson& person, const std:
   shown.clip.action = "reach";
   shown.body = person.body;
   shown.betas = person.betas;
-  // One sphere per second along the path of the goal.
-  std::vector<Eigen::Vector3d> balls;
-  for (std::size_t t = 0; t < report.distance_m.size(); t += 30) balls.push_back(goals[t]);
-  shown.marker = GoalMarkers(balls);
-  const nlohmann::json metrics = TrackJson(job, from, network, report, common);
+  const nlohmann::json metrics = TrackJson(job, goals, from, network, report, common);
   WriteClip(shown.clip, folder / "clip.npz");
   shown.metrics = folder.WriteMetrics(metrics);
   if (job.write_report && !report.stopped) {

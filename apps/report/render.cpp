@@ -6,6 +6,7 @@
 #include "apps/clip_input.h"
 #include "apps/common.h"
 #include "geometry/render/clip_pictures.h"
+#include "geometry/report/report_data.h"
 #include "solver/markers/marker_json.h"
 
 namespace holdfast::apps {
@@ -36,6 +37,7 @@ int Run(const RenderCommand& options) {
   ClipPictureOptions how = options.pictures;
   how.threads = NumThreads(common);
   if (!options.markers.empty()) how.how.markers = MeasuredMarkers(options.markers);
+  how.how.goals = GoalsIn(input.metrics);
   const ClipPictures pictures = PlanPictures(clip, file, how);
   if (!pictures.note.empty()) Note(common, "note: " + pictures.note);
   if (file.numbered) {

@@ -18,8 +18,10 @@
 #include "geometry/error.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/mesh/mesh_topology.h"
+#include "geometry/mesh/spheres.h"
 #include "geometry/parallel.h"
 #include "geometry/render/image.h"
+#include "geometry/render/visibility.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {
@@ -108,6 +110,10 @@ ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
 
 bool WritePictures(const ClipRenderer& renderer, const ClipPictures& pictures,
                    const std::function<bool(int, int)>& progress) {
+  ClipRenderOptions how = pictures.how;
+  if (how.view == ClipView::kHand && !how.azimuth_deg && !how.elevation_deg) {
+    how.hand_direction_rad = renderer.HandDirection(pictures.frames, pictures.threads);
+  }
   std::mutex mutex;
   int done = 0;
   bool stopped = false;
@@ -116,7 +122,7 @@ bool WritePictures(const ClipRenderer& renderer, const ClipPictures& pictures,
     std::vector<Image> images(drawn.size());
     ParallelFor(static_cast<int>(drawn.size()), pictures.threads, [&](int k) {
       if (std::scoped_lock guard(mutex); stopped) return;
-      images[k] = renderer.Draw(pictures.frames[drawn[k]], pictures.how);
+      images[k] = renderer.Draw(pictures.frames[drawn[k]], how);
       const std::scoped_lock guard(mutex);
       if (stopped) return;
       ++done;
@@ -159,65 +165,28 @@ const Eigen::Vector3d kTable(0.62, 0.56, 0.48);
 const Eigen::Vector3d kTouching(0.98, 0.70, 0.15);
 const Eigen::Vector3d kInside(0.86, 0.08, 0.10);
 const Eigen::Vector3d kMarker(0.10, 0.55, 0.30);
+const Eigen::Vector3d kGoal(0.82, 0.29, 0.36);
 constexpr double kContactDistance = 0.003;  // meters
 constexpr double kFullDepth = 0.002;        // penetration depth of full red
 
 constexpr double kWalk = 1.0;  // meters
 constexpr double kMarkerRadius = 0.008;
+constexpr double kGoalRadius = 0.10;  // the wrist within it has reached the goal
 
-constexpr double kHandRadius = 0.17;  // radius around the fingers in the hand view, meters
+// The hand view.
+constexpr double kHandRadius = 0.17;  // radius around the fingers, meters
+constexpr double kMaxApart = 0.5;     // of two hands that are seen together, meters
+constexpr double kHeading_s = 0.5;    // the heading is averaged over this long before and after
+constexpr int kAzimuths = 12;
+constexpr int kLookedAt = 12;        // frames
+constexpr int kLookPixels = 40;      // width and height of a trial picture
+constexpr double kFrontWorth = 0.3;  // of the front over the back, in ln of the visible area
 
 // Returns a mesh at its tracked pose in a frame.
 TriangleMesh Placed(const TriangleMesh& mesh, const ObjectTrack& track, int frame) {
   TriangleMesh placed = mesh;
   placed.vertices = track.Pose(frame) * mesh.vertices;
   return placed;
-}
-
-// Spheres at the markers visible in a frame: octahedra with subdivided faces.
-TriangleMesh Spheres(const Eigen::Ref<const Eigen::VectorXd>& markers) {
-  constexpr int kSteps = 4;
-  std::vector<Eigen::Vector3d> points;
-  std::vector<Eigen::Vector3i> faces;
-  for (int octant = 0; octant < 8; ++octant) {
-    const Eigen::Vector3d signs(octant & 1 ? -1 : 1, octant & 2 ? -1 : 1, octant & 4 ? -1 : 1);
-    const bool mirrored = signs.prod() < 0.0;
-    const auto add = [&](int i, int j) {
-      points.push_back(signs.cwiseProduct(Eigen::Vector3d(i, j, kSteps - i - j)).normalized());
-      return static_cast<int>(points.size()) - 1;
-    };
-    const auto face = [&](int a, int b, int c) {
-      faces.emplace_back(a, mirrored ? c : b, mirrored ? b : c);
-    };
-    for (int i = 0; i < kSteps; ++i) {
-      for (int j = 0; i + j < kSteps; ++j) {
-        face(add(i + 1, j), add(i, j + 1), add(i, j));
-        if (i + j + 1 < kSteps) face(add(i + 1, j), add(i + 1, j + 1), add(i, j + 1));
-      }
-    }
-  }
-  TriangleMesh spheres;
-  const auto n = static_cast<Eigen::Index>(points.size()),
-             m = static_cast<Eigen::Index>(faces.size());
-  Eigen::Index count = 0;
-  spheres.vertices.resize(3, n * markers.size() / 3);
-  spheres.faces.resize(3, m * markers.size() / 3);
-  for (Eigen::Index k = 0; k < markers.size(); k += 3) {
-    const Eigen::Vector3d at = markers.segment<3>(k);
-    if (!at.allFinite()) continue;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      spheres.vertices.col(count * n + i) =
-          at + kMarkerRadius * points[static_cast<std::size_t>(i)];
-    }
-    for (Eigen::Index f = 0; f < m; ++f) {
-      spheres.faces.col(count * m + f) =
-          faces[static_cast<std::size_t>(f)].array() + static_cast<int>(count * n);
-    }
-    ++count;
-  }
-  spheres.vertices.conservativeResize(3, count * n);
-  spheres.faces.conservativeResize(3, count * m);
-  return spheres;
 }
 
 void RequireTrack(const Clip& clip, const std::optional<ObjectTrack>& track, const char* what) {
@@ -277,8 +246,102 @@ ClipRenderer::ClipRenderer(Clip clip, std::shared_ptr<const BodyModel> body,
   }
 }
 
-bool ClipRenderer::Holds(int frame, Side side) const {
-  return clip_.holding_hand.empty() || (clip_.holding_hand[frame] & HoldingBit(side)) != 0;
+ClipRenderer::CloseUp ClipRenderer::CloseUpOf(const BodyState& state, int frame) const {
+  CloseUp close{{}, kHandRadius, kHoldsRight};
+  const std::vector<std::uint8_t>& holding = clip_.holding_hand;
+  const auto holds = [](std::uint8_t bits) { return bits != 0; };
+  if (const std::optional<Side> lone = surface_.Model().LoneHand()) {
+    close.hands = HoldingBit(*lone);
+  } else if (const auto next = std::find_if(holding.begin() + (holding.empty() ? 0 : frame),
+                                            holding.end(), holds);
+             next != holding.end()) {
+    close.hands = *next;
+  } else if (const auto last = std::find_if(holding.rbegin(), holding.rend(), holds);
+             last != holding.rend()) {
+    close.hands = *last;
+  }
+  const Eigen::Vector3d right = state.joints.col(HandBegin(Side::kRight) + 4);
+  const Eigen::Vector3d left = state.joints.col(HandBegin(Side::kLeft) + 4);
+  const double apart = (right - left).norm();
+  if (close.hands == (kHoldsRight | kHoldsLeft) && apart < kMaxApart) {
+    close.point = 0.5 * (right + left);
+    close.radius_m += 0.5 * apart;
+  } else {
+    close.point = (close.hands & kHoldsRight) != 0 ? right : left;
+  }
+  return close;
+}
+
+double ClipRenderer::Heading(int frame) const {
+  if (surface_.Model().LoneHand()) return 0.0;
+  const int around = static_cast<int>(std::lround(kHeading_s * clip_.frame_rate));
+  Eigen::Vector2d forward = Eigen::Vector2d::Zero();
+  for (int t = std::max(0, frame - around); t < std::min(NumFrames(), frame + around + 1); ++t) {
+    forward += ExpSO3(Eigen::Vector3d(clip_.pose[t].col(0))).col(2).head<2>();
+  }
+  return std::atan2(forward.x(), -forward.y());
+}
+
+Eigen::Vector2d ClipRenderer::HandDirection(std::span<const int> frames, int threads) const {
+  std::vector<Eigen::Vector2d> directions;
+  for (const double elevation : {0.35, 0.0, 0.8, -0.35}) {
+    for (int k = 0; k < kAzimuths; ++k) {
+      const double turn = 2.0 * std::numbers::pi * k / kAzimuths;
+      directions.emplace_back(0.35 + (k <= kAzimuths / 2 ? turn : turn - 2.0 * std::numbers::pi),
+                              elevation);
+    }
+  }
+  const auto looked = static_cast<int>(std::min<std::size_t>(frames.size(), kLookedAt));
+  Eigen::MatrixXd seen(directions.size(), looked);
+  ParallelFor(looked, threads, [&](int k) {
+    const int frame = frames[frames.size() * (2 * static_cast<std::size_t>(k) + 1) /
+                             (2 * static_cast<std::size_t>(looked))];
+    BodyState state;
+    Forward(surface_, clip_.pose[frame], clip_.trans.col(frame), state);
+    const CloseUp close = CloseUpOf(state, frame);
+    // 1: may hide them, 2: hand, 3: object.
+    std::vector<std::pair<TriangleMesh, std::vector<std::uint32_t>>> meshes;
+    const TriangleMesh body{state.vertices, surface_.Faces()};
+    std::vector<std::uint32_t> of_vertex(static_cast<std::size_t>(body.NumVertices()), 1);
+    for (const Side side : {Side::kRight, Side::kLeft}) {
+      if ((close.hands & HoldingBit(side)) == 0) continue;
+      for (const int v : surface_.Model().HandVertexIds(side)) of_vertex[v] = 2;
+    }
+    meshes.emplace_back(body, std::move(of_vertex));
+    const auto add = [&](const TriangleMesh& mesh, std::uint32_t id) {
+      meshes.emplace_back(mesh, std::vector<std::uint32_t>(mesh.NumVertices(), id));
+    };
+    if (object_) add(Placed(*object_, *clip_.object, frame), 3);
+    if (table_) add(Placed(*table_, *clip_.table, frame), 1);
+    for (std::size_t d = 0; d < directions.size(); ++d) {
+      const View view(CloseUpCamera(close.point, close.radius_m, Heading(frame) + directions[d].x(),
+                                    directions[d].y()),
+                      kLookPixels, kLookPixels);
+      VisibilityBuffer buffer(view);
+      for (const auto& [mesh, ids] : meshes) {
+        for (const auto corner : mesh.faces.colwise()) {
+          buffer.Draw(view.ToCamera(mesh.vertices.col(corner[0])),
+                      view.ToCamera(mesh.vertices.col(corner[1])),
+                      view.ToCamera(mesh.vertices.col(corner[2])), ids[corner[0]]);
+        }
+      }
+      int hand = 1, object = 1;
+      for (int y = 0; y < kLookPixels; ++y) {
+        for (int x = 0; x < kLookPixels; ++x) {
+          hand += buffer.Id(x, y) == 2;
+          object += buffer.Id(x, y) == 3;
+        }
+      }
+      seen(d, k) = std::log(hand) + (object_ ? std::log(object) : 0.0);
+    }
+  });
+  Eigen::VectorXd worth = seen.rowwise().mean();
+  for (std::size_t d = 0; d < directions.size(); ++d) {
+    worth(d) += kFrontWorth * std::cos(directions[d].x()) * std::cos(directions[d].y());
+  }
+  Eigen::Index best = 0;
+  worth.maxCoeff(&best);
+  return directions[best];
 }
 
 Camera ClipRenderer::CameraFor(const BodyState& state, int frame,
@@ -308,12 +371,14 @@ Camera ClipRenderer::CameraFor(const BodyState& state, int frame,
     case ClipView::kHand:
       break;
   }
-  const Side holds =
-      Holds(frame, Side::kRight) || !Holds(frame, Side::kLeft) ? Side::kRight : Side::kLeft;
-  const Side side = surface_.Model().LoneHand().value_or(holds);
-  const Eigen::Vector3d knuckles = state.joints.col(HandBegin(side) + 4);
-  return CloseUpCamera(knuckles, kHandRadius / std::min(1.0, aspect), azimuth(0.35),
-                       elevation(0.35));
+  const CloseUp close = CloseUpOf(state, frame);
+  const double radius = close.radius_m / std::min(1.0, aspect);
+  if (options.azimuth_deg || options.elevation_deg) {
+    return CloseUpCamera(close.point, radius, azimuth(0.35), elevation(0.35));
+  }
+  const Eigen::Vector2d direction =
+      options.hand_direction_rad ? *options.hand_direction_rad : HandDirection({{frame}});
+  return CloseUpCamera(close.point, radius, Heading(frame) + direction.x(), direction.y());
 }
 
 Eigen::Matrix3Xd ClipRenderer::BodyColors(const BodyState& state, int frame,
@@ -355,18 +420,24 @@ Image ClipRenderer::Draw(int frame, const ClipRenderOptions& options) const {
   const TriangleMesh body{state.vertices, surface_.Faces()};
   const Eigen::Matrix3Xd colors = BodyColors(state, frame, options.show_contact);
   std::vector<RenderItem> items = {{&body, kSkin, &colors}};
-  TriangleMesh object, table, markers;
+  TriangleMesh object, table, markers, goals;
   if (options.markers.size() > 0) {
-    markers = Spheres(options.markers.col(frame));
-    items.push_back({&markers, kMarker, nullptr});
+    markers = Spheres(options.markers.col(frame).reshaped(3, options.markers.rows() / 3),
+                      kMarkerRadius, 4);
+    items.push_back({&markers, kMarker});
   }
   if (object_) {
     object = Placed(*object_, *clip_.object, frame);
-    items.push_back({&object, kObject, nullptr});
+    items.push_back({&object, kObject});
   }
   if (table_) {
     table = Placed(*table_, *clip_.table, frame);
-    items.push_back({&table, kTable, nullptr});
+    items.push_back({&table, kTable});
+  }
+  if (options.goals.size() > 0) {
+    const auto now = options.goals.col(std::min<Eigen::Index>(frame, options.goals.cols() - 1));
+    goals = Spheres(now.reshaped(3, now.size() / 3), kGoalRadius, 12);
+    items.push_back({&goals, kGoal, nullptr, true});
   }
   return Render(items, CameraFor(state, frame, options), options.picture);
 }

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -28,7 +30,7 @@ enum class ClipView {
   kFront,   ///< fixed view of the whole clip, from the one of four sides that the first frame faces
   kSide,    ///< same as kFront, from the person's right
   kFollow,  ///< follows the pelvis
-  kHand,    ///< close-up of the holding hand
+  kHand,    ///< close-up of the holding hand from where hand and object are seen best
 };
 
 /// Default view of a picture sheet: kFollow if the person walks (the root moves more than a meter
@@ -42,6 +44,12 @@ struct ClipRenderOptions {
   bool show_contact = true;
   /// (3 M x T) measured markers, drawn as small spheres: world, meters; NaN if not visible.
   Eigen::MatrixXd markers;
+  /// Goals of the wrist (3 G x 1), or one that moves (3 x T), drawn as translucent spheres of 10
+  /// cm, within which a goal counts as reached: world, meters.
+  Eigen::MatrixXd goals;
+  /// View kHand without `azimuth_deg` and `elevation_deg`: azimuth from the person's heading, and
+  /// elevation; default: ClipRenderer::HandDirection of the frame.
+  std::optional<Eigen::Vector2d> hand_direction_rad;
 };
 
 /// Renders a clip: the body, and the object (and the table) at their tracked poses. Contact is
@@ -60,10 +68,22 @@ class ClipRenderer {
   /// Draws one frame, 0-based. Throws Error if there is no such frame.
   Image Draw(int frame, const ClipRenderOptions& options) const;
 
+  /// Direction from which view kHand sees most of hand and object over these frames (at most 12 of
+  /// them are looked at): azimuth from the person's heading, and elevation.
+  Eigen::Vector2d HandDirection(std::span<const int> frames, int threads = 1) const;
+
  private:
+  // What the close-up of the hand shows: the knuckles of the hand that holds the object, that will
+  // hold it or has held it, or of both hands.
+  struct CloseUp {
+    Eigen::Vector3d point;
+    double radius_m;
+    std::uint8_t hands;  // bits of holding_hand
+  };
+  CloseUp CloseUpOf(const BodyState& state, int frame) const;
+  double Heading(int frame) const;
   Camera CameraFor(const BodyState& state, int frame, const ClipRenderOptions& options) const;
   Eigen::Matrix3Xd BodyColors(const BodyState& state, int frame, bool show_contact) const;
-  bool Holds(int frame, Side side) const;
 
   Clip clip_;
   BodySurface surface_;

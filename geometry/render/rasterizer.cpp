@@ -46,9 +46,12 @@ void Check(std::span<const RenderItem> items, const RenderOptions& options) {
   }
 }
 
-std::vector<const TriangleMesh*> Meshes(std::span<const RenderItem> items) {
+// Meshes that cast a shadow.
+std::vector<const TriangleMesh*> Solid(std::span<const RenderItem> items) {
   std::vector<const TriangleMesh*> meshes;
-  for (const RenderItem& item : items) meshes.push_back(item.mesh);
+  for (const RenderItem& item : items) {
+    if (!item.translucent) meshes.push_back(item.mesh);
+  }
   return meshes;
 }
 
@@ -68,6 +71,7 @@ class Scene {
       }
       for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {
         triangle_.push_back(mesh.faces.col(f).array() + first_vertex);
+        translucent_.push_back(item.translucent);
       }
     }
   }
@@ -76,7 +80,7 @@ class Scene {
     for (std::size_t t = 0; t < triangle_.size(); ++t) {
       const Eigen::Vector3i& corner = triangle_[t];
       buffer.Draw(position_[corner[0]], position_[corner[1]], position_[corner[2]],
-                  static_cast<std::uint32_t>(t + 1));
+                  static_cast<std::uint32_t>(t + 1), translucent_[t]);
     }
   }
 
@@ -127,6 +131,7 @@ class Scene {
   std::vector<Eigen::Vector3f> normal_;    // world
   std::vector<Color> color_;
   std::vector<Eigen::Vector3i> triangle_;
+  std::vector<bool> translucent_;  // per triangle
 };
 
 // Fraction of a pixel of width `footprint` at coordinate `x` covered by lines `spacing` apart.
@@ -144,7 +149,7 @@ class Ground {
   Ground(std::span<const RenderItem> items, const View& view, const Lighting& lighting,
          const RenderOptions& options)
       : view_(view),
-        shadow_(options.ground ? Meshes(items) : std::vector<const TriangleMesh*>(),
+        shadow_(options.ground ? Solid(items) : std::vector<const TriangleMesh*>(),
                 options.ground_height_m, lighting.to_key.cast<double>()),
         color_(LinearFromSrgb({0.84, 0.85, 0.86})),
         background_(LinearFromSrgb(options.background)),
@@ -222,7 +227,7 @@ Image Render(std::span<const RenderItem> items, const Camera& camera,
 
   const Lighting lighting(view);
   const Ground ground(items, view, lighting, options);
-  const ShadowMap shadows(Meshes(items), lighting.to_key.cast<double>(),
+  const ShadowMap shadows(Solid(items), lighting.to_key.cast<double>(),
                           kShadowCell * scene.Nearest(view.Near()) / view.Focal());
   constexpr std::uint32_t kGround = 0xffffffffu;
   // Samples of one pixel that show the same triangle are shaded once, at their mean position.

@@ -17,6 +17,8 @@ struct RenderItem {
   Eigen::Vector3d color{0.72, 0.70, 0.68};
   /// (3 x V) colors per vertex in place of `color`, or null.
   const Eigen::Matrix3Xd* vertex_colors = nullptr;
+  /// Half transparent: drawn in every other sample, without a shadow.
+  bool translucent = false;
 };
 
 struct RenderOptions {

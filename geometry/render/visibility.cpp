@@ -36,7 +36,7 @@ VisibilityBuffer::VisibilityBuffer(const View& view)
       id_(inverse_depth_.size(), kNothing) {}
 
 void VisibilityBuffer::Draw(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                            const Eigen::Vector3d& c, std::uint32_t id) {
+                            const Eigen::Vector3d& c, std::uint32_t id, bool translucent) {
   if (!a.allFinite() || !b.allFinite() || !c.allFinite()) return;
   const double near = view_.Near();
   if (a.z() < near && b.z() < near && c.z() < near) return;
@@ -46,7 +46,7 @@ void VisibilityBuffer::Draw(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
     return p.z() >= near && std::abs(p.x()) <= slope * p.z() && std::abs(p.y()) <= slope * p.z();
   };
   if (inside(a) && inside(b) && inside(c)) {
-    DrawClipped(a, b, c, id);
+    DrawClipped(a, b, c, id, translucent);
     return;
   }
   Polygon polygon = Cut({a, b, c}, Eigen::Vector3d::UnitZ(), near);
@@ -55,12 +55,12 @@ void VisibilityBuffer::Draw(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
   polygon = Cut(polygon, {0.0, 1.0, slope}, 0.0);
   polygon = Cut(polygon, {0.0, -1.0, slope}, 0.0);
   for (std::size_t k = 2; k < polygon.size(); ++k) {
-    DrawClipped(polygon[0], polygon[k - 1], polygon[k], id);
+    DrawClipped(polygon[0], polygon[k - 1], polygon[k], id, translucent);
   }
 }
 
 void VisibilityBuffer::DrawClipped(const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                                   const Eigen::Vector3d& c, std::uint32_t id) {
+                                   const Eigen::Vector3d& c, std::uint32_t id, bool translucent) {
   // On the plane n . x = d a ray with z = 1 has 1/z = n . ray / d, which is linear in the pixel.
   const Eigen::Vector3d normal = (b - a).cross(c - a);
   const double distance = normal.dot(a);
@@ -75,6 +75,7 @@ void VisibilityBuffer::DrawClipped(const Eigen::Vector3d& a, const Eigen::Vector
   const double high = 1.0 / min_z;
   ScanTriangle({view_.Project(a), view_.Project(b), view_.Project(c)}, view_.Width(),
                view_.Height(), [&](int x, int y) {
+                 if (translucent && (x + y) % 2 != 0) return;
                  const auto inverse_depth =
                      static_cast<float>(std::clamp(origin + step_x * x + step_y * y, low, high));
                  const std::size_t at = Index(x, y);

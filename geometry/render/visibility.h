@@ -24,8 +24,9 @@ class VisibilityBuffer {
 
   /// Draws one triangle (corners in the camera frame) under `id`, not kNothing. Clips at the near
   /// plane and far outside the picture; skips triangles without area or with non-finite corners.
+  /// `translucent`: only in every other sample, as on a chessboard.
   void Draw(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
-            std::uint32_t id);
+            std::uint32_t id, bool translucent = false);
 
   std::uint32_t Id(int x, int y) const { return id_[Index(x, y)]; }
   /// 1 / z in 1/meters; 0 if nothing was drawn.
@@ -37,7 +38,7 @@ class VisibilityBuffer {
            static_cast<std::size_t>(x);
   }
   void DrawClipped(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
-                   std::uint32_t id);
+                   std::uint32_t id, bool translucent);
 
   View view_;
   std::vector<float> inverse_depth_;

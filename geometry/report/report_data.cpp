@@ -16,6 +16,7 @@
 #include "geometry/mesh/decimate.h"
 #include "geometry/mesh/mesh_topology.h"
 #include "geometry/mesh/signed_distance.h"
+#include "geometry/mesh/spheres.h"
 #include "geometry/parallel.h"
 #include "geometry/report/report_page.h"
 #include "geometry/rotation.h"
@@ -252,6 +253,21 @@ void AddTracked(ReportPayload& payload, const std::string& name, const TriangleM
   payload.Add(name + "_pose", pose, 7);
 }
 
+// What stands in the world: goals (of a moving one, one per second), and the input's own marker.
+TriangleMesh MarkerOf(const ReportInput& input) {
+  constexpr double kGoalRadius = 0.04;  // meters
+  const Eigen::MatrixXd goals = GoalsIn(input.metrics);
+  TriangleMesh marker;
+  if (goals.cols() > 1) {
+    const auto every = std::max<Eigen::Index>(1, std::lround(input.clip.frame_rate));
+    marker = Spheres(goals(Eigen::all, Eigen::seq(0, Eigen::last, every)), kGoalRadius, 4);
+  } else if (goals.size() > 0) {
+    marker = Spheres(goals.reshaped(3, goals.size() / 3), kGoalRadius, 4);
+  }
+  if (input.marker) Append(*input.marker, marker);
+  return marker;
+}
+
 struct HandContact {
   std::vector<double> ratio;     ///< fraction of the hand's vertices in contact
   std::vector<double> depth_mm;  ///< of the deepest vertex inside
@@ -449,9 +465,10 @@ ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm,
 
   const TriangleMesh* const table = TableMesh(clip);
   if (table != nullptr) AddTracked(payload, "table", *table, *clip.table, notes);
-  if (input.marker) {
-    AddPoints(payload, "marker_vertices", input.marker->vertices);
-    AddFaces(payload, "marker_faces", input.marker->faces, input.marker->NumVertices());
+  const TriangleMesh marker = MarkerOf(input);
+  if (marker.NumFaces() > 0) {
+    AddPoints(payload, "marker_vertices", marker.vertices);
+    AddFaces(payload, "marker_faces", marker.faces, marker.NumVertices());
   }
 
   report.header = {
@@ -463,7 +480,7 @@ ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm,
       {"right_hand_vertices", right_hand},
       {"has_object", has_object},
       {"has_table", table != nullptr},
-      {"has_marker", input.marker.has_value()},
+      {"has_marker", marker.NumFaces() > 0},
       {"object_name", clip.object ? clip.object->name : ""},
       {"holding", clip.holding_hand},
       {"contact_threshold_mm", contact_threshold_mm},
@@ -478,6 +495,30 @@ ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm,
     report.header["metrics"].erase("per_frame");  // already in `series`
   }
   return report;
+}
+
+Eigen::MatrixXd GoalsIn(const nlohmann::json& metrics) {
+  std::vector<nlohmann::json> points;
+  bool moves = false;
+  try {
+    if (const auto goals = metrics.find("goals"); goals != metrics.end()) {
+      for (const nlohmann::json& goal : *goals) points.push_back(goal.at("goal_m"));
+    } else if (metrics.contains("/per_frame/goal_m"_json_pointer)) {
+      points = metrics["per_frame"]["goal_m"];
+      moves = true;
+    } else if (metrics.contains("/options/places_m"_json_pointer)) {
+      points = metrics["options"]["places_m"];
+      if (!points.empty()) points.erase(points.begin());  // where the object is taken
+    }
+    Eigen::MatrixXd goals(3, points.size());
+    for (std::size_t g = 0; g < points.size(); ++g) {
+      for (std::size_t k = 0; k < 3; ++k) goals(k, g) = points[g].at(k).get<double>();
+    }
+    return moves ? goals : Eigen::MatrixXd(goals.reshaped());
+  } catch (const nlohmann::json::exception& error) {
+    throw Error("metrics.json", fmt::format("its goals are unreadable: {}", error.what()),
+                "Delete it, or generate it again");
+  }
 }
 
 std::string ReportName(const ReportInput& input) {

@@ -33,12 +33,16 @@ struct ReportClip {
 ///   object_faces u16|u32
 ///   object_pose f32 (T,7)        quaternion, translation
 ///   table_vertices, table_normals, table_faces, table_pose: the same, if there is a table
-///   marker_vertices f32, marker_faces u16|u32: in the world, if there is a marker
+///   marker_vertices f32, marker_faces u16|u32: in the world, goals and the input's marker, if any
 ///
 /// Without contact data in metrics.json, skin closer to the object than the threshold is in
 /// contact. `header.check` holds vertices of the body model that the page compares with its own.
 ReportClip MakeReportClip(const ReportInput& input, double contact_threshold_mm = 5.0,
                           int threads = 1);
+
+/// Goals in the metrics of 'holdfast reach', world, meters: of the wrist, or of an object that is
+/// carried (3 G x 1); of a moving goal one per frame (3 x T). Empty without goals.
+Eigen::MatrixXd GoalsIn(const nlohmann::json& metrics);
 
 /// Display name of a clip: of its folder, its file's stem, or the embedded clip.
 std::string ReportName(const ReportInput& input);

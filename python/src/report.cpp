@@ -53,8 +53,6 @@ ReportInput InputOf(const NamedClip& named, const py::object& object, double obj
     const CarryReport& report = fit.cast<const CarriedClip&>().run.report;
     input.metrics = {{"per_frame", FitFramesJson(report.fit, report.contact, report.clearance)},
                      {"summary", FitSummaryJson(report.fit, report.contact)}};
-  } else if (!input.file.empty()) {
-    input.metrics = MetricsBeside(input.file);
   }
   if (named.told) {
     input.source = named.name;

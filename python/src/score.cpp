@@ -12,8 +12,8 @@
 
 #include "geometry/clip/clip_body.h"
 #include "geometry/error.h"
-#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/render/clip_pictures.h"
+#include "geometry/report/report_data.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
@@ -35,8 +35,14 @@ ReportInput SceneOf(const py::object& clip, const py::object& object, double obj
   }
   if (py::hasattr(clip, "clip") && py::isinstance<Clip>(clip.attr("clip"))) {
     const bool own = object.is_none() && py::hasattr(clip, "object");
-    return SceneOf(clip.attr("clip"), own ? py::object(clip.attr("object")) : object,
-                   own ? 1.0 : object_scale, body, name);
+    ReportInput scene = SceneOf(clip.attr("clip"), own ? py::object(clip.attr("object")) : object,
+                                own ? 1.0 : object_scale, body, name);
+    if (py::hasattr(clip, "goals")) {  // ReachResult
+      for (const py::handle goal : clip.attr("goals")) {
+        scene.metrics["goals"].push_back({{"goal_m", goal["goal_m"].cast<std::vector<double>>()}});
+      }
+    }
+    return scene;
   }
   ClipArgument argument = ClipOf(clip, body, name);
   ReportInput scene;
@@ -59,12 +65,7 @@ ReportInput SceneOf(const py::object& clip, const py::object& object, double obj
     scene.object_source = own.in_clip ? argument.name : own.source;
     scene.object_missing = own.missing;
   }
-  if (!scene.file.empty()) {
-    const std::filesystem::path table = MeshBeside(scene.file, scene.clip.table);
-    if (!table.empty()) {
-      scene.clip.table->surface = std::make_shared<const TriangleMesh>(ReadMesh(table));
-    }
-  }
+  if (!scene.file.empty()) scene.metrics = MetricsBeside(scene.file);
   return scene;
 }
 
@@ -109,6 +110,7 @@ void RenderTo(const py::object& clip, const std::filesystem::path& path, const p
   const PictureFile file = PictureFileOf(path);
   const ReportInput scene = SceneOf(clip, object, object_scale, body);
   if (markers) how.how.markers = MeasuredMarkers(*markers);
+  how.how.goals = GoalsIn(scene.metrics);
   const ClipPictures pictures = PlanPictures(scene.clip, file, how);
   if (!pictures.note.empty()) LogNotes({pictures.note});
   if (file.numbered) {

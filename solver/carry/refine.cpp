@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <tuple>
 #include <utility>
 
 #include <fmt/format.h>
@@ -250,8 +251,13 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
   report.before = measure(clip);
   if (!stopped) report.after = measure(report.result.clip);
   constexpr double kDeeper_mm = 1e-3;
-  const double before_mm = std::max(report.before.contact.penetration_max_mm, kTouch_mm);
-  if (!stopped && report.after.contact.penetration_max_mm > before_mm + kDeeper_mm) {
+  constexpr double kLost = 0.1;  // of the held frames
+  const double most_mm = std::max(report.before.contact.penetration_max_mm, kTouch_mm) + kDeeper_mm;
+  const auto rank = [&](const ContactScore& after) {  // lower is better
+    return std::tuple(after.penetration_max_mm > most_mm, after.deep_frames,
+                      after.penetration_max_mm);
+  };
+  if (!stopped && rank(report.after.contact) > std::tuple(false, 0, kDeep_mm)) {
     constexpr double kHarder = 10.0;
     FitOptions harder = options.fit;
     harder.lambda_penetration *= kHarder;
@@ -260,7 +266,9 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
     if (!stopped && !again.report.failed) {
       std::swap(report.result, again);
       CarriedQuality after = measure(report.result.clip);
-      if (after.contact.penetration_max_mm < report.after.contact.penetration_max_mm) {
+      if (rank(after.contact) < rank(report.after.contact) &&
+          after.contact.contact_frames_ratio.value_or(0.0) >=
+              report.after.contact.contact_frames_ratio.value_or(0.0) - kLost) {
         report.before = measure(clip);  // the held frames may have changed
         report.after = std::move(after);
       } else {
@@ -281,7 +289,6 @@ RefineReport RefineCarried(const Clip& clip, const ClipBody& body, const Prepare
   }
   report.distance = DistanceToData(clip, report.result.clip);
   const bool touched = report.after.contact.contact_frames_ratio.value_or(report.ball) > 0.0;
-  constexpr double kLost = 0.1;  // of the held frames
   report.contact_kept =
       report.ball || report.after.contact.contact_frames_ratio.value_or(0.0) >=
                          report.before.contact.contact_frames_ratio.value_or(0.0) - kLost;

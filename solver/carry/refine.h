@@ -86,8 +86,9 @@ DataDistance DistanceToData(const Clip& data, const Clip& refined);
 
 /// Refines a clip that has this object's trajectory: repairs fingers that jump (RepairFingers),
 /// then object, arms and fingers (RefineClip; RefineBall if IsUnturnedBall); measures it before and
-/// after. Maximum penetration never increases: otherwise the clip is solved again with ten times
-/// the penetration weights, and frames that are still too deep keep the clip's pose (`kept`). Then
+/// after. If frames stay deeper than kDeep_mm, or deeper than the clip's deepest, the clip is
+/// solved again with ten times the penetration weights, and the better result is used. Maximum
+/// penetration never increases: frames that are still too deep keep the clip's pose (`kept`). Then
 /// arms and object are moved out of the person's own body (KeepOutOfBody).
 /// `progress` receives "refine" and "metrics". Throws Error for a clip without an object
 /// trajectory, one that no hand holds or penetrates, hands that the body lacks, and kOfClip without

@@ -73,9 +73,21 @@ Holders HoldersIn(const ClipScene& input, const SignedDistance& object, ClipScor
   return holders;
 }
 
+void MeasureRest(const ClipScene& input, const BodySurface& surface, const SignedDistance& object,
+                 ClipScore& score) {
+  score.in_air = FramesInMidAir(input.clip, surface, *input.object, object);
+  const auto first = std::ranges::find(score.in_air, std::uint8_t{1});
+  if (first == score.in_air.end()) return;
+  score.notes.push_back(fmt::format(
+      "the object is in mid-air in {} of {} frames, the first of them frame {}: it is still, and "
+      "neither a hand nor the ground nor a table in the clip supports it",
+      std::ranges::count(score.in_air, std::uint8_t{1}), score.frames,
+      first - score.in_air.begin()));
+}
+
 // Returns false if stopped.
-bool MeasureHolding(const ClipScene& input, const ScoreOptions& options,
-                    const StagedProgress& progress, ClipScore& score) {
+bool MeasureObject(const ClipScene& input, const BodySurface& surface, const ScoreOptions& options,
+                   const StagedProgress& progress, ClipScore& score) {
   const Solid object(*input.object);
   score.object_source = input.object_source;
   score.object_vertices = object.mesh.NumVertices();
@@ -109,6 +121,7 @@ bool MeasureHolding(const ClipScene& input, const ScoreOptions& options,
     if (stopped) return false;
     if (options.hand_object.measure_exact) NoteVolumes(score.hands.back(), options, score.notes);
   }
+  MeasureRest(input, surface, object.distance, score);
   return true;
 }
 
@@ -124,17 +137,6 @@ void MeasureBodyDepths(const ClipScene& input, const BodySurface& surface,
       [&](int done, int total) { return !progress || progress("own body", done, total); });
   if (score.own_body) return;
   score.notes.push_back("the body model contains only a hand: depths in the body are not measured");
-}
-
-void MeasureRest(const ClipScene& input, const BodySurface& surface, ClipScore& score) {
-  score.in_air = FramesInMidAir(input.clip, surface, *input.object, SignedDistance(*input.object));
-  const auto first = std::ranges::find(score.in_air, std::uint8_t{1});
-  if (first == score.in_air.end()) return;
-  score.notes.push_back(fmt::format(
-      "the object is in mid-air in {} of {} frames, the first of them frame {}: it is still, and "
-      "neither a hand nor the ground nor a table in the clip supports it",
-      std::ranges::count(score.in_air, std::uint8_t{1}), score.frames,
-      first - score.in_air.begin()));
 }
 
 void MeasureBalance(const ClipScene& input, ClipScore& score) {
@@ -293,8 +295,7 @@ ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const Sc
   // Before the long part, so that incomparable clips are rejected at once.
   if (reference != nullptr) score.reference = CompareWith(input, *reference, options, score);
   if (input.clip.object && input.object) {
-    if (!MeasureHolding(input, options, progress, score)) return score;
-    MeasureRest(input, surface, score);
+    if (!MeasureObject(input, surface, options, progress, score)) return score;
   } else {
     score.notes.push_back(input.clip.object
                               ? fmt::format("the object's mesh was not found ({}): only motion is "

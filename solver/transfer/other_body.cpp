@@ -24,12 +24,13 @@ using Eigen::Vector3d;
 
 constexpr std::array<Side, 2> kSides = {Side::kLeft, Side::kRight};
 
-// Rest joints, and the height of an ankle above the sole.
+// Rest joints, and the heights of an ankle and of the head above the sole.
 struct Stature {
   explicit Stature(const ClipBody& body) {
     const Matrix3Xd shaped = body.model->ShapedVertices(body.betas);
     joints = body.model->RestJoints(shaped);
     sole = joints(1, kLeftAnkle) - shaped.row(1).minCoeff();
+    head = joints(1, kHead) - shaped.row(1).minCoeff();
   }
   double Leg() const {
     return (joints.col(kLeftHip) - joints.col(kLeftKnee)).norm() +
@@ -38,7 +39,7 @@ struct Stature {
   double Hand() const { return (joints.col(kRightHandBegin + 3) - joints.col(kRightWrist)).norm(); }
 
   Matrix3Xd joints;
-  double sole = 0.0;
+  double sole = 0.0, head = 0.0;
 };
 
 // World pose of a joint in a frame.
@@ -105,6 +106,7 @@ OntoBody OntoOtherBody(const Clip& clip, const ClipBody& from, const ClipBody& t
     return onto;
   }
   out.leg_ratio = after.Leg() / before.Leg();
+  out.height_ratio = after.head / before.head;
   std::vector<BodyFrame> frames = BodyFrames(clip, before.joints);
   std::vector<FeetTarget> feet = FeetOf(Place(before.joints, frames));
   for (std::size_t t = 0; t < frames.size(); ++t) {

@@ -14,6 +14,7 @@ namespace holdfast {
 /// Report of a retargeting to another body.
 struct OtherBodyReport {
   double leg_ratio = 1.0;       ///< leg length of the new body relative to the old one's
+  double height_ratio = 1.0;    ///< the same of the head's height in the rest pose
   double ankle_missed_m = 0.0;  ///< maximum distance of a foot from its target
   double sink_m = 0.0;          ///< maximum lowering of the pelvis for both legs to reach
   double fingers_ratio = 1.0;   ///< ratio of hand lengths

@@ -12,6 +12,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
@@ -86,6 +87,7 @@ class Transferer {
     if (report_.kept_wrists) {
       FollowWrists(moved);
     } else {
+      ScaleHeights(moved);
       FollowObject(moved);
     }
     for (const TransferredHold& hold : report_.holds) {
@@ -152,6 +154,23 @@ class Transferer {
     hold.grasp = carrier->Carry(held, up);
   }
 
+  // Scales the heights of the object's bottom and of the table's top by those of the bodies, so
+  // that a cup reaches the mouth and a table has the same height on the body.
+  void ScaleHeights(Clip& moved) const {
+    const double more = report_.body.height_ratio - 1.0;
+    if (more == 0.0) return;
+    for (int t = 0; t < moved.NumFrames(); ++t) {
+      const Isometry3d pose = clip_.object->Pose(t);
+      moved.object->trans(2, t) += more * (pose * from_object_.fit.vertices).row(2).minCoeff();
+      if (!moved.table) continue;
+      const TriangleMesh* const table = TableMesh(clip_);
+      const Isometry3d place = clip_.table->Pose(t);
+      moved.table->trans(2, t) +=
+          more * (table == nullptr ? place.translation().z()
+                                   : (place * table->vertices).row(2).maxCoeff());
+    }
+  }
+
   // During a hold the object moves with its wrist; otherwise it keeps its trajectory.
   void FollowWrists(Clip& moved) const {
     for (const TransferredHold& hold : report_.holds) {
@@ -163,7 +182,8 @@ class Transferer {
     }
   }
 
-  // The second object keeps the first one's trajectory, and wrists move to it.
+  // The second object has the first one's trajectory at heights of the second body, and wrists move
+  // to it.
   void FollowObject(Clip& moved) {
     std::vector<WristPath> paths;
     for (const TransferredHold& hold : report_.holds) {
@@ -197,8 +217,9 @@ class Transferer {
     }
     if (alone && !same_body && !report_.kept_wrists) {
       report_.warnings.push_back(
-          "the object keeps its trajectory in the world regardless of body size; with --keep "
-          "wrists it follows the body");
+          "the object keeps its trajectory in the world, with heights scaled by those of the "
+          "bodies; "
+          "with --keep wrists it follows the body");
     }
     if (report_.arms.shortfall_m > 0.005) {
       report_.warnings.push_back(
@@ -345,6 +366,7 @@ nlohmann::json TransferredHoldsJson(const std::vector<TransferredHold>& holds) {
 nlohmann::json FollowingJson(const TransferReport& report) {
   return {{"kept", report.kept_wrists ? "wrists" : "object"},
           {"leg_ratio", report.body.leg_ratio},
+          {"height_ratio", report.body.height_ratio},
           {"hand_ratio", report.body.fingers_ratio},
           {"ankle_missed_mm", 1e3 * report.body.ankle_missed_m},
           {"pelvis_sink_mm", 1e3 * report.body.sink_m},

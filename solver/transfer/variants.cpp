@@ -232,7 +232,7 @@ class VariantMaker {
     std::unique_ptr<const TransferHands> hands;
     std::unique_ptr<const BodySurface> skin;
     std::unique_ptr<const OwnBody> obstacle;  // without the holding arms
-    Clip onto;
+    OntoBody onto;
   };
 
   void PrepareBodies() {
@@ -251,7 +251,7 @@ class VariantMaker {
         person.body.betas = betas;
       }
       person.hands = std::make_unique<const TransferHands>(body_, person.body);
-      person.onto = k == 0 ? clip_ : OntoOtherBody(clip_, body_, person.body).clip;
+      person.onto = k == 0 ? OntoBody{clip_, {}} : OntoOtherBody(clip_, body_, person.body);
       std::uint8_t held_by = 0;
       for (const std::uint8_t bits : clip_.holding_hand) held_by |= bits;
       person.skin = std::make_unique<const BodySurface>(person.body.model, person.body.betas);
@@ -305,9 +305,11 @@ void MoveScene(double yaw_rad, const Eigen::Vector2d& shift, const Vector3d& roo
                                    : Vector3d(clip.pose[static_cast<std::size_t>(t) - 1].col(0));
     pose.col(0) = UnwrapAxisAngle(LogSO3(turn * ExpSO3(Vector3d(pose.col(0)))), before);
     clip.trans.col(t) = turn * (root + clip.trans.col(t)) - root + way;
-    const Isometry3d object = clip.object->Pose(t);
-    clip.object->SetPose(t,
-                         RigidTransform(turn * object.linear(), turn * object.translation() + way));
+    for (std::optional<ObjectTrack>* track : {&clip.object, &clip.table}) {
+      if (!*track) continue;
+      const Isometry3d at = (*track)->Pose(t);
+      (*track)->SetPose(t, RigidTransform(turn * at.linear(), turn * at.translation() + way));
+    }
   }
 }
 
@@ -332,9 +334,10 @@ Attempt VariantMaker::Try(int index) const {
       std::ranges::all_of(clip_.holding_hand, [&](std::uint8_t bits) { return bits == first; });
   transfer.keeps = alone ? TransferKeeps::kWrists : TransferKeeps::kObject;
   TransferReport report;
+  report.body = person.onto.report;
   std::vector<std::unique_ptr<const GraspCarrier>> carriers;
   attempt.clip = PrepareTransfer(clip_, body_, object_, person.body, *shape.object, *shape.map,
-                                 *person.hands, transfer, report, &person.onto, &carriers);
+                                 *person.hands, transfer, report, &person.onto.clip, &carriers);
   std::string why;
   HoldMeasure worst;
   for (const TransferredHold& hold : report.holds) {

@@ -11,6 +11,7 @@
 #include "geometry/clip/clip.h"
 #include "geometry/embedded.h"
 #include "geometry/io/container/npz.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "tests/support/program.h"
 #include "tests/support/robot_files.h"
 
@@ -118,6 +119,12 @@ TEST(Transfer, AnotherBodyStandsOnItsOwnSoles) {
                source = ReadClip(Held() / "held/clip.npz");
     EXPECT_NEAR(SoleHeight(clip, Held() / "bodies/holdfast_neutral.npz", 4),
                 SoleHeight(source, {}, 4), 2e-4);
+    if (std::string(keep) != "object") continue;
+    const Eigen::Matrix3Xd mug = ReadMesh(Held() / "held/object.ply").vertices;
+    const double before = (source.object->Pose(4) * mug).row(2).minCoeff(),
+                 after = (clip.object->Pose(4) * mug).row(2).minCoeff();
+    EXPECT_NEAR(following["height_ratio"], 1.03, 0.003);
+    EXPECT_NEAR(after / before, following["height_ratio"].get<double>(), 0.004);
   }
 }
 

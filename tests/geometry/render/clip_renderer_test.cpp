@@ -141,6 +141,49 @@ TEST(ClipRenderer, ShowsMarkersThatAreSeen) {
   EXPECT_THROW(renderer.Draw(1, options), Error);
 }
 
+// A goal colors what is behind it, and hides it only in half.
+TEST(ClipRenderer, GoalsAreTranslucent) {
+  const ClipRenderer renderer(StandingClip({0, 0, 0}), BodyModel::Default(), {}, nullptr);
+  ClipRenderOptions options = Small(ClipView::kFront);
+  const Image without = renderer.Draw(1, options);
+  options.goals = Eigen::Vector3d(0.0, -0.3, 1.1);
+  const Image with = renderer.Draw(1, options);
+  int changed = 0;
+  for (std::size_t i = 0; i < with.rgb.size(); i += 3) {
+    if (std::equal(&with.rgb[i], &with.rgb[i] + 3, &without.rgb[i])) continue;
+    ++changed;
+    EXPECT_LT(std::abs(with.rgb[i + 2] - without.rgb[i + 2]), 110);
+  }
+  EXPECT_GT(changed, 80);                                 // 10 cm of some 2 m
+  options.goals = Eigen::MatrixXd::Constant(3, 3, 50.0);  // one that moves: far away but in frame 1
+  options.goals.col(1) = Eigen::Vector3d(0.0, -0.3, 1.1);
+  EXPECT_EQ(renderer.Draw(1, options).rgb, with.rgb);
+  EXPECT_NE(renderer.Draw(2, options).rgb, with.rgb);
+}
+
+// From the default direction, in front, a wall hides hand and object.
+TEST(ClipRenderer, TheCloseUpLooksFromWhereHandAndObjectAreSeen) {
+  const auto body = BodyModel::Default();
+  const TriangleMesh cube = Cube(0.04);
+  Clip clip = StandingClip({-0.75, -0.02, 1.45});
+  clip.holding_hand.assign(3, kHoldsRight);
+  clip.table = clip.object;
+  clip.table->trans.colwise() = Eigen::Vector3d(-0.8, -0.4, 1.45);
+  clip.table->surface =
+      std::make_shared<const TriangleMesh>(testing::Box({-0.6, -0.01, -0.5}, {0.6, 0.01, 0.5}));
+  const ClipRenderer renderer(clip, body, {}, &cube);
+  ClipRenderOptions options = Small(ClipView::kHand);
+  const Image chosen = renderer.Draw(1, options);
+  EXPECT_GT(CountPixels(chosen, Blue), 200);
+  options.azimuth_deg = 20.0;
+  EXPECT_EQ(CountPixels(renderer.Draw(1, options), Blue), 0);
+  // One direction for the clip: that of the frame, since all frames are the same.
+  const std::vector<int> all = {0, 1, 2};
+  options.azimuth_deg.reset();
+  options.hand_direction_rad = renderer.HandDirection(all, 2);
+  EXPECT_EQ(renderer.Draw(1, options).rgb, chosen.rgb);
+}
+
 TEST(ClipRenderer, RefusesWhatIsNotThere) {
   const auto body = BodyModel::Default();
   const TriangleMesh cube = Cube(0.05);

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "geometry/error.h"
 #include "geometry/import/load_clip.h"
 
 namespace holdfast {
@@ -32,6 +33,24 @@ TEST(ReportClip, HoldsTheMotionItsCurvesAndWhatIsMissing) {
   EXPECT_FALSE(header["metrics"].contains("per_frame"));
   EXPECT_EQ(header["arrays"]["rest"]["count"], 3 * header["vertices"].get<int>());
   EXPECT_THAT(report.payload.Encode(), StartsWith("eJ")) << "zlib's head in base64";
+  EXPECT_EQ(header["has_marker"], false);
+
+  input.metrics["goals"] = {{{"goal_m", {1.0, 2.0, 3.0}}}, {{"goal_m", {0.0, 0.0, 1.0}}}};
+  const nlohmann::json marked = MakeReportClip(input).header;
+  EXPECT_EQ(marked["has_marker"], true);
+  EXPECT_TRUE(marked["arrays"].contains("marker_faces"));
+}
+
+TEST(ReportClip, FindsTheGoalsOfAReachATrackAndATake) {
+  EXPECT_EQ(GoalsIn(nullptr).size(), 0);
+  EXPECT_EQ(GoalsIn({{"seed", 1}}).size(), 0);
+  const nlohmann::json reach = {{"goals", {{{"goal_m", {1, 2, 3}}}, {{"goal_m", {4, 5, 6}}}}}};
+  EXPECT_EQ(GoalsIn(reach), (Eigen::VectorXd(6) << 1, 2, 3, 4, 5, 6).finished());
+  const nlohmann::json track = {{"per_frame", {{"goal_m", {{1, 2, 3}, {4, 5, 6}}}}}};
+  EXPECT_EQ(GoalsIn(track), (Eigen::MatrixXd(3, 2) << 1, 4, 2, 5, 3, 6).finished());
+  const nlohmann::json take = {{"options", {{"places_m", {{1, 2, 3}, {4, 5, 6}}}}}};
+  EXPECT_EQ(GoalsIn(take), Eigen::Vector3d(4, 5, 6));
+  EXPECT_THROW(GoalsIn({{"goals", {{{"goal_m", "here"}}}}}), Error);
 }
 
 }  // namespace
