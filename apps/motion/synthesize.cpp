@@ -75,7 +75,7 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
       *command, options->common, true,
       "  holdfast synthesize --action drink --object mug\n"
       "  holdfast synthesize \"The person takes picture with the camera\" --seed 7 -o picture\n"
-      "  holdfast synthesize --action drink --object mug --start table --and-back -o drinks\n"
+      "  holdfast synthesize --action drink --object mug --start table -o drinks\n"
       "  holdfast synthesize --action pour --object jug.obj --class teapot --hand left -o poured\n"
       "  holdfast synthesize --action inspect --object held/object.ply --class mug --from held \\\n"
       "      -o inspected\n"

@@ -672,7 +672,7 @@ def synthesize(
     sigma: float = 1.0,
     style: float = 1.0,
     frame_rate: float = 30.0,
-    and_back: bool = False,
+    and_back: bool = True,
     object_scale: float = 1.0,
     weights: str = "",
     action_vectors: str = "",

@@ -142,6 +142,8 @@ ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool>
   chosen.choice.keys.resize(1);
   const std::vector<BodyFrame> idle = IdleMotion(actor.Measures(), request.start, FramesOf(script));
   const ActionMotion motion = MakeActionMotion(actor, script, *chosen.grasp, chosen.choice, idle);
+  made.quality.hand_error_rad = motion.worst_hand_error_rad;
+  made.quality.shortfall_m = motion.worst_shortfall_m;
   made.clip = Slice(ClipOf(actor, motion, *chosen.grasp), 0, 1);
   Label(request, script, made.clip);
   if (request.mirrored) made.clip = MirrorClip(made.clip, actor.Measures().rest_joints.col(0));

@@ -290,12 +290,17 @@ ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const Sc
                     input.made_with, input.body->Name()));
   }
   const BodySurface surface = input.Surface();
-  score.motion =
-      MeasureMotion(JointTrajectory(input.clip, surface.RestJoints()), input.clip.frame_rate);
+  const std::vector<JointPositions> joints = JointTrajectory(input.clip, surface.RestJoints());
+  score.motion = MeasureMotion(joints, input.clip.frame_rate);
+  if (!input.body->LoneHand()) {
+    score.standing = MeasureStanding(input.clip, joints, surface.RestJoints(),
+                                     input.object ? &*input.object : nullptr);
+  }
   // Before the long part, so that incomparable clips are rejected at once.
   if (reference != nullptr) score.reference = CompareWith(input, *reference, options, score);
   if (input.clip.object && input.object) {
     if (!MeasureObject(input, surface, options, progress, score)) return score;
+    score.vessel = MeasureVesselTilt(input.clip, *input.object);
   } else {
     score.notes.push_back(input.clip.object
                               ? fmt::format("the object's mesh was not found ({}): only motion is "

@@ -13,6 +13,7 @@
 #include "geometry/score/contact_score.h"
 #include "geometry/score/object_pose_error.h"
 #include "geometry/score/own_body_score.h"
+#include "solver/score/standing_score.h"
 
 namespace holdfast {
 
@@ -63,6 +64,8 @@ struct ClipScore {
   std::vector<std::uint8_t> in_air;      ///< FramesInMidAir; empty without an object
   std::vector<double> off_balance_m;     ///< OffBalance; empty for a lone hand
   MotionMetrics motion;
+  std::optional<StandingScore> standing;  ///< none for a lone hand
+  std::optional<VesselTilt> vessel;       ///< none without an object that has an opening
   std::optional<ReferenceScore> reference;
   bool foreign_body = false;
   std::vector<std::string> notes;

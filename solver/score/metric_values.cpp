@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "generator/walk_statistics/balance.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -115,6 +116,23 @@ void AddBodyDepth(const BodyDepth& depth, const std::string& name, const ScoreOp
   values[name + "_mean_mm"] = depth.mean_mm;
 }
 
+void AddStanding(const ClipScore& score, MetricValues& values) {
+  if (score.standing) {
+    const StandingScore& standing = *score.standing;
+    values["pelvis_range_mm"] = 1e3 * standing.pelvis_range_m;
+    values["free_wrist_range_mm"] = 1e3 * standing.free_wrist_range_m;
+    values["head_range_deg"] = standing.head_range_rad / kDegree;
+    if (standing.gaze_off_rad) values["gaze_off_deg"] = *standing.gaze_off_rad / kDegree;
+    values["trunk_lean_start_deg"] = standing.lean_start_rad / kDegree;
+    values["head_down_start_deg"] = standing.head_down_start_rad / kDegree;
+    values["end_speed_m_s"] = standing.end_speed_m_s;
+  }
+  if (score.vessel) {
+    values["vessel_tilt_start_deg"] = score.vessel->start_rad / kDegree;
+    values["vessel_tilt_max_deg"] = score.vessel->max_rad / kDegree;
+  }
+}
+
 void AddReference(const ReferenceScore& reference, MetricValues& values) {
   const auto mean = [](const auto& frames, const auto& value) {
     Spread spread;
@@ -174,6 +192,7 @@ MetricValues ClipValues(const ClipScore& score, const ScoreOptions& options) {
         static_cast<double>(score.in_air.size());
   }
   AddBalance(score.off_balance_m, values);
+  AddStanding(score, values);
   const MotionMetrics& motion = score.motion;
   values["joint_acceleration_m_s2"] = motion.joint_acceleration_m_s2.mean;
   values["joint_jerk_m_s3"] = motion.joint_jerk_m_s3.mean;
@@ -359,6 +378,29 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
         "center of mass, seen from above, is more than 3 cm outside of the feet on the ground");
   other(kBody, "off_balance_max_mm", "off balance, largest", "mm", 1, kHigher,
         "maximum distance of the center of mass from the feet in these frames");
+
+  other(kStanding, "pelvis_range_mm", "pelvis, range", "mm", 0, kLower,
+        "largest horizontal distance of two positions of the pelvis");
+  other(kStanding, "free_wrist_range_mm", "free wrist, range", "mm", 0, kLower,
+        "largest distance of two positions of the wrist of the hand that holds the object in fewer "
+        "frames (without a difference: that moves less)");
+  other(kStanding, "head_range_deg", "head, range", "deg", 1, kLower,
+        "largest angle between two directions of the face");
+  other(kStanding, "gaze_off_deg", "face from the object", "deg", 1, kHigher,
+        "mean angle between the direction of the face and the way from the eyes to the object's "
+        "center (without an object: to the other wrist), over frames in which it is more than 30 "
+        "cm from the eyes");
+  other(kStanding, "trunk_lean_start_deg", "lean at the start", "deg", 1, kHigher,
+        "forward angle of the way from pelvis to neck from the vertical, in the first frame");
+  other(kStanding, "head_down_start_deg", "face down at the start", "deg", 1, kHigher,
+        "angle of the face's direction below the horizontal, in the first frame");
+  other(kStanding, "end_speed_m_s", "speed at the end", "m/s", 3, kHigher,
+        "displacement of the fastest body joint over the last 0.2 s, by that time");
+  other(kStanding, "vessel_tilt_start_deg", "vessel's tilt, start", "deg", 1, kHigher,
+        "angle between the direction of the object's opening and the vertical, in the first frame; "
+        "undefined for an object without an opening");
+  other(kStanding, "vessel_tilt_max_deg", "vessel's tilt, largest", "deg", 1, kHigher,
+        "maximum of this angle over frames");
 
   other(kMotion, "joint_acceleration_m_s2", "joint acceleration", "m/s2", 3, kHigher,
         "mean over 22 body joints and frames of the second central difference");

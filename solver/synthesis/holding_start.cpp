@@ -2,6 +2,7 @@
 #include "solver/synthesis/holding_start.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -10,6 +11,8 @@
 
 #include "generator/actions/face_marks.h"
 #include "generator/actions/standing_start.h"
+#include "generator/body/limb_ik.h"
+#include "generator/body/pose_builder.h"
 #include "generator/matching/capture_quality.h"
 #include "generator/matching/foot_lock.h"
 #include "geometry/body/skeleton.h"
@@ -21,6 +24,8 @@
 #include "solver/actions/action_clip.h"
 #include "solver/actions/action_motion.h"
 #include "solver/carry/standing_grasp.h"
+#include "solver/grasp/object_shape.h"
+#include "solver/synthesis/motion_passes.h"
 #include "solver/synthesis/synthesis.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/change_spline.h"
@@ -28,12 +33,22 @@
 namespace holdfast {
 namespace {
 
+using Eigen::Isometry3d;
+using Eigen::Vector3d;
+
 constexpr int kTries = 6;  // per start, in different styles
-constexpr int kGrips = 2;  // for a striking tool: only the best grasps are firm
+constexpr double kMaxHandError = 5.0 * kDegree;
+constexpr std::uint64_t kStyles = 0x57A7;  // random stream
+constexpr int kGrips = 2;                  // for a striking tool: only the best grasps are firm
 
 std::unique_ptr<const ActionProp> PropOf(const LoadedObject& object, bool mirrored, int threads) {
   return std::make_unique<const ActionProp>(MakeActionProp(
       object.name, object.mesh, ForFitting(object, kPairVertices, nullptr), mirrored, threads));
+}
+
+std::optional<Vector3d> OpeningOf(const ActionProp& prop) {
+  const ObjectOpening opening = FindOpening(ObjectShape(prop.mesh, *prop.fit.distance));
+  return opening.Any() ? std::optional(opening.up) : std::nullopt;
 }
 
 // Removes grasps that cover the part that is bitten, if there are others. Right-hand grasps.
@@ -44,6 +59,82 @@ void LeaveFreeWhatIsBitten(const ObjectMarks& marks, std::vector<Grasp>& grasps)
     return (grasp.wrist_from_object * marks.tip - middle).norm() < kCovers_m;
   };
   if (!std::ranges::all_of(grasps, covers)) std::erase_if(grasps, covers);
+}
+
+// Stands otherwise, by the seed: feet apart and turned, weight on one leg, trunk, head and left
+// arm. The right hand and the object stay. Angles in radians, of a standing person.
+struct StandingStyle {
+  std::array<Vector3d, 2> foot;   // left, right: outward, forward, meters; outward turn
+  Eigen::Vector2d weight;         // of the pelvis, to the left and forward, meters
+  Vector3d trunk, head;           // lean forward, turn left, bend right
+  double looks_up = 0.0;          // fraction of the way from the object to straight ahead
+  double arm = 0.0, elbow = 0.0;  // left: forward; flexed
+};
+
+StandingStyle DrawStandingStyle(std::uint64_t seed, bool table) {
+  RandomDraws draws(seed);
+  const auto degrees = [&](double low, double high) { return kDegree * draws.Uniform(low, high); };
+  StandingStyle style;
+  for (Vector3d& foot : style.foot) {
+    foot = {draws.Uniform(-0.02, 0.06), draws.Uniform(-0.06, 0.06), degrees(-4.0, 16.0)};
+  }
+  style.weight = {draws.Uniform(-0.04, 0.04), draws.Uniform(-0.02, 0.02)};
+  style.trunk = {degrees(-2.0, 8.0), degrees(-9.0, 9.0), degrees(-4.0, 4.0)};
+  style.head = {0.0, degrees(-10.0, 10.0), degrees(-4.0, 4.0)};
+  style.looks_up = draws.Uniform(0.1, 0.9);
+  style.arm = degrees(-6.0, table ? 2.0 : 14.0);
+  style.elbow = degrees(0.0, table ? 10.0 : 40.0);
+  return style;
+}
+
+// Applies `share` of a style to the one frame of a start; returns by how much the right hand misses
+// its place, meters.
+double ApplyStandingStyle(const StandingStyle& style, double share,
+                          const Eigen::Matrix3Xd& rest_joints, Clip& start) {
+  std::vector<BodyFrame> frames = BodyFrames(start, rest_joints);
+  BodyFrame& frame = frames[0];
+  const BodyPlacement placed = Place(rest_joints, frame);
+  const Isometry3d wrist = placed.WorldFromJoint(kRightWrist);
+  const auto turned = [&](const Vector3d& by) { return Eigen::Quaterniond(ExpSO3(share * by)); };
+  FeetTarget feet = FeetOf(placed);
+  const Eigen::Matrix3d heading =
+      Eigen::AngleAxisd(Yaw(frame), Vector3d::UnitZ()).toRotationMatrix();
+  for (int f = 0; f < 2; ++f) {
+    const double out = f == 0 ? 1.0 : -1.0;  // leftwards
+    const Vector3d& by = style.foot[f];
+    feet.ankle[f] += share * (heading * Vector3d(out * by.x(), -by.y(), 0.0));
+    feet.rotation[f] =
+        Eigen::AngleAxisd(share * out * by.z(), Vector3d::UnitZ()) * feet.rotation[f];
+  }
+  ShiftWeight(style.weight, share, frame);
+  for (const int joint : {kSpine1, kSpine2, kSpine3}) {
+    frame.local[joint] = turned(style.trunk / 3.0) * frame.local[joint];
+  }
+  for (const int joint : {kNeck, kHead}) {
+    Eigen::Quaterniond& local = frame.local[joint];
+    local = turned(0.5 * style.head) *
+            local.slerp(share * style.looks_up, Eigen::Quaterniond::Identity());
+  }
+  const Limb arm = Arm(Side::kLeft);
+  frame.local[arm.root] = turned({-style.arm, 0.0, 0.0}) * frame.local[arm.root];
+  frame.local[arm.middle] = frame.local[arm.middle] *
+                            Eigen::Quaterniond(Eigen::AngleAxisd(share * style.elbow, arm.hinge));
+  frame.pelvis.z() -= PelvisSink(rest_joints, frames, {feet})[0];
+  PlaceLegs(rest_joints, feet, frame);
+  SetBodyFrames(frames, rest_joints, start);
+  return MoveWrist(rest_joints, Side::kRight, wrist.linear(), wrist.translation(),
+                   start.trans.col(0), start.pose[0]);
+}
+
+void VaryStart(const Eigen::Matrix3Xd& rest_joints, std::uint64_t seed, Clip& start) {
+  constexpr double kMisses_m = 0.001;
+  const StandingStyle style = DrawStandingStyle(seed, start.table.has_value());
+  for (const double share : {1.0, 0.6, 0.3}) {
+    Clip varied = start;
+    if (ApplyStandingStyle(style, share, rest_joints, varied) > kMisses_m) continue;
+    start = std::move(varied);
+    return;
+  }
 }
 
 }  // namespace
@@ -74,6 +165,7 @@ HoldingStart StartInClip(const Clip& clip, const ClipBody& body, const LoadedObj
     start.clip = MirrorClip(start.clip, start.actor->Measures().rest_joints.col(0));
   }
   start.prop = PropOf(object, start.mirrored, threads);
+  start.opening = OpeningOf(*start.prop);
   if (start.clip.holding_hand.back() == (kHoldsRight | kHoldsLeft)) {
     start.both = Slice(start.clip, start.clip.NumFrames() - 1, start.clip.NumFrames());
     start.clip.holding_hand.assign(start.clip.pose.size(), kHoldsRight);
@@ -100,6 +192,7 @@ StandingHold MakeHoldInBothHands(const ClipBody& body, const LoadedObject& objec
     smaller.mesh.vertices *= kGraspable_m / extent(1);
     hold = MakeStandingHold(body, smaller, action, options);
     hold.start.prop = PropOf(object, false, options.threads);
+    hold.start.opening = OpeningOf(*hold.start.prop);
   }
   if (!hold.fault.empty()) return hold;
   BothHandsOptions search;
@@ -124,6 +217,7 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   start.mirrored = options.hands == GraspHands::kLeft;
   start.actor = std::make_unique<const ActionActor>(body.model, body.betas);
   start.prop = PropOf(object, start.mirrored, options.threads);
+  start.opening = OpeningOf(*start.prop);
   const ActionProp& prop = *start.prop;
   const HandModel &right = start.actor->Hand(Side::kRight), &left = start.actor->Hand(Side::kLeft);
   std::vector<Grasp> grasps =
@@ -140,14 +234,20 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
     pairs = FindGraspPairs(right, left, prop, grasps, options.seed, kPairTries);
   }
   const auto begin = [&](const ActionGrasps& choices, std::optional<bool> in_hand) {
-    ActionClip made;
+    ActionClip best;
     for (int attempt = 0; attempt < kTries; ++attempt) {
       const std::uint64_t seed = MixSeed(options.seed, static_cast<std::uint64_t>(attempt));
       const StandingStart standing = OwnStanding(start.actor->Measures(), seed);
-      made = MakeActionStart({action, *start.actor, prop, choices, standing, false, seed}, in_hand);
-      if (made.fault.empty()) break;
+      ActionClip made =
+          MakeActionStart({action, *start.actor, prop, choices, standing, false, seed}, in_hand);
+      // The object is upright as far as the wrist can turn.
+      const bool better = made.fault.empty() != best.fault.empty()
+                              ? made.fault.empty()
+                              : made.quality.hand_error_rad < best.quality.hand_error_rad;
+      if (attempt == 0 || better) best = std::move(made);
+      if (best.fault.empty() && best.quality.hand_error_rad < kMaxHandError) break;
     }
-    return made;
+    return best;
   };
   ActionClip made;
   made.fault = "no grasp";
@@ -163,13 +263,13 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   hold.fault = made.fault;
   hold.detail = made.detail;
   start.clip = std::move(made.clip);
+  if (hold.fault.empty()) {
+    VaryStart(start.actor->Measures().rest_joints, MixSeed(options.seed, kStyles), start.clip);
+  }
   return hold;
 }
 
 namespace {
-
-using Eigen::Isometry3d;
-using Eigen::Vector3d;
 
 constexpr double kReaches_m = 0.15;  // beyond this, the action does not reach the face
 constexpr double kThere_m = 0.05,

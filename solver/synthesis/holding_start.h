@@ -25,6 +25,8 @@ struct HoldingStart {
   std::unique_ptr<const ActionActor> actor;
   std::unique_ptr<const ActionProp> prop;  ///< mirrored as the clip is
   bool mirrored = false;
+  /// Direction of a vessel's opening in the object's frame; none for other objects.
+  std::optional<Eigen::Vector3d> opening = {};
   /// One frame of the person with the object between both hands. The motion is generated for the
   /// right hand, which networks know, and taken over by both (TakeInBothHands).
   std::optional<Clip> both = {};

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include "geometry/clip/resample.h"
 #include "geometry/rotation.h"
 #include "solver/body_ik/arm_ik.h"
+#include "solver/synthesis/standing_life.h"
 #include "solver/synthesis/synthesis.h"
 
 namespace holdfast {
@@ -30,6 +32,7 @@ using Eigen::Quaterniond;
 using Eigen::Vector3d;
 
 constexpr double kOffSide_rad = 20.0 * kDegree;  // deviation of a brush from its direction
+constexpr double kUprightWithin = 15.0 * kDegree;
 
 // 0 at the hand's first position, 1 where it is farthest from it, in the chest's frame.
 std::vector<double> SharesOfWay(const std::vector<BodyPlacement>& placed) {
@@ -47,14 +50,28 @@ Matrix3d FromTheSide(const Isometry3d& head, const Vector3d& forward_in_world, d
   return Eigen::AngleAxisd(share * angle, turn.axis()).toRotationMatrix();
 }
 
+// Actions that tilt a vessel.
+bool Tilts(std::string_view action) {
+  constexpr std::string_view kTilts[] = {"drink", "toast", "pour", "eat", "inspect"};
+  return std::ranges::find(kTilts, action) != std::end(kTilts);
+}
+
+// Rotation of a vessel, in the world, that leaves it within kUprightWithin of upright.
+Matrix3d ToUpright(const Vector3d& opening_in_world) {
+  const Eigen::AngleAxisd turn(Quaterniond::FromTwoVectors(opening_in_world, Vector3d::UnitZ()));
+  return Eigen::AngleAxisd(std::max(0.0, turn.angle() - kUprightWithin), turn.axis())
+      .toRotationMatrix();
+}
+
 Quaterniond Between(const Matrix3d& parent, const Matrix3d& child) {
   return Quaterniond(Matrix3d(parent.transpose() * child)).normalized();
 }
 
 }  // namespace
 
-void EaseArm(const ActionActor& actor, const ActionProp& prop, std::string_view action,
-             double elbow_rad, Clip& clip) {
+void EaseArm(const ActionActor& actor, const ActionProp& prop,
+             const std::optional<Vector3d>& opening, std::string_view action, double elbow_rad,
+             Clip& clip) {
   const Eigen::Matrix3Xd& rest_joints = actor.Measures().rest_joints;
   std::vector<BodyFrame> frames = BodyFrames(clip, rest_joints);
   const std::vector<Isometry3d> hands = HoldingHands(rest_joints, frames, clip);
@@ -72,6 +89,13 @@ void EaseArm(const ActionActor& actor, const ActionProp& prop, std::string_view 
       const Vector3d bristles = object * prop.marks.tip;
       wrist.linear() = turn * wrist.linear();
       wrist.translation() = bristles + turn * (wrist.translation() - bristles);
+    }
+    if (opening && !Tilts(action)) {
+      const Isometry3d object = clip.object->Pose(static_cast<Eigen::Index>(t));
+      const Matrix3d turn = ToUpright(object.linear() * *opening);
+      const Vector3d middle = object * prop.marks.middle;
+      wrist.linear() = turn * wrist.linear();
+      wrist.translation() = middle + turn * (wrist.translation() - middle);
     }
     targets.push_back({placed[t].joints.col(limb.root), placed[t].rotation[kSpine3], wrist});
   }
@@ -271,6 +295,8 @@ using Eigen::Vector3d;
 
 constexpr double kSetsOut_m = 0.02;  // distance of the wrist from its first position
 constexpr double kJoins_s = 0.7, kSettles_s = 0.4, kToRest_s = 1.2, kStandsAfter_s = 0.6;
+constexpr double kLetsGo_s = 0.3;
+constexpr double kUpright = 0.8;  // fraction of the way to an upright head and trunk
 constexpr int kRightArm[] = {kRightCollar, kRightShoulder, kRightElbow, kRightWrist};
 
 // Applies `share` of the change from `from` to `to` to `frame`.
@@ -283,6 +309,34 @@ BodyFrame WithDifference(const BodyFrame& frame, const BodyFrame& from, const Bo
     out.local[j] = frame.local[j] * Quaterniond::Identity().slerp(share, difference);
   }
   return out;
+}
+
+// From a pose to standing, looking up; if `lets_go`, upright with hanging arms.
+std::vector<BodyFrame> RestAfter(const Eigen::Matrix3Xd& rest_joints, const BodyFrame& pose,
+                                 bool lets_go, double rate, std::uint64_t seed) {
+  const BodyFrame hanging = Mirror(pose);  // its right arm is the mirrored left one
+  const FeetTarget feet = FeetOf(Place(rest_joints, pose));
+  const auto count = static_cast<std::size_t>(std::lround((kToRest_s + kStandsAfter_s) * rate));
+  std::vector<BodyFrame> rest(count, pose);
+  for (std::size_t k = 0; k < count; ++k) {
+    const double time = static_cast<double>(k + 1) / rate, share = MinimumJerk(time / kToRest_s);
+    const auto towards = [&](int joint, double part, const Quaterniond& to) {
+      Quaterniond& local = rest[k].local[joint];
+      local = local.slerp(part, to);
+    };
+    for (const int joint : {kNeck, kHead})
+      towards(joint, kUpright * share, Quaterniond::Identity());
+    if (!lets_go) continue;
+    for (const int joint : kRightArm) towards(joint, share, hanging.local[joint]);
+    // The trunk follows once the hand is off the object.
+    const double trunk = kUpright * MinimumJerk(std::max(0.0, time - kLetsGo_s) / kToRest_s);
+    for (const int joint : {kSpine1, kSpine2, kSpine3}) {
+      towards(joint, trunk, Quaterniond::Identity());
+    }
+  }
+  AddSway(rate, seed, rest);
+  for (BodyFrame& frame : rest) PlaceLegs(rest_joints, feet, frame);
+  return rest;
 }
 
 class Return {
@@ -319,20 +373,6 @@ class Return {
       back.push_back(frame);
     }
     return back;
-  }
-
-  // Moves the right arm from the first frame's pose to hanging, then stands.
-  std::vector<BodyFrame> ToRest() const {
-    const BodyFrame& first = frames_.front();
-    const BodyFrame hanging = Mirror(first);  // its right arm is the mirrored left one
-    std::vector<BodyFrame> rest(Count(kToRest_s) + Count(kStandsAfter_s), first);
-    for (std::size_t k = 0; k < rest.size(); ++k) {
-      const double share = MinimumJerk(Ratio(k + 1, Count(kToRest_s)));
-      for (const int joint : kRightArm) {
-        rest[k].local[joint] = first.local[joint].slerp(share, hanging.local[joint]);
-      }
-    }
-    return rest;
   }
 
   Isometry3d Wrist(const BodyFrame& frame) const {
@@ -426,15 +466,15 @@ double FollowWithBothHands(const Eigen::Matrix3Xd& rest_joints, const Clip& both
   return most;
 }
 
-void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, Clip& clip) {
+void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, std::uint64_t seed, Clip& clip) {
   const Return way(rest_joints, clip);
   const std::vector<BodyFrame> back = way.WayBack();
   if (back.empty()) return;
   const Isometry3d first = clip.object->Pose(0);
   const Isometry3d wrist_from_object =
       way.Wrist(way.Frames().back()).inverse() * clip.object->Pose(clip.NumFrames() - 1);
-  std::vector<BodyFrame> rest;
-  if (lets_go) rest = way.ToRest();
+  const std::vector<BodyFrame> rest =
+      RestAfter(rest_joints, way.Frames().front(), lets_go, clip.frame_rate, seed);
   std::vector<BodyFrame> all = way.Frames();
   all.insert(all.end(), back.begin(), back.end());
   all.insert(all.end(), rest.begin(), rest.end());
@@ -451,9 +491,10 @@ void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, Clip& clip) {
   for (Eigen::Index t = before; t < count; ++t) {
     const std::size_t frame = static_cast<std::size_t>(t);
     clip.pose[frame] = clip.pose[frame - 1];  // unwrapped from the previous frame
-    // The object ends exactly where it was: the grasp may have slipped slightly.
-    clip.object->SetPose(t, t < held - 1 ? way.Wrist(all[frame]) * wrist_from_object : first);
-    if (t < held) continue;
+    // The object is put exactly where it was: the grasp may have slipped slightly.
+    const bool at_first = lets_go ? t >= held - 1 : t == held - 1;
+    clip.object->SetPose(t, at_first ? first : way.Wrist(all[frame]) * wrist_from_object);
+    if (t < held || !lets_go) continue;
     clip.holding_hand[frame] = 0;
     const double opened = MinimumJerk(static_cast<double>(t - held + 1) / (0.5 * clip.frame_rate));
     const auto& fingers = clip.pose[static_cast<std::size_t>(held) - 1];
@@ -461,6 +502,21 @@ void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, Clip& clip) {
         (1.0 - opened) * fingers.rightCols<15>() + opened * at_ease.rightCols<15>();
   }
   SetBodyFrames(all, rest_joints, clip);
+}
+
+void AddRest(const Eigen::Matrix3Xd& rest_joints, std::uint64_t seed, Clip& clip) {
+  std::vector<BodyFrame> frames = BodyFrames(clip, rest_joints);
+  const std::vector<BodyFrame> rest =
+      RestAfter(rest_joints, frames.back(), false, clip.frame_rate, seed);
+  const BodyFrame last = frames.back();
+  frames.insert(frames.end(), rest.begin(), rest.end());
+  std::vector<double> at(frames.size(), clip.NumFrames() - 1.0);
+  std::iota(at.begin(), at.begin() + clip.NumFrames(), 0.0);
+  clip = ResampleAt(clip, at);
+  std::vector<BodyFrame> held = frames;
+  std::fill(held.end() - static_cast<std::ptrdiff_t>(rest.size()), held.end(), last);
+  TakeAlong(rest_joints, frames, HoldingHands(rest_joints, held, clip), clip);
+  SetBodyFrames(frames, rest_joints, clip);
 }
 
 }  // namespace holdfast

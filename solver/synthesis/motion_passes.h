@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include <Eigen/Core>
@@ -15,9 +16,12 @@ namespace holdfast {
 /// Moves the right arm to a comfortable posture with the hand fixed (ArmIk::Track), because
 /// networks raise elbows to the shoulder. The change is zero in the first frame and complete when
 /// the hand is farthest away; `elbow_rad` is then added to the elbow swivel, up and out. A brush is
-/// rotated about its bristles to approach the mouth from the side, as in the scripts. `clip`: of a
-/// right-handed person, with the object of `prop`, which moves with the hand.
-void EaseArm(const ActionActor& actor, const ActionProp& prop, std::string_view action,
+/// rotated about its bristles to approach the mouth from the side, as in the scripts. A vessel
+/// whose action does not tilt it is brought within 15 degrees of upright, about its middle;
+/// `opening`: the direction of its opening in the object's frame, none for other objects. `clip`:
+/// of a right-handed person, with the object of `prop`, which moves with the hand.
+void EaseArm(const ActionActor& actor, const ActionProp& prop,
+             const std::optional<Eigen::Vector3d>& opening, std::string_view action,
              double elbow_rad, Clip& clip);
 
 /// Retimes the reach of the right hand (HandWay) to a single movement: it accelerates, peaks before
@@ -70,12 +74,16 @@ void TakeInBothHands(const Eigen::Matrix3Xd& rest_joints, const Clip& both, Clip
 /// Returns the largest distance by which an arm still does not reach, meters.
 double FollowWithBothHands(const Eigen::Matrix3Xd& rest_joints, const Clip& both, Clip& clip);
 
-/// Appends a return to a motion in which the right hand uses an object: the hand moves it back to
-/// its first position along the same path, and the body follows. If `lets_go`, the object then
-/// stays there, the fingers open and the arm comes to hang like the other one (`holding_hand` 0;
-/// ClearPassages moves the hand off the object). Legs keep their first and last pose, which is
+/// Appends a return to a motion in which the right hand uses an object, and a rest: the hand moves
+/// the object back to its first position along the same path, and the body follows. Then the person
+/// stands, looks up, and sways (AddSway with `seed`). If `lets_go`, the object stays there, the
+/// fingers open, the trunk straightens and the arm comes to hang like the other one (`holding_hand`
+/// 0; ClearPassages moves the hand off the object). Legs keep their first and last pose, which is
 /// standing. Nothing is appended if the wrist never moved 2 cm. `clip` needs an object track and
 /// holding_hand.
-void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, Clip& clip);
+void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, std::uint64_t seed, Clip& clip);
+
+/// Appends only the rest, after a motion that ends with the object in a hand.
+void AddRest(const Eigen::Matrix3Xd& rest_joints, std::uint64_t seed, Clip& clip);
 
 }  // namespace holdfast

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "generator/body/limb_ik.h"
 #include "generator/matching/foot_lock.h"
 #include "generator/nn/random_stream.h"
 #include "generator/scripted/minimum_jerk.h"
@@ -77,6 +78,7 @@ constexpr double kPelvis_m = 0.002, kBreath_degrees = 0.5, kBreath_hertz = 0.26;
 // Rotations that are taken and given up again, with random times and amounts.
 class Turns {
  public:
+  Turns() = default;
   Turns(double begin_s, double end_s, double gap_s, const Vector3d& most, RandomDraws& draws) {
     double at = begin_s + draws.Uniform(-0.2, 0.3);
     for (int k = 0; at < end_s; ++k) {
@@ -181,9 +183,6 @@ void AddSecondaryMotion(const Eigen::Matrix3Xd& rest_joints, std::string_view ac
   const Part part = PartOf(action);
   Turns head(arrives, end, 1.1, part.head, draws);
   const Turns trunk(arrives, end, 1.4, part.trunk, draws);
-  // Leftwards, raising that hip; and the other arm's swing with it.
-  const Turns weight(0.4 * arrives, end, 1.6, {0, 0.006, 0}, draws);
-  const Turns swing(0.6 * arrives, end, 1.5, {5, 2, 2}, draws);
   if (action == "call") {
     for (double at = arrives + draws.Uniform(0.5, 0.9); at + 0.7 < end;
          at += draws.Uniform(1.1, 1.8)) {  // nods twice
@@ -199,17 +198,12 @@ void AddSecondaryMotion(const Eigen::Matrix3Xd& rest_joints, std::string_view ac
   for (std::size_t t = 0; t < frames.size(); ++t) {
     const double time = static_cast<double>(t) / rate;
     BodyFrame& frame = frames[t];
-    ShiftWeight({weight.At(time).y(), 0.0}, 1.0, frame);
     for (const int joint : {kSpine1, kSpine2, kSpine3}) {
       frame.local[joint] = TurnOf(trunk.At(time) / 3.0) * frame.local[joint];
     }
     for (const int joint : {kNeck, kHead}) {
       frame.local[joint] = TurnOf(0.5 * head.At(time)) * frame.local[joint];
     }
-    if (action == "offhand") continue;
-    const Vector3d arm = swing.At(time);
-    frame.local[kLeftShoulder] = TurnOf(arm) * frame.local[kLeftShoulder];
-    frame.local[kLeftElbow] = TurnOf({0.0, -std::abs(arm.x()), 0.0}) * frame.local[kLeftElbow];
   }
   const std::vector<double> sink = PelvisSink(rest_joints, frames, feet);
   for (std::size_t t = 0; t < frames.size(); ++t) {
@@ -217,6 +211,132 @@ void AddSecondaryMotion(const Eigen::Matrix3Xd& rest_joints, std::string_view ac
     PlaceLegs(rest_joints, feet[t], frames[t]);
   }
   TakeAlong(rest_joints, frames, hands, clip);
+  SetBodyFrames(frames, rest_joints, clip);
+}
+
+namespace {
+
+// As in captured people who stand and reach (docs/metrics.md, Standing).
+constexpr double kSideways_m = 0.018, kForward_m = 0.008;  // of the pelvis, to either side
+constexpr double kFadeIn_s = 0.8;                          // from where nothing may move
+constexpr double kStill_s = 1.7;                      // before the end, in which no movement begins
+constexpr double kAtFace_m = 0.3, kOffFace_m = 0.45;  // of the object from the head
+
+// Weight on one leg, then on the other: meters to the left and forward.
+Turns DrawWeight(double begin_s, double end_s, RandomDraws& draws) {
+  Turns weight;
+  double side = draws.Uniform(0.0, 1.0) < 0.5 ? -1.0 : 1.0;
+  for (double at = begin_s + draws.Uniform(0.0, 0.5); at < end_s - kStill_s; side = -side) {
+    const double takes = draws.Uniform(0.9, 1.5);
+    weight.Add(
+        at, takes,
+        {side * kSideways_m * draws.Uniform(0.6, 1.2), kForward_m * draws.Uniform(-1.0, 1.0), 0.0});
+    at += takes + draws.Uniform(0.3, 1.2);
+  }
+  return weight;
+}
+
+// Free arm: raised forward and outward at the shoulder, flexed at the elbow; degrees. Beside a
+// table it hangs.
+Turns DrawArm(double begin_s, double end_s, bool table, RandomDraws& draws) {
+  Turns arm;
+  for (double at = begin_s + draws.Uniform(0.0, 0.4); at < end_s - kStill_s;) {
+    const double takes = draws.Uniform(0.8, 1.3);
+    arm.Add(at, takes,
+            {draws.Uniform(-6.0, table ? 2.0 : 12.0), draws.Uniform(0.0, 8.0),
+             draws.Uniform(0.0, table ? 10.0 : 35.0)});
+    at += takes + draws.Uniform(0.2, 1.2);
+  }
+  return arm;
+}
+
+// Looks up and aside from the object, and back: nod, turn and tilt of the head, degrees.
+Turns DrawLooks(std::string_view action, double end_s, RandomDraws& draws) {
+  // What the hands do at the object is watched.
+  constexpr std::string_view kWatched[] = {"inspect", "use", "chop", "pour", "cook"};
+  const double share = std::ranges::find(kWatched, action) != std::end(kWatched) ? 0.4 : 1.0;
+  Turns looks;
+  for (double at = draws.Uniform(0.3, 1.0); at < end_s - kStill_s;) {
+    const double turn = std::copysign(draws.Uniform(8.0, 25.0), draws.Uniform(-1.0, 1.0));
+    looks.Add(at, 0.5, share * Vector3d(draws.Uniform(-26.0, -8.0), turn, 0.15 * turn));
+    at += draws.Uniform(0.9, 1.5);
+    looks.Add(at, 0.5, share * Vector3d(draws.Uniform(-4.0, 4.0), draws.Uniform(-4.0, 4.0), 0.0));
+    at += draws.Uniform(0.9, 2.0);
+  }
+  return looks;
+}
+
+// Frames in which the object is put down or taken.
+std::vector<int> Changes(const Clip& clip) {
+  std::vector<int> changes;
+  for (int t = 1; t < static_cast<int>(clip.holding_hand.size()); ++t) {
+    if ((clip.holding_hand[t] == 0) != (clip.holding_hand[t - 1] == 0)) changes.push_back(t);
+  }
+  return changes;
+}
+
+// First frame in which the object is 2 cm from its first place.
+int Leaves(const Clip& clip) {
+  constexpr double kLeaves_m = 0.02;
+  if (!clip.object) return 0;
+  int t = 0;
+  while (t + 1 < clip.NumFrames() &&
+         (clip.object->trans.col(t) - clip.object->trans.col(0)).norm() < kLeaves_m) {
+    ++t;
+  }
+  return t;
+}
+
+}  // namespace
+
+void AddStandingMotion(const Eigen::Matrix3Xd& rest_joints, std::string_view action, bool free_arm,
+                       bool table, std::uint64_t seed, Clip& clip) {
+  std::vector<BodyFrame> frames = BodyFrames(clip, rest_joints);
+  const double rate = clip.frame_rate, end = static_cast<double>(frames.size()) / rate;
+  RandomDraws draws(seed);
+  const Turns weight = DrawWeight(Leaves(clip) / rate, end, draws);
+  const Turns arm = DrawArm(0.0, end, table, draws);
+  const Turns looks = DrawLooks(action, end, draws);
+  const std::vector<int> changes = Changes(clip);
+  const std::vector<FeetTarget> feet = FeetOf(Place(rest_joints, frames));
+  const std::vector<Isometry3d> hands = HoldingHands(rest_joints, frames, clip);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    const double time = static_cast<double>(t) / rate;
+    double share = 1.0;
+    for (const int change : changes) {
+      share *= MinimumJerk(std::min(1.0, std::abs(time - change / rate) / kFadeIn_s));
+    }
+    ShiftWeight(weight.At(time).head<2>(), share, frames[t]);
+    const Isometry3d head = Place(rest_joints, frames[t]).WorldFromJoint(kHead);
+    double away = 1.0;
+    if (clip.object) {
+      const Vector3d object = clip.object->trans.col(static_cast<Eigen::Index>(t));
+      away = ((object - head.translation()).norm() - kAtFace_m) / (kOffFace_m - kAtFace_m);
+    }
+    Vector3d look = MinimumJerk(std::clamp(away, 0.0, 1.0)) * looks.At(time);
+    const double down = -std::asin(std::clamp(head.linear()(2, 2), -1.0, 1.0)) / kDegree;
+    look.x() = std::max(look.x(), -std::max(0.0, down));  // up to the horizontal
+    for (const int joint : {kNeck, kHead}) {
+      frames[t].local[joint] = TurnOf(0.5 * look) * frames[t].local[joint];
+    }
+    if (!free_arm) continue;
+    const Vector3d raised = arm.At(time);
+    Quaterniond &shoulder = frames[t].local[kLeftShoulder], &elbow = frames[t].local[kLeftElbow];
+    shoulder = TurnOf({-raised.x(), 0.0, raised.y()}) * shoulder;
+    elbow = elbow * Quaterniond(Eigen::AngleAxisd(raised.z() * kDegree, Arm(Side::kLeft).hinge));
+  }
+  const std::vector<double> sink = PelvisSink(rest_joints, frames, feet);
+  for (std::size_t t = 0; t < frames.size(); ++t) {
+    frames[t].pelvis.z() -= sink[t];
+    PlaceLegs(rest_joints, feet[t], frames[t]);
+  }
+  if (clip.object) {
+    const ObjectTrack before = *clip.object;
+    TakeAlong(rest_joints, frames, hands, clip);
+    for (int t = 0; t < clip.NumFrames(); ++t) {
+      if (clip.holding_hand[t] == 0) clip.object->SetPose(t, before.Pose(t));
+    }
+  }
   SetBodyFrames(frames, rest_joints, clip);
 }
 

@@ -30,6 +30,8 @@
 namespace holdfast {
 namespace {
 
+constexpr std::uint64_t kStanding = 0x3E1;  // random stream
+
 // Maximum height of the right elbow above 5 cm below its shoulder, in decimeters: nobody lifts it
 // like that to hold a light object.
 double ElbowLifted(const Eigen::Matrix3Xd& rest_joints, const Clip& clip) {
@@ -79,8 +81,8 @@ SynthesizedSample MotionOf(const HoldingStart& start, std::string_view action,
   AddSecondaryMotion(rest_joints, action, MixSeed(options.seed, 500 + stream), sample.motion);
   if (!passes_on) {
     // Elbows are lowered more than raised.
-    EaseArm(*start.actor, *start.prop, action, std::min(sample.style.elbow, 6.0 * kDegree),
-            sample.motion);
+    EaseArm(*start.actor, *start.prop, start.opening, action,
+            std::min(sample.style.elbow, 6.0 * kDegree), sample.motion);
   }
   if (start.both) TakeInBothHands(rest_joints, *start.both, sample.motion);
   sample.faults = FaultsOf(start, sample.motion);
@@ -113,13 +115,18 @@ void Finish(const HoldingStart& start, std::string_view action, const Synthesize
             SynthesizedSample& sample) {
   const Eigen::Matrix3Xd& rest_joints = start.actor->Measures().rest_joints;
   if (!options.keep_pace) sample.hurried = TrimIdle(rest_joints, sample.motion);
-  if (sample.keys.switch_frame >= 0) return;
+  const std::uint64_t seed = MixSeed(options.seed, static_cast<std::uint64_t>(sample.number));
+  if (sample.keys.switch_frame >= 0) {
+    if (options.and_back) AddRest(rest_joints, seed, sample.motion);
+    AddStandingMotion(rest_joints, action, false, false, MixSeed(seed, kStanding), sample.motion);
+    return;
+  }
   RetimeHand(rest_joints, sample.motion);
   const int there = sample.motion.NumFrames();
-  if (options.and_back) AddReturn(rest_joints, StandsOnTable(start), sample.motion);
-  AddStrokes(rest_joints, action, start.prop->marks,
-             MixSeed(options.seed, static_cast<std::uint64_t>(sample.number)), there,
-             sample.motion);
+  if (options.and_back) AddReturn(rest_joints, StandsOnTable(start), seed, sample.motion);
+  AddStrokes(rest_joints, action, start.prop->marks, seed, there, sample.motion);
+  AddStandingMotion(rest_joints, action, !start.both, start.clip.table.has_value(),
+                    MixSeed(seed, kStanding), sample.motion);
   if (start.both) FollowWithBothHands(rest_joints, *start.both, sample.motion);
 }
 
@@ -205,7 +212,7 @@ OptionTable OptionsOf(SynthesisJob& job) {
       {{"right", GraspHands::kRight}, {"left", GraspHands::kLeft}, {"both", GraspHands::kBoth}},
       "Hand that holds the object at a generated start; both: the object is between them");
   table.Number("seconds", "", job.seconds, {0.5, 60.0}, "typical of the action",
-               "Duration of the motion");
+               "Duration of the motion, until the object is put back");
   table.Number("key_frames", "", options.key_frames, {imos::kHistory + 1, 1000},
                "Number of key frames, including the 4 given ones");
   table.Number("samples", "", options.samples, {1, 10'000},
@@ -217,7 +224,7 @@ OptionTable OptionsOf(SynthesisJob& job) {
                "latents. Not applied to the first sample");
   table.Number("frame_rate", "", options.frame_rate, {5.0, 240.0}, "Frame rate of the output, Hz");
   table.Flag("and_back", options.and_back,
-             "Put the object back where it was; on a table the hand releases it");
+             "Put the object back where it was and stand at rest; on a table the hand releases it");
   return table;
 }
 

@@ -39,8 +39,9 @@ struct SynthesizeOptions {
   bool finish_all =
       false;  ///< apply AddReturn and all later steps to all samples, not only the best
   double frame_rate = 30.0;  ///< Hz, of the motion
-  /// Return the object to its first position (AddReturn); on a table the hand releases it.
-  bool and_back = false;
+  /// End at rest: the object is returned to its first position, and on a table the hand releases it
+  /// (AddReturn); after a handover the person stands (AddRest).
+  bool and_back = true;
   /// (29 x E) embeddings of the actions; default: the networks' own.
   std::optional<Eigen::MatrixXf> action_table;
   std::uint64_t seed = 1;

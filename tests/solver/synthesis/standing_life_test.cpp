@@ -56,6 +56,35 @@ TEST(StandingLife, WhoHasArrivedLooksAboutOnFeetThatStay) {
   EXPECT_GT(apart, 2.0 * kDegree) << "another seed is another person";
 }
 
+TEST(StandingLife, WeightFreeArmAndFaceMoveOnFeetThatStayAndThePutDownObjectStays) {
+  const BodyMeasures body = MeasureBody(*BodyModel::Default(), {});
+  Clip clip = HoldsOut(body);
+  const int put_down = clip.NumFrames() - 20;
+  std::fill(clip.holding_hand.begin() + put_down, clip.holding_hand.end(), 0);
+  const Clip before = clip;
+  AddStandingMotion(body.rest_joints, "pass", true, false, 1, clip);
+  const auto placed = [&](const Clip& of) {
+    return Place(body.rest_joints, BodyFrames(of, body.rest_joints));
+  };
+  const std::vector<BodyPlacement> was = placed(before), is = placed(clip);
+  double weight = 0.0, free = 0.0, face = 0.0;
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    EXPECT_LT((is[t].joints.col(7) - was[t].joints.col(7)).norm(), 1e-3) << t;
+    weight = std::max(weight, (is[t].joints - was[t].joints).col(kPelvis).norm());
+    free = std::max(free, (is[t].joints - was[t].joints).col(kLeftWrist).norm());
+    face = std::max(face, AngleBetween(is[t].rotation[kHead], was[t].rotation[kHead]));
+    const Eigen::Isometry3d wrist =
+        t < put_down ? is[t].WorldFromJoint(kRightWrist) : before.object->Pose(t);
+    EXPECT_LT((wrist.matrix() - clip.object->Pose(t).matrix()).cwiseAbs().maxCoeff(), 1e-6) << t;
+  }
+  EXPECT_LT((is[0].joints - was[0].joints).norm(), 1e-9);
+  EXPECT_LT((is[put_down].joints - was[put_down].joints).col(kPelvis).norm(), 1e-3);
+  EXPECT_GT(weight, 0.01);
+  EXPECT_LT(weight, 0.06);
+  EXPECT_GT(free, 0.03);
+  EXPECT_GT(face, 8.0 * kDegree);
+}
+
 TEST(StandingLife, SwayBeginsWithNothingAndIsSmall) {
   const std::vector<BodyFrame> still(150);
   std::vector<BodyFrame> frames = still;

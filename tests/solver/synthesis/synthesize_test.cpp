@@ -37,12 +37,61 @@ TEST(Synthesize, MakesAMotionOfAHeldStartTheSameOnAnyThreads) {
   EXPECT_LE(made.samples[0].faults, made.samples[1].faults);
   EXPECT_EQ(made.first_hand, Side::kLeft);
   EXPECT_EQ(made.motion.action, "drink");
-  EXPECT_EQ(made.motion.holding_hand.back(), kHoldsLeft);  // out of the mirror
+  EXPECT_EQ(made.motion.holding_hand.front(), kHoldsLeft);  // out of the mirror
   options.threads = 3;
   const SynthesizedMotion again =
       Synthesize(hold.start, imos::DefaultNetwork(), Intent("drink", "mug"), options);
   EXPECT_EQ(again.motion.trans, made.motion.trans);
   EXPECT_EQ(again.motion.object->trans, made.motion.object->trans);
+}
+
+TEST(Synthesize, EndsWhereItBeganAndStandsThere) {
+  const ClipBody body{BodyModel::Default(), {}};
+  SynthesizeOptions options;
+  options.samples = 1;
+  for (const bool in_hand : {false, true}) {
+    StandingHoldOptions holding;
+    holding.in_hand = in_hand;
+    const StandingHold hold = MakeStandingHold(body, LoadObject("cube"), "lift", holding);
+    ASSERT_EQ(hold.fault, "");
+    const SynthesizedMotion made =
+        Synthesize(hold.start, imos::DefaultNetwork(), Intent("lift", "cube"), options);
+    const Clip& clip = made.motion;
+    const int last = clip.NumFrames() - 1;
+    EXPECT_EQ(clip.holding_hand[last], in_hand ? kHoldsRight : 0);
+    EXPECT_LT((clip.object->trans.col(last) - clip.object->trans.col(0)).norm(),
+              in_hand ? 0.06 : 1e-6);
+    const Eigen::Matrix3Xd& rest = hold.start.actor->Measures().rest_joints;
+    const auto wrist = WristPoses(clip, rest, Side::kRight);
+    EXPECT_LT((wrist[last].translation() - wrist[last - 6].translation()).norm(), 0.02) << in_hand;
+    const auto up = [&](int t) {
+      BodyState state;
+      ForwardJoints(rest, clip.pose[t], clip.trans.col(t), state);
+      return state.WorldFromJoint(kHead).linear()(2, 2);
+    };
+    EXPECT_GT(up(last), -0.5) << "looks up";
+  }
+}
+
+TEST(MakeStandingHold, AnotherSeedStandsOtherwiseWithTheVesselUpright) {
+  const ClipBody body{BodyModel::Default(), {}};
+  std::vector<Eigen::Matrix3Xd> stands;
+  for (const std::uint64_t seed : {1, 2, 3}) {
+    StandingHoldOptions holding;
+    holding.seed = seed;
+    holding.in_hand = false;
+    const StandingHold hold = MakeStandingHold(body, LoadObject("mug"), "pass", holding);
+    ASSERT_EQ(hold.fault, "");
+    const Clip& clip = hold.start.clip;
+    BodyState state;
+    ForwardJoints(hold.start.actor->Measures().rest_joints, clip.pose[0], clip.trans.col(0), state);
+    stands.push_back(state.joints.leftCols(22).colwise() - state.joints.col(0));
+    EXPECT_GT(clip.object->Pose(0).linear()(2, 2), 0.98) << seed;
+    for (const int foot : {7, 8}) EXPECT_NEAR(state.joints(2, foot), state.joints(2, 7), 0.01);
+  }
+  for (const auto& [a, b] : {std::pair(0, 1), {0, 2}, {1, 2}}) {
+    EXPECT_GT((stands[a] - stands[b]).colwise().norm().mean(), 0.01) << a << " " << b;
+  }
 }
 
 TEST(Synthesize, BothHandsKeepTheObjectBetweenThem) {
