@@ -2,12 +2,15 @@
 #include "apps/fit_job.h"
 
 #include <algorithm>
+#include <array>
+#include <charconv>
 #include <chrono>
 #include <filesystem>
 #include <future>
 #include <map>
 #include <memory>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
 #include <fmt/format.h>
@@ -279,6 +282,22 @@ TriangleMesh SurfaceNamed(const char* option, const std::vector<std::string>& as
   return surface;
 }
 
+// X,Y,Z,RADIUS, or nullopt for anything but four numbers.
+std::optional<GraspPlace::Ball> BallFrom(const std::string& text) {
+  std::array<double, 4> values{};
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    const auto [next, error] = std::from_chars(at, end, values[k]);
+    const bool last = k + 1 == values.size();
+    if (error != std::errc() || (last ? next != end : next == end || *next != ',')) {
+      return std::nullopt;
+    }
+    at = next + 1;
+  }
+  return GraspPlace::Ball{{values[0], values[1], values[2]}, values[3]};
+}
+
 }  // namespace
 
 void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input, const std::string& group) {
@@ -298,10 +317,13 @@ void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input, const std::
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->type_name("NAME|FILE")
       ->group(group);
-  command.add_option("--avoid", input.avoid, "Do not touch this part; given as for --region")
+  command
+      .add_option("--avoid", input.avoid,
+                  "Do not touch this part, given as for --region; or keep the hand out of a ball: "
+                  "X,Y,Z,RADIUS in the object frame, meters, after scaling. May be repeated")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
-      ->type_name("NAME|FILE")
+      ->type_name("NAME|FILE|X,Y,Z,RADIUS")
       ->group(group);
 }
 
@@ -312,7 +334,15 @@ std::optional<GraspPlace::Wanted> WantedPlace(const GraspPlaceInput& input,
   if (fs::is_regular_file(path_or_name)) groups = ReadMeshGroups(path_or_name);
   GraspPlace::Wanted wanted;
   wanted.region = SurfaceNamed("--region", input.region, groups, path_or_name);
-  wanted.avoid = SurfaceNamed("--avoid", input.avoid, groups, path_or_name);
+  std::vector<std::string> avoided_parts;
+  for (const std::string& avoid : input.avoid) {
+    if (const std::optional<GraspPlace::Ball> ball = BallFrom(avoid)) {
+      wanted.avoid_balls.push_back(*ball);
+    } else {
+      avoided_parts.push_back(avoid);
+    }
+  }
+  wanted.avoid = SurfaceNamed("--avoid", avoided_parts, groups, path_or_name);
   wanted.region.vertices *= scale;
   wanted.avoid.vertices *= scale;
   if (!input.at.empty()) wanted.at = Eigen::Vector3d(input.at[0], input.at[1], input.at[2]);

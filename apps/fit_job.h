@@ -21,7 +21,7 @@ namespace holdfast::apps {
 struct GraspPlaceInput {
   std::vector<double> at;           ///< x, y, z
   std::vector<std::string> region;  ///< groups, objects, materials, files with vertex lists
-  std::vector<std::string> avoid;   ///< as `region`
+  std::vector<std::string> avoid;   ///< as `region`, or a ball: X,Y,Z,RADIUS
 
   bool Given() const { return !at.empty() || !region.empty() || !avoid.empty(); }
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <memory>
@@ -147,7 +148,29 @@ struct Measured {
   const HandObjectProtocol& protocol;
   HoleFill fill;
   BallTree object_vertices;
+  std::vector<int> joint_of_vertex;         // StrongestHandJoints of the hand's vertices
+  Eigen::Vector3d thumb_first, thumb_last;  // bones in the rest pose, unit
 };
+
+// The thumb's bones in the rest pose: from its root to its second joint, and from its last joint to
+// the vertex farthest along it.
+void FindThumb(const HandModel& hand, Measured& all) {
+  const BodySurface& surface = hand.Surface();
+  const int root = HandBegin(hand.HandSide()) + kJointsPerHand - 3;
+  const Eigen::Vector3d last = surface.RestJoints().col(root + 2);
+  const Eigen::Vector3d along = last - surface.RestJoints().col(root + 1);
+  all.thumb_first =
+      (surface.RestJoints().col(root + 1) - surface.RestJoints().col(root)).normalized();
+  all.thumb_last = along.normalized();
+  double farthest = 0.0;
+  for (int i = 0; i < hand.NumVertices(); ++i) {
+    if (all.joint_of_vertex[static_cast<std::size_t>(i)] != root + 2) continue;
+    const Eigen::Vector3d apart = surface.RestVertices().col(i) - last;
+    if (apart.dot(along) <= farthest) continue;
+    farthest = apart.dot(along);
+    all.thumb_last = apart.normalized();
+  }
+}
 
 // Measures frame after frame; one per thread. State kept between frames only affects speed.
 class FrameMeasurer {
@@ -169,6 +192,7 @@ class FrameMeasurer {
     const Eigen::VectorXd distances = FindNearest(threshold_m);
     HandObjectFrame frame;
     frame.hand = ContactFromDistances(distances.head(n), protocol);
+    MeasureFingers(distances, threshold_m, t, frame);
     const std::span<const SignedDistance::Result> of_hand(queries_.data(), n);
     touch = FindTouch(closed_.mesh.vertices.leftCols(n), of_hand, threshold_m);
     const SignedDistance& object = all_.object.distance;
@@ -212,6 +236,23 @@ class FrameMeasurer {
     measure(nearest_);  // last frame's nearest: most other queries are then skipped
     for (int i = 0; i < distances.size(); ++i) measure(i);
     return distances;
+  }
+
+  void MeasureFingers(const Eigen::VectorXd& distances, double threshold_m, int t,
+                      HandObjectFrame& frame) const {
+    const Side side = all_.hand.HandSide();
+    const int first = HandBegin(side);
+    for (int i = 0; i < all_.hand.NumVertices(); ++i) {
+      const int k = all_.joint_of_vertex[static_cast<std::size_t>(i)] - first;
+      if (distances[i] >= threshold_m || k < 0 || k >= kJointsPerHand) continue;
+      const auto finger = static_cast<std::size_t>(k / 3);
+      frame.finger_touches[finger] = true;
+      if (k % 3 == 2) frame.fingertip_touches[finger] = true;
+    }
+    const FingerPose fingers = FingersOf(all_.clip.pose[t], side);
+    const Eigen::Vector3d last =
+        ExpSO3(fingers.segment<3>(kHandDofs - 6)) * ExpSO3(fingers.tail<3>()) * all_.thumb_last;
+    frame.thumb_bend_deg = std::acos(std::clamp(all_.thumb_first.dot(last), -1.0, 1.0)) / kDegree;
   }
 
   void MoveSurface() {
@@ -293,13 +334,17 @@ HandObjectScore MeasureHandObject(const Clip& clip, const HandModel& hand, const
   score.holds.assign(holds.begin(), holds.end());
   score.frames.resize(static_cast<std::size_t>(frames));
   std::vector<Touch> touches(static_cast<std::size_t>(frames));
-  const Measured all{clip,
-                     hand,
-                     object,
-                     exact,
-                     protocol,
-                     HoleFill({hand.Surface().RestVertices(), hand.Surface().Faces()}),
-                     BallTree(object.mesh.vertices)};
+  Measured all{clip,
+               hand,
+               object,
+               exact,
+               protocol,
+               HoleFill({hand.Surface().RestVertices(), hand.Surface().Faces()}),
+               BallTree(object.mesh.vertices),
+               StrongestHandJoints(hand.Surface(), hand.HandSide()),
+               {},
+               {}};
+  FindThumb(hand, all);
   std::atomic<bool> stopped{false};
   std::mutex mutex;
   std::vector<std::unique_ptr<FrameMeasurer>> idle;

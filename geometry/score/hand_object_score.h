@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -76,7 +77,11 @@ struct HandObjectFrame {
   double object_max_penetration_mm = 0.0;
   double object_mean_penetration_mm = 0.0;  ///< of the vertices inside; 0 if none
   int object_vertices_inside = 0;
-  ExactVolume exact_volume;  ///< if measured
+  /// Whether a vertex of a finger, and of its last phalanx, is closer than the contact threshold or
+  /// inside: index, middle, pinky, ring, thumb (file order).
+  std::array<bool, kJointsPerHand / 3> finger_touches{}, fingertip_touches{};
+  double thumb_bend_deg = 0.0;  ///< between the thumb's first and last bone
+  ExactVolume exact_volume;     ///< if measured
 
   /// The larger of both directions.
   double DeepestPenetration_mm() const {

@@ -250,7 +250,10 @@ class Carrier {
     if (!options_.place) return nullptr;
     GraspPlace::Wanted wanted = *options_.place;
     wanted.at.reset();
-    if (wanted.region.NumFaces() == 0 && wanted.avoid.NumFaces() == 0) return nullptr;
+    if (wanted.region.NumFaces() == 0 && wanted.avoid.NumFaces() == 0 &&
+        wanted.avoid_balls.empty()) {
+      return nullptr;
+    }
     return std::make_shared<const GraspPlace>(object_.object.mesh, wanted);
   }
 

@@ -34,6 +34,8 @@ nlohmann::json FirstGraspJson(const FirstGrasp& first) {
   if (first.one) {
     const Grasp& grasp = *first.one;
     json.update({{"style", StyleName(grasp.style)},
+                 {"use", UseName(first.use)},
+                 {"skin_in_keep_free_ratio", grasp.in_keep_free},
                  {"score", grasp.score},
                  {"wrench_quality", grasp.wrench_quality},
                  {"skin_in_object_mm", grasp.max_penetration_mm},

@@ -35,6 +35,17 @@ bool NothingToCarry(GraspStatus status) {
          status == GraspStatus::kStopped;
 }
 
+// Mean of world up in the wrist's frame over the first `frames` of a clip.
+Eigen::Vector3d MeanUpInWrist(const Clip& clip, const HandModel& hand, int frames) {
+  HandState state(hand);
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int t = 0; t < frames; ++t) {
+    state.SetBody(clip.pose[t], clip.trans.col(t));
+    sum += state.WristRotation().transpose() * Eigen::Vector3d::UnitZ();
+  }
+  return sum / std::max(1, frames);
+}
+
 // The feasible clean grasp with the highest total score.
 Grasp WorthMost(const HandModel& hand, const GraspReport& report, const FirstGraspOptions& options,
                 const SignedDistance& surface) {
@@ -91,6 +102,7 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   search.threads = options.threads;
   search.best_only = !options.also;
   search.up_in_wrist = {state.WristRotation().transpose() * Eigen::Vector3d::UnitZ()};
+  search.mean_up_in_wrist = MeanUpInWrist(clip, hand, held_frames);
   // A hand is about 20 cm long: obstacles beyond that plus the object's size cannot be met.
   const TriangleMesh& mesh = object.object.mesh;
   const DistanceGrid& grid = *object.fit.distance;
@@ -104,6 +116,7 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
     first.one = WorthMost(hand, report, options, object.solid.distance);
   }
   const Grasp& grasp = *first.one;
+  first.use = report.use;
   // A receiving hand has to touch the object; report other collisions before that.
   first.through_body = grasp.blocked;
   if (held_frames < clip.NumFrames()) {
@@ -126,6 +139,16 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   if (!first.clean) {
     first.warnings.push_back(
         fmt::format("{}; using the best rejected grasp", Describe(report.status)));
+  }
+  // Small vessels cannot be held off the regions above and below them.
+  constexpr double kMaxInKeepFree = 0.03;
+  const bool keeps_free = report.use == GraspUse::kCamera || report.use == GraspUse::kPhone ||
+                          (options.place && !options.place->Avoided().empty());
+  if (keeps_free && grasp.in_keep_free > kMaxInKeepFree) {
+    first.warnings.push_back(
+        fmt::format("{:.0f} % of the hand's skin is where the {} is to be kept free; try another "
+                    "--seed, --region or --at",
+                    100.0 * grasp.in_keep_free, object.object.name));
   }
   PlaceObject(ObjectInWorld(grasp, state.WristRotation(), state.WristPosition()), clip);
   SetFingers(clip.pose[0], hand.HandSide(), grasp.fingers);

@@ -50,11 +50,12 @@ GivenGrasp ReadGivenGrasp(const std::string& file, std::shared_ptr<const BodyMod
 
 /// Grasp in a clip's first frame.
 struct FirstGrasp {
-  bool made = false;         ///< else taken from the clip
-  bool found = false;        ///< a grasp was found, though it may not be clean
-  bool clean = true;         ///< else it is the least bad try
-  std::string status;        ///< message for the user
-  std::optional<Grasp> one;  ///< for one hand
+  bool made = false;              ///< else taken from the clip
+  bool found = false;             ///< a grasp was found, though it may not be clean
+  bool clean = true;              ///< else it is the least bad try
+  std::string status;             ///< message for the user
+  std::optional<Grasp> one;       ///< for one hand
+  GraspUse use = GraspUse::kAny;  ///< assumed use of the object, for one hand
   std::optional<BothHandsGrasp> both;
   std::optional<ContactMetrics> given;  ///< contact of a given grasp
   double through_body = 0.0;  ///< fraction of the clip's frames in which the object meets the body

@@ -333,6 +333,7 @@ nlohmann::json GraspJson(const Grasp& grasp) {
           {"score", grasp.score},
           {"wrench_quality", grasp.wrench_quality},
           {"upright_cosine", grasp.upright},
+          {"skin_in_keep_free_ratio", grasp.in_keep_free},
           {"skin_in_object_mm", grasp.max_penetration_mm},
           {"object_in_hand_mm", grasp.object_in_hand_mm},
           {"fingers_in_each_other_mm", grasp.self_penetration_mm},

@@ -30,7 +30,8 @@ double Promise(const GraspScene& scene, const Placement& placement) {
          std::exp(
              UprightScore(scene, placement.style, Uprightness(scene, placement.wrist_from_object)) +
              scene.use.DirectionScore(turned * scene.anatomy.axes.Across(),
-                                      turned * scene.anatomy.axes.Forward()) -
+                                      turned * scene.anatomy.axes.Forward(),
+                                      turned * scene.anatomy.axes.PalmNormal()) -
              scene.options.obstacle_weight * Blocked(scene, placement.wrist_from_object));
 }
 

@@ -46,6 +46,9 @@ struct GraspOptions {
   /// frame, several where the forearm may still turn. Objects stand z-up; grasps that leave the
   /// object upright in one of these poses are preferred. Empty: orientation is ignored.
   std::vector<Eigen::Vector3d> up_in_wrist;
+  /// Mean over the clip of world up in the wrist frame, for uses with ObjectUse::up_over_clip; its
+  /// norm is below 1 where the wrist turns. None: up_in_wrist is used for all.
+  std::optional<Eigen::Vector3d> mean_up_in_wrist;
   double upright_weight = 0.5;
   /// Objects are picked up from a table: maximum score penalty for hands that reach below the
   /// bottom (least z) of a tall object. 0: the object floats.
@@ -77,6 +80,9 @@ struct Grasp {
   std::array<bool, kNumFingers> fingers_touching{};  ///< index, middle, pinky, ring, thumb
   std::array<bool, kNumFingers> fingers_through{};   ///< through a handle's opening, for kHandle
   bool palm_touching = false;
+  /// Cosine between the directions in which the thumb's last phalanx and the opposed fingers press
+  /// against each other; 0 if that phalanx does not touch.
+  double thumb_opposition = 0.0;
   double max_penetration_mm = 0.0;   ///< skin in object, at vertices and edge midpoints
   double object_in_hand_mm = 0.0;    ///< object surface in the hand
   double self_penetration_mm = 0.0;  ///< fingers in each other or in the palm
@@ -85,6 +91,7 @@ struct Grasp {
   double below_bottom_mm = 0.0;  ///< depth of the hand below the object's least z
   double outside_place = 0.0;    ///< fraction of the skin in contact that is outside the region
   double from_place_m = 0.0;     ///< from the center of the contacts to the requested point
+  double in_keep_free = 0.0;     ///< fraction of the skin where ObjectUse wants none, or --avoid
   double blocked = 0.0;          ///< fraction of the poses with the object in an obstacle
   Eigen::Vector3d object_up = Eigen::Vector3d::UnitZ();  ///< the object's up (ObjectUse::up)
   double upright = 0.0;                                  ///< cosine with up; 0 if none is given

@@ -154,6 +154,36 @@ double Opposed(const HandContacts& contacts) {
   return opposed;
 }
 
+// How directly the thumb's last phalanx presses against the fingers: the mean over those that
+// touch.
+double ThumbOpposition(const HandContacts& contacts) {
+  constexpr int kTip = 3 * kThumb + 2;
+  if (!contacts.touching[kTip]) return 0.0;
+  double sum = 0.0;
+  int fingers = 0;
+  for (int finger = 0; finger < kThumb; ++finger) {
+    double most = -1.0;
+    for (int part = 3 * finger; part < 3 * finger + 3; ++part) {
+      if (!contacts.touching[part]) continue;
+      most = std::max(most, -contacts.pressing[part].dot(contacts.pressing[kTip]));
+    }
+    if (most == -1.0) continue;
+    sum += most;
+    ++fingers;
+  }
+  return fingers == 0 ? 0.0 : sum / fingers;
+}
+
+// Deviation of the thumb from how it wraps around held objects: the flexion of its last two joints
+// together is mostly between 25 and 75 degrees. 1 for a straight thumb and for 110 degrees.
+double ThumbUnease(const HandAngles& angles) {
+  constexpr double kLow = 25.0, kHigh = 75.0, kTooHigh = 110.0;
+  const double flexion =
+      (angles(0, 3 * kThumb + 1) + angles(0, 3 * kThumb + 2)) * 180.0 / std::numbers::pi;
+  return std::clamp(std::max(1.0 - flexion / kLow, (flexion - kHigh) / (kTooHigh - kHigh)), 0.0,
+                    1.5);
+}
+
 // Forces that do not cancel push the object away instead of holding it.
 double Leaning(const std::vector<GraspContact>& contacts) {
   Eigen::Vector3d resultant = Eigen::Vector3d::Zero();
@@ -181,14 +211,11 @@ double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angl
   const auto fingers = static_cast<double>(
       std::count(grasp.fingers_touching.begin(), grasp.fingers_touching.end(), true));
   const bool in_palm = grasp.palm_touching && grasp.style != GraspStyle::kPrecision;
-  // A vessel or box is lifted by its body: grasped in the palm where it fits. A tool rotates about
-  // its own axis if only a few parts press it.
+  // A tool rotates about its own axis if only a few parts press it.
   const double part_worth = scene.use.kind == GraspUse::kTool ? 0.06 : 0.02;
-  const double palm_worth = scene.use.kind == GraspUse::kVessel ? 1.0
-                            : scene.use.kind == GraspUse::kBox  ? 0.5
-                                                                : 0.2;
   return 1.4 * std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers +
-         0.5 * opposed + part_worth * contacts.parts + (in_palm ? palm_worth : 0.0) +
+         0.3 * std::max(0.0, grasp.thumb_opposition) - 0.25 * ThumbUnease(angles) + 0.5 * opposed +
+         part_worth * contacts.parts + (in_palm ? scene.use.palm_worth : 0.0) +
          (grasp.fingers_touching[kThumb] ? 0.4 : 0.0) -
          0.2 * std::max(0.0, grasp.max_penetration_mm - 0.7) -
          0.15 * std::max(0.0, grasp.object_in_hand_mm - 1.5) - 0.15 * grasp.self_penetration_mm -
@@ -271,7 +298,7 @@ GraspScene::GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer,
 
 void GraspScene::TakeFor(ObjectUse found) {
   use = std::move(found);
-  if (options.place) {
+  if (options.place && options.place->IsRequired()) {
     use.hold.reset();
     use.keep_free.clear();
     use.press.clear();
@@ -279,9 +306,17 @@ void GraspScene::TakeFor(ObjectUse found) {
   } else if (use.held_at) {
     held_at = *use.held_at;
   }
+  if (!options.place) return;
+  for (const GraspPlace::Ball& ball : options.place->Avoided()) {
+    use.keep_free.push_back(
+        {ball.center, Eigen::Vector3d::UnitZ(), -ball.radius, ball.radius, 0.0, ball.radius});
+  }
 }
 
 double Uprightness(const GraspScene& scene, const Eigen::Isometry3d& wrist_from_object) {
+  if (scene.use.up_over_clip && scene.options.mean_up_in_wrist) {
+    return scene.options.mean_up_in_wrist->dot(wrist_from_object.linear() * scene.use.up);
+  }
   double most = scene.options.up_in_wrist.empty() ? 0.0 : -1.0;
   for (const Eigen::Vector3d& up : scene.options.up_in_wrist) {
     most = std::max(most, up.dot(wrist_from_object.linear() * scene.use.up));
@@ -324,6 +359,7 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
   grasp.max_penetration_mm = 1000.0 * std::max(0.0, -distance.minCoeff());
 
   const HandContacts contacts = FindHandContacts(scene, skin, distance, grasp);
+  grasp.thumb_opposition = ThumbOpposition(contacts);
   grasp.wrench_quality =
       WrenchQuality(contacts.points, scene.centroid, 0.5 * scene.size, options.friction);
   grasp.self_penetration_mm = 1000.0 * SelfPenetration(landmarks, vertices);
@@ -333,6 +369,7 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
   grasp.object_up = scene.use.up;
   grasp.upright = Uprightness(scene, attempt.wrist_from_object);
   grasp.blocked = Blocked(scene, attempt.wrist_from_object);
+  grasp.in_keep_free = scene.use.InKeepFree(skin);
   if (grasp.style == GraspStyle::kHandle) {
     grasp.fingers_through =
         FingersThrough(scene.anatomy.axes, hand.At(grasp.fingers), scene.handles[attempt.handle],
@@ -356,7 +393,8 @@ Grasp Assess(const GraspScene& scene, HandEvaluation& hand, const GraspAttempt& 
   grasp.score = Score(scene, grasp, attempt.angles, contacts, off_center);
   const Eigen::Matrix3d turned = object_from_wrist.linear();
   grasp.score += scene.use.DirectionScore(turned * scene.anatomy.axes.Across(),
-                                          turned * scene.anatomy.axes.Forward()) +
+                                          turned * scene.anatomy.axes.Forward(),
+                                          turned * scene.anatomy.axes.PalmNormal()) +
                  scene.use.PlaceScore(contacts.points, skin);
   if (by_handle) {
     const auto through = static_cast<double>(

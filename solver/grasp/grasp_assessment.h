@@ -46,7 +46,8 @@ struct GraspScene {
   GraspScene(const HandAnatomy& hand, const GraspPlacer& hand_placer, const DistanceGrid& distance,
              const TriangleMesh& mesh, const GraspOptions& search_options);
 
-  /// Sets `use` and `held_at`. Where a place is requested, drops the location constraints of `use`.
+  /// Sets `use` and `held_at`. Where a region, a point or a part to avoid is given, drops the
+  /// location constraints of `use`. Balls to avoid become regions to keep free.
   void TakeFor(ObjectUse found);
 
   const HandAnatomy& anatomy;

@@ -33,18 +33,41 @@ std::vector<bool> FacesOn(const TriangleMesh& object, const TriangleMesh& part) 
 }  // namespace
 
 GraspPlace::GraspPlace(const TriangleMesh& object, const Wanted& wanted)
-    : tree_(object), allowed_(static_cast<std::size_t>(object.NumFaces()), true), at_(wanted.at) {
+    : tree_(object),
+      allowed_(static_cast<std::size_t>(object.NumFaces()), true),
+      at_(wanted.at),
+      balls_(wanted.avoid_balls),
+      required_(wanted.at || wanted.region.NumFaces() > 0 || wanted.avoid.NumFaces() > 0) {
   if (wanted.region.NumFaces() > 0) allowed_ = FacesOn(object, wanted.region);
   if (wanted.avoid.NumFaces() > 0) {
     const std::vector<bool> avoided = FacesOn(object, wanted.avoid);
     for (std::size_t f = 0; f < allowed_.size(); ++f) allowed_[f] = allowed_[f] && !avoided[f];
+  }
+  for (const Ball& ball : balls_) {
+    const double off = std::sqrt(tree_.Closest(ball.center).squared_distance);
+    if (!(off <= ball.radius)) {
+      throw Error(
+          "--avoid",
+          fmt::format("({:g}, {:g}, {:g}) is {:.1f} cm from the object's surface, farther "
+                      "than the radius of {:g} m",
+                      ball.center.x(), ball.center.y(), ball.center.z(), 100.0 * off, ball.radius),
+          "Give X,Y,Z,RADIUS in meters, in the object's frame");
+    }
+    for (Eigen::Index f = 0; f < object.NumFaces(); ++f) {
+      bool within = true;
+      for (int k = 0; k < 3; ++k) {
+        const Eigen::Vector3d corner = object.vertices.col(object.faces(k, f));
+        within = within && (corner - ball.center).norm() <= ball.radius;
+      }
+      if (within) allowed_[static_cast<std::size_t>(f)] = false;
+    }
   }
   std::vector<Eigen::Index> faces;
   for (Eigen::Index f = 0; f < object.NumFaces(); ++f) {
     if (allowed_[static_cast<std::size_t>(f)]) faces.push_back(f);
   }
   if (faces.empty()) {
-    throw Error(wanted.avoid.NumFaces() > 0 ? "--avoid" : "--region",
+    throw Error(wanted.avoid.NumFaces() > 0 || !balls_.empty() ? "--avoid" : "--region",
                 "leaves nothing of the object's surface to hold",
                 "Give a region of the object, and avoid less than all of it");
   }
@@ -74,6 +97,9 @@ GraspPlace::GraspPlace(const TriangleMesh& object, const Wanted& wanted)
 }
 
 bool GraspPlace::InRegion(const Eigen::Vector3d& point) const {
+  for (const Ball& ball : balls_) {
+    if ((point - ball.center).norm() <= ball.radius) return false;
+  }
   return allowed_[static_cast<std::size_t>(tree_.Closest(point).face)];
 }
 

@@ -24,6 +24,10 @@ namespace holdfast {
 /// shared by threads.
 class GraspPlace {
  public:
+  struct Ball {
+    Eigen::Vector3d center;
+    double radius;
+  };
   /// The request, in the object frame, meters.
   struct Wanted {
     TriangleMesh region;                ///< part of the surface for contacts; empty: all
@@ -31,13 +35,14 @@ class GraspPlace {
     std::optional<Eigen::Vector3d> at;  ///< grasp both sides of the material here
     /// Maximum width to grasp, with one hand or between both.
     double span_m = OppositionOptions{}.max_width_m;
+    std::vector<Ball> avoid_balls = {};  ///< no skin here, not even without contact
   };
   static constexpr double kFarthestOff_m = 0.03;  ///< maximum distance of `at` from the surface
   static constexpr double kReach_m = 0.05;  ///< maximum distance of the mean contact from Center()
   static constexpr double kMaxOutside = 0.1;  ///< maximum fraction of contacts outside
 
-  /// Throws Error for a region that is not part of the object or is empty, and for a point farther
-  /// than `kFarthestOff_m` from the surface.
+  /// Throws Error for a region that is not part of the object or is empty, for a point farther than
+  /// `kFarthestOff_m` from the surface, and for a ball that does not reach the surface.
   GraspPlace(const TriangleMesh& object, const Wanted& wanted);
 
   /// Whether a point on (or near) the surface is in the region.
@@ -48,6 +53,9 @@ class GraspPlace {
   /// The faces of the region, with all vertices of the object.
   const TriangleMesh& Surface() const { return surface_; }
   const std::optional<Eigen::Vector3d>& At() const { return at_; }
+  /// Whether the request has a region, a point or a part to avoid; else only balls are avoided.
+  bool IsRequired() const { return required_; }
+  const std::vector<Ball>& Avoided() const { return balls_; }
   /// Center of the material at `at`, else of the region.
   const Eigen::Vector3d& Center() const { return center_; }
 
@@ -56,6 +64,8 @@ class GraspPlace {
   std::vector<bool> allowed_;  // per face
   TriangleMesh surface_;
   std::optional<Eigen::Vector3d> at_;
+  std::vector<Ball> balls_;
+  bool required_;
   Eigen::Vector3d center_;
   double reach_ = 0.0;  // maximum distance of contacts from `center_`
 };

@@ -77,7 +77,8 @@ class GraspSampler : GraspStages {
     const Eigen::Matrix3d turn = object_from_wrist.linear();
     return scene_.use.PlaceScore(contacts, object_from_wrist * evaluation.At(fingers).Vertices()) +
                scene_.use.DirectionScore(turn * anatomy_.axes.Across(),
-                                         turn * anatomy_.axes.Forward()) >
+                                         turn * anatomy_.axes.Forward(),
+                                         turn * anatomy_.axes.PalmNormal()) >
            -kForgiven;
   }
 

@@ -14,8 +14,8 @@
 namespace holdfast {
 
 std::string_view UseName(GraspUse use) {
-  constexpr std::array<std::string_view, 6> kNames = {"any",    "handle", "tool",
-                                                      "vessel", "box",    "dish"};
+  constexpr std::array<std::string_view, 8> kNames = {"any", "handle", "tool",   "vessel",
+                                                      "box", "dish",   "camera", "phone"};
   return kNames[static_cast<std::size_t>(use)];
 }
 
@@ -42,16 +42,28 @@ double ObjectUse::OppositionWeight(const Eigen::Vector3d& center,
   return std::exp(-2.0 * (1.0 - HoldWeight(center)) - 1.5 * (1.0 - along));
 }
 
-double ObjectUse::DirectionScore(const Eigen::Vector3d& across,
-                                 const Eigen::Vector3d& forward) const {
+double ObjectUse::DirectionScore(const Eigen::Vector3d& across, const Eigen::Vector3d& forward,
+                                 const Eigen::Vector3d& facing) const {
   double score = 0.0;
   if (!thumb.isZero()) score += 0.6 * (across.dot(thumb) - 1.0);
   if (!ahead.isZero()) {
-    // A card is grasped at either long edge.
+    // A phone is grasped at either long edge.
     const double along = forward.dot(ahead);
-    score += 0.6 * ((kind == GraspUse::kBox ? std::abs(along) : along) - 1.0);
+    score += 0.6 * ((kind == GraspUse::kPhone ? std::abs(along) : along) - 1.0);
   }
+  if (!palm.isZero()) score += 0.6 * (facing.dot(palm) - 1.0);
   return score;
+}
+
+double ObjectUse::InKeepFree(const Eigen::Matrix3Xd& skin) const {
+  constexpr double kSoft = 0.003;
+  double covered = 0.0;
+  for (Eigen::Index i = 0; i < skin.cols(); ++i) {
+    double most = 0.0;
+    for (const UseZone& zone : keep_free) most = std::max(most, zone.Share(skin.col(i), kSoft));
+    covered += most;
+  }
+  return covered / static_cast<double>(std::max<Eigen::Index>(1, skin.cols()));
 }
 
 double ObjectUse::PlaceScore(std::span<const GraspContact> contacts,
@@ -69,18 +81,12 @@ double ObjectUse::PlaceScore(std::span<const GraspContact> contacts,
     const auto count = static_cast<double>(contacts.size());
     score += 1.5 * (held / count - 1.0) + 1.0 * (along / count - 1.0);
   }
-  if (!keep_free.empty()) {
-    double covered = 0.0;
-    for (Eigen::Index i = 0; i < skin.cols(); ++i) {
-      for (const UseZone& zone : keep_free) covered += zone.Share(skin.col(i), 0.003);
-    }
-    score -= std::min(1.5, 6.0 * covered / static_cast<double>(skin.cols()));
-  }
-  return score;
+  return score - std::min(1.5, keep_free_weight * InKeepFree(skin));
 }
 
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 constexpr double kWidestHold = 0.104;  // span of a hand
@@ -139,21 +145,10 @@ std::optional<ObjectUse> AsBox(const ObjectShape& shape, const ObjectBox& box, b
   if (!wanted && box.side[2] < 0.004) return std::nullopt;  // a sheet
   ObjectUse use;
   use.kind = GraspUse::kBox;
-  const bool card = box.side[2] < 0.02 && box.side[1] < 0.095;  // a phone lies in the palm
-  const double across = card ? box.side[1] : box.side[2];
-  for (int k = card ? 1 : 2; k >= 0; --k) {
+  use.palm_worth = 0.5;
+  const double across = box.side[2];
+  for (int k = 2; k >= 0; --k) {
     if (box.side[k] < 1.15 * across && box.side[k] < 0.095) use.press.push_back(box.axes.col(k));
-  }
-  if (card) {
-    // Its face must stay visible.
-    const Vector3d up = box.axes.col(2).z() < 0.0 ? Vector3d(-box.axes.col(2)) : box.axes.col(2);
-    use.ahead = box.axes.col(1);
-    use.up = up;
-    use.up_weight = 1.0;
-    const double top = shape.Along(up).high;
-    use.keep_free.push_back({shape.middle - shape.middle.dot(up) * up, up, top + 0.002, top + 0.2,
-                             0.0, 0.4 * box.side[1]});
-    return use;
   }
   for (int k = 0; k < 3; ++k) {
     const Vector3d axis = box.axes.col(k);
@@ -169,6 +164,145 @@ std::optional<ObjectUse> AsBox(const ObjectShape& shape, const ObjectBox& box, b
     use.hold = UseZone{shape.middle - shape.middle.dot(up) * up, up, middle - half, middle + half,
                        std::max(0.0, 0.5 * box.side[1 - k] - kFromEdge)};
   }
+  return use;
+}
+
+// Fraction of the surface within 0.6 mm of the extreme plane along `out`.
+double FlatAt(const ObjectShape& shape, const Vector3d& out) {
+  const Eigen::RowVectorXd along = out.transpose() * shape.points;
+  const double top = shape.Along(out).high;
+  return (along.array() > top - 0.0006).cast<double>().mean();
+}
+
+std::optional<ObjectUse> AsPhone(const ObjectShape& shape, const ObjectBox& box, bool wanted) {
+  const bool is_box = box.filled > 0.87 || (box.filled > 0.65 && box.square > 0.75);
+  if (!(wanted ? box.filled > 0.5 : is_box)) return std::nullopt;
+  if (box.side[2] > (wanted ? 0.03 : 0.02) || box.side[1] > 0.095) return std::nullopt;
+  if (!wanted && box.side[2] < 0.004) return std::nullopt;  // a sheet
+  ObjectUse use;
+  use.kind = GraspUse::kPhone;
+  use.up_over_clip = true;
+  use.palm_worth = 1.0;
+  use.press.push_back(box.axes.col(1));
+  // The screen is the flatter face: lenses protrude from the back. Equal faces: the one on top.
+  const Vector3d up = box.axes.col(2).z() < 0.0 ? Vector3d(-box.axes.col(2)) : box.axes.col(2);
+  const double above = FlatAt(shape, up), below = FlatAt(shape, -up);
+  const bool lies_on_screen = above < 0.6 * below;
+  const Vector3d screen = lies_on_screen ? Vector3d(-up) : up;
+  use.palm = screen;
+  use.ahead = box.axes.col(1);
+  use.up = screen;
+  use.up_weight = 0.5;
+  // The thumb's side points towards the lenses.
+  const Vector3d along = box.axes.col(0);
+  double off = 0.0;
+  int lenses = 0;
+  const double back = shape.Along(-screen).high;
+  for (Eigen::Index i = 0; i < shape.points.cols(); ++i) {
+    if (-screen.dot(shape.points.col(i)) < back - 0.0006) continue;
+    off += along.dot(shape.points.col(i) - shape.middle);
+    ++lenses;
+  }
+  if (lenses > 0 && std::abs(off / lenses) > 0.15 * box.side[0]) {
+    use.thumb = off > 0.0 ? along : Vector3d(-along);
+  }
+  const Vector3d line = shape.middle - shape.middle.dot(screen) * screen;
+  const double top = shape.Along(screen).high;
+  use.keep_free.push_back({line, screen, top + 0.002, top + 0.2, 0.0, 0.4 * box.side[1]});
+  use.keep_free_weight = 10.0;
+  return use;
+}
+
+// A camera's lens: the round part in front of the wide face of a body.
+struct Lens {
+  Vector3d out;     // its axis
+  Vector3d line;    // a point of the axis, at 0 along it
+  double radius;    // largest
+  AxisSpan barrel;  // along `out`
+  AxisSpan body;
+};
+
+std::optional<Lens> FindLens(const ObjectShape& shape, const Vector3d& out, bool wanted) {
+  constexpr int kSlices = 30;
+  constexpr double kMinWidth = 0.03, kMaxWidth = 0.11, kMinLength = 0.012, kMaxLength = 0.16;
+  const ShapeSlices slices = CutIntoSlices(shape, out, kSlices);
+  int first = kSlices;  // of the barrel; the last slice is at its front
+  double radius = 0.0;
+  Vector3d line = Vector3d::Zero();
+  for (int k = kSlices - 1; k >= 0; --k) {
+    const ShapeSlice& slice = slices.at[k];
+    if (slice.count < 8 || slice.wide > kMaxWidth || slice.narrow < 0.87 * slice.wide) break;
+    const Vector3d center = slice.center - slice.center.dot(out) * out;
+    if (first < kSlices && (center - line / (kSlices - first)).norm() > 0.006) break;
+    line += center;
+    radius = std::max(radius, 0.5 * slice.wide);
+    first = k;
+  }
+  const double length = (kSlices - first) * slices.Step();
+  if (first == kSlices || 2.0 * radius < kMinWidth || length < kMinLength || length > kMaxLength) {
+    return std::nullopt;
+  }
+  line /= kSlices - first;
+  // The body: wider than the barrel, oblong, about as high as the barrel, as thick as a hand spans.
+  double wide = 0.0, narrow = 0.0;
+  int count = 0;
+  for (int k = 0; k < first; ++k) {
+    if (slices.at[k].count < 4) continue;
+    wide += slices.at[k].wide;
+    narrow += slices.at[k].narrow;
+    ++count;
+  }
+  if (count == 0) return std::nullopt;
+  wide /= count;
+  narrow /= count;
+  const double thick = slices.Low(first) - slices.span.low;
+  const double wider = wanted ? 1.1 : 1.3;
+  if (wide < wider * 2.0 * radius || wide > 0.2 || narrow > 0.9 * wide) return std::nullopt;
+  if (narrow < 1.4 * radius || thick < 0.015 || thick > 0.08) return std::nullopt;
+  return Lens{out,
+              line,
+              radius,
+              {slices.Low(first), slices.span.high},
+              {slices.span.low, slices.Low(first)}};
+}
+
+std::optional<ObjectUse> AsCamera(const ObjectShape& shape, const ObjectBox& box, bool wanted) {
+  std::optional<Lens> lens;
+  for (const Matrix3d& axes : {Matrix3d(Matrix3d::Identity()), box.axes}) {
+    for (int k = 0; k < 6 && !lens; ++k) {
+      if (axes.col(k % 3).norm() < 0.5) continue;  // the box was not found
+      lens = FindLens(shape, (k < 3 ? 1.0 : -1.0) * axes.col(k % 3), wanted);
+    }
+  }
+  if (!lens) return std::nullopt;
+  const Vector3d& out = lens->out;
+  ObjectUse use;
+  use.kind = GraspUse::kCamera;
+  use.up_over_clip = true;
+  use.palm_worth = 1.0;
+  const Vector3d level = Vector3d::UnitZ() - out.z() * out;
+  // On its back, the camera's up is across its longer side; either way will do.
+  use.up = level.norm() > 0.5 ? Vector3d(level.normalized())
+                              : Vector3d(box.axes.col(1) - box.axes.col(1).dot(out) * out);
+  if (use.up.norm() < 0.5) use.up = out.unitOrthogonal();
+  use.up.normalize();
+  use.up_weight = 2.0;
+  use.thumb = use.up;
+  use.ahead = out;
+  const Vector3d aside = out.cross(use.up);
+  use.press = {out, aside};
+  // At half the body's height, on either side of the barrel.
+  constexpr double kView = 0.03, kBesideMiddle = 0.008;
+  const Vector3d middle = lens->line + lens->body.Middle() * out;
+  const double half = 0.5 * shape.Along(aside).Length();
+  use.hold = UseZone{middle,      aside, -half - 0.01,
+                     half + 0.01, 0.0,   0.5 * lens->body.Length() + kBesideMiddle};
+  use.held_anywhere = true;
+  use.keep_free.push_back({lens->line, out, lens->barrel.low + 0.004, lens->barrel.high + 0.3, 0.0,
+                           lens->radius + 0.003});
+  use.keep_free.push_back(
+      {lens->line, out, lens->body.low - 0.2, lens->body.low - 0.001, 0.0, kView});
+  use.keep_free_weight = 30.0;
   return use;
 }
 
@@ -214,6 +348,10 @@ std::optional<ObjectUse> AsTool(const ObjectShape& shape, const ObjectOpening& o
   const double sign = head == 1 ? 1.0 : -1.0;
   ObjectUse use;
   use.kind = GraspUse::kTool;
+  use.up_over_clip = true;
+  // A bar as thick as a finger is grasped with the whole hand; thinner ones are also pinched.
+  constexpr double kFingerWide = 0.018;
+  if (wide > kFingerWide) use.palm_worth = 1.0;
   const bool pinned = ends[1 - head].Bulk() > 0.0;  // something at the other end, too
   // A hand's breadth, near the end but not beyond it.
   const double breadth = std::min(kHandBreadth, held.Length());
@@ -230,11 +368,11 @@ std::optional<ObjectUse> AsTool(const ObjectShape& shape, const ObjectOpening& o
   const bool stands_out = reach > std::max(0.045, 1.5 * wide);
   if (opening.Any()) {  // a pan
     use.up = opening.up;
-    use.up_weight = 3.0;
+    use.up_weight = 1.0;
   } else if (stands_out && off.norm() > (bar.Waist() ? 0.004 : std::max(0.012, 0.15 * reach))) {
     use.ahead = off.normalized();
     use.up = use.thumb;
-    use.up_weight = 2.0;
+    use.up_weight = 1.0;
   }
   return use;
 }
@@ -272,6 +410,7 @@ std::optional<ObjectUse> AsVessel(const ObjectShape& shape, const ObjectOpening&
     if (wanted && height < 0.5 * widest) continue;
     ObjectUse use;
     use.kind = GraspUse::kVessel;
+    use.palm_worth = 1.0;
     use.up = open ? opening.up : UpAlong(shape, axis);
     use.up_weight = 3.0;
     const AxisSpan stand = shape.Along(use.up);
@@ -350,7 +489,12 @@ ObjectUse FindUse(const TriangleMesh& mesh, const DistanceGrid& object,
   std::optional<ObjectUse> use;
   if (asked(GraspUse::kHandle)) use = AsHandle(shape, opening, handles);
   if (!use && !forced && IsBall(shape)) return {};
-  if (!use && asked(GraspUse::kBox)) use = AsBox(shape, FindBox(shape), forced);
+  if (!use && (asked(GraspUse::kCamera) || asked(GraspUse::kPhone) || asked(GraspUse::kBox))) {
+    const ObjectBox box = FindBox(shape);
+    if (asked(GraspUse::kCamera)) use = AsCamera(shape, box, forced);
+    if (!use && asked(GraspUse::kPhone)) use = AsPhone(shape, box, forced);
+    if (!use && asked(GraspUse::kBox)) use = AsBox(shape, box, forced);
+  }
   // Before tools, since a glass has a stem and a bottle a neck.
   if (!use && asked(GraspUse::kVessel)) use = AsVessel(shape, opening, forced);
   if (!use && asked(GraspUse::kTool)) use = AsTool(shape, opening, forced);
@@ -367,10 +511,13 @@ void AddUseOption(OptionTable& table, std::optional<GraspUse>& use) {
        {"vessel", GraspUse::kVessel},
        {"box", GraspUse::kBox},
        {"dish", GraspUse::kDish},
+       {"camera", GraspUse::kCamera},
+       {"phone", GraspUse::kPhone},
        {"any", GraspUse::kAny}},
       "How people hold this kind of object: handle (by its loop), tool (by the grip, thumb toward "
       "the head), vessel (upright, rim free), box (across the narrow side), dish (level, by the "
-      "rim), any (the firmest grasp anywhere), or auto (inferred from its shape)");
+      "rim), camera (by the side of its body, lens free), phone (its back in the palm, screen "
+      "free), any (the firmest grasp anywhere), or auto (inferred from its shape)");
 }
 
 }  // namespace holdfast

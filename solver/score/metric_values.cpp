@@ -65,6 +65,26 @@ void AddVolumes(Hands hands, const ScoreOptions& options, MetricValues& values) 
   values["exact_volume_frames_ratio"] = exact.Mean();
 }
 
+// Over the frames in which each hand holds.
+void AddFingers(Hands hands, MetricValues& values) {
+  constexpr std::size_t kThumb = 4;
+  Spread free, thumb_off, bend;
+  for (const HandObjectScore& hand : hands) {
+    for (std::size_t t = 0; t < hand.frames.size(); ++t) {
+      if (!hand.Holds(t)) continue;
+      const HandObjectFrame& frame = hand.frames[t];
+      const auto touching =
+          std::count(frame.finger_touches.begin(), frame.finger_touches.begin() + kThumb, true);
+      free.Add(static_cast<double>(kThumb) - static_cast<double>(touching));
+      thumb_off.Add(frame.fingertip_touches[kThumb] ? 0.0 : 1.0);
+      bend.Add(frame.thumb_bend_deg);
+    }
+  }
+  values["free_fingers"] = free.Mean();
+  values["thumb_tip_off_frames_ratio"] = thumb_off.Mean();
+  values["thumb_bend_deg"] = bend.Mean();
+}
+
 void AddContact(Hands hands, const ScoreOptions& options, MetricValues& values) {
   const ContactScore score = ScoreContact(hands, options.deep_mm);
   values["deep_penetration_frames_ratio"] =
@@ -78,6 +98,7 @@ void AddContact(Hands hands, const ScoreOptions& options, MetricValues& values) 
   values["contact_frames_ratio"] = score.contact_frames_ratio;
   values["contact_ratio"] = score.contact_ratio;
   AddVolumes(hands, options, values);
+  AddFingers(hands, values);
   Spread iou, slip, slip_max, drift, drift_max;
   for (const HandObjectScore& hand : hands) {
     const ContactTrack& track = hand.track;
@@ -305,6 +326,17 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
           fmt::format("mean over the frames in which the hand holds the object of the fraction of "
                       "hand vertices within {:g} mm of the surface, on either side",
                       threshold));
+  contact("free_fingers", "fingers off the object", "", 2, kHigher,
+          fmt::format("mean over the frames in which the hand holds the object of the number of "
+                      "fingers, without the thumb, that have no vertex within {:g} mm of it",
+                      threshold));
+  contact("thumb_tip_off_frames_ratio", "thumb tip off the object", "%", 1, kHigher,
+          fmt::format("fraction of the frames in which the hand holds the object where the thumb's "
+                      "last phalanx has no vertex within {:g} mm of it",
+                      threshold));
+  contact("thumb_bend_deg", "thumb bend", "deg", 1, kLower,
+          "mean over the frames in which the hand holds the object of the angle between the "
+          "thumb's first and last bone");
   contact(
       "contact_iou", "contact kept (IoU)", "%", 1, kLower,
       fmt::format(

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/score/contact_score.h"
 
+#include <array>
+
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
@@ -105,6 +107,34 @@ TEST(HandObjectScore, ABoxAroundTheHandHoldsAllOfIt) {
   const Solid closed({scene.hand.Surface().RestVertices(), scene.hand.Surface().Faces()}, true);
   EXPECT_NEAR(frame.exact_volume.volume_m3 / SignedVolume(closed.mesh), 1.0, 1e-7);
   EXPECT_NEAR(frame.hand.intersection_volume_cm3 / (1e6 * frame.exact_volume.volume_m3), 1.0, 0.02);
+}
+
+TEST(HandObjectScore, SeesWhichFingersTouchAndHowTheThumbBends) {
+  Scene scene;
+  const Eigen::Matrix3Xd& joints = scene.hand.Surface().RestJoints();
+  const int thumb = kRightHandBegin + kJointsPerHand - 3;
+  TriangleMesh ball = Sphere(0.008, 2);  // at the thumb's last joint
+  ball.vertices.colwise() += joints.col(thumb + 2) - scene.palm;
+  // The last joint bends further in frame 1 and the other way in frame 2.
+  const Eigen::Vector3d first = joints.col(thumb + 1) - joints.col(thumb);
+  const Eigen::Vector3d second = joints.col(thumb + 2) - joints.col(thumb + 1);
+  const Eigen::Vector3d axis = first.cross(second).normalized();
+  constexpr double kAngle = 40.0 * kDegree;
+  scene.clip.pose[1].col(thumb + 2) = kAngle * axis;
+  scene.clip.pose[2].col(thumb + 2) = -kAngle * axis;
+  const HandObjectScore score = scene.Measure(ball);
+  const HandObjectFrame& frame = score.frames[0];
+  EXPECT_EQ(frame.finger_touches, (std::array<bool, 5>{false, false, false, false, true}));
+  EXPECT_EQ(frame.fingertip_touches, frame.finger_touches);
+  EXPECT_GT(score.frames[1].thumb_bend_deg, frame.thumb_bend_deg + 25.0);
+  EXPECT_LE(score.frames[1].thumb_bend_deg, frame.thumb_bend_deg + 40.0 + 1e-9);
+  EXPECT_NE(score.frames[2].thumb_bend_deg, frame.thumb_bend_deg);
+
+  ball.vertices.colwise() += joints.col(kRightHandBegin) - joints.col(thumb + 2);
+  const HandObjectFrame at_index = scene.Measure(ball).frames[0];  // its first joint
+  EXPECT_TRUE(at_index.finger_touches[0]);
+  EXPECT_FALSE(at_index.fingertip_touches[0]);
+  EXPECT_FALSE(at_index.finger_touches[4]);
 }
 
 TEST(HandObjectScore, ARigidCarryNeitherSlipsNorShakes) {

@@ -79,6 +79,20 @@ TEST(GraspPlace, ASwordIsHeldByItsHiltAndOffItsBlade) {
   EXPECT_GE(ShareBelow(off, 0.02), 0.9);
 }
 
+TEST(GraspPlace, AHandStaysOutOfABall) {
+  GraspPlace::Wanted wanted;
+  wanted.avoid_balls = {{{0.0, 0.0, -0.1}, 0.11}};  // the hilt
+  const GraspPlace place(kSword, wanted);
+  EXPECT_FALSE(place.IsRequired());
+  EXPECT_FALSE(place.Allows({0.014, 0.0, -0.1}));
+  EXPECT_TRUE(place.Allows({0.024, 0.0, 0.3}));
+  const Held off = Hold(kSword, std::make_shared<GraspPlace>(kSword, wanted));
+  ASSERT_EQ(off.report.status, GraspStatus::kFound);
+  EXPECT_LE(off.grasp.outside_place, 0.1);
+  EXPECT_LT(off.grasp.in_keep_free, 0.1);
+  EXPECT_GE(1.0 - ShareBelow(off, 0.0), 0.9);
+}
+
 TEST(GraspPlace, APointMovesTheGrasp) {
   const TriangleMesh bottle = ReadMesh(HOLDFAST_MESHES_DIR "/objects/bottle.ply");
   const double top = bottle.vertices.row(2).maxCoeff(), bottom = bottle.vertices.row(2).minCoeff();
@@ -121,6 +135,11 @@ TEST(GraspPlace, RefusesWhatIsNoPlaceOfTheObject) {
   EXPECT_THAT(why({Box({1, 1, 1}, {2, 2, 2}), {}, {}}), HasSubstr("leaves nothing"));
   EXPECT_THAT(why({kHilt, kSword, {}}), HasSubstr("leaves nothing"));
   EXPECT_EQ(why({kHilt, kBlade, {}}), "no error");
+  GraspPlace::Wanted balls;
+  balls.avoid_balls = {{{0.0, 0.3, 0.5}, 0.1}};
+  EXPECT_THAT(why(balls), HasSubstr("farther than the radius of 0.1 m"));
+  balls.avoid_balls = {{{0.0, 0.0, 0.3}, 2.0}};
+  EXPECT_THAT(why(balls), HasSubstr("leaves nothing"));
 }
 
 }  // namespace

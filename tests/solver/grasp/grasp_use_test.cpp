@@ -183,16 +183,61 @@ TEST(FindUse, TakesAStandingBoxFromTheSideAtMidHeight) {
   EXPECT_GT(wide.HoldWeight({0.03, 0.04, 0.1}), wide.HoldWeight({0.0, 0.0, 0.1})) << "near an edge";
 }
 
-TEST(FindUse, KeepsTheFaceOfACardFree) {
+TEST(FindUse, TakesAPhoneInThePalmWithItsScreenFree) {
+  // Three lenses near one end of the back; the other face is the screen.
+  TriangleMesh phone = Box({-0.07, -0.035, 0.0}, {0.07, 0.035, 0.008});
+  for (const double y : {-0.02, -0.007}) {
+    phone = Together(phone, Box({0.04, y, 0.007}, {0.05, y + 0.01, 0.0095}));
+  }
+  for (const Turned& turned : Turns(true)) {
+    const ObjectUse use = UseOf(turned * phone);
+    ASSERT_EQ(use.kind, GraspUse::kPhone) << turned.scale;
+    const Eigen::Matrix3d& R = turned.rotation;
+    EXPECT_LT(use.palm.dot(R.col(2)), -0.99) << "the palm faces as the screen";
+    EXPECT_GT(use.thumb.dot(R.col(0)), 0.99) << "towards the lenses";
+    ASSERT_EQ(use.press.size(), 1u);
+    EXPECT_GT(std::abs(use.press[0].dot(R.col(1))), 0.99) << "across its width";
+    const Eigen::Matrix3Xd over_screen = At(turned, {0.01, 0.0, -0.02});
+    const Eigen::Matrix3Xd behind = At(turned, {0.01, 0.0, 0.03});
+    EXPECT_EQ(use.InKeepFree(over_screen), 1.0);
+    EXPECT_LT(use.PlaceScore({}, over_screen), -1.0);
+    EXPECT_EQ(use.InKeepFree(behind), 0.0);
+    EXPECT_EQ(use.PlaceScore({}, behind), 0.0);
+    EXPECT_NEAR(use.DirectionScore(R.col(0), R.col(1), -R.col(2)),
+                use.DirectionScore(R.col(0), -R.col(1), -R.col(2)), 1e-6);
+    EXPECT_GT(use.DirectionScore(R.col(0), R.col(1), -R.col(2)),
+              use.DirectionScore(R.col(0), R.col(1), R.col(2)) + 1.0);
+  }
+}
+
+TEST(FindUse, TakesTheUpperFaceOfACardForItsScreen) {
   const ObjectUse use = UseOf(Box({-0.07, -0.035, 0.0}, {0.07, 0.035, 0.008}));
-  ASSERT_EQ(use.kind, GraspUse::kBox);
-  ASSERT_EQ(use.press.size(), 1u);
-  EXPECT_GT(std::abs(use.press[0].y()), 0.99) << "across its width";
-  const Eigen::Matrix3Xd above = Vector3d(0.01, 0.0, 0.03), below = Vector3d(0.01, 0.0, -0.02);
-  EXPECT_LT(use.PlaceScore({}, above), -1.0);
-  EXPECT_EQ(use.PlaceScore({}, below), 0.0);
-  EXPECT_NEAR(use.DirectionScore(Vector3d::UnitX(), Vector3d::UnitY()),
-              use.DirectionScore(Vector3d::UnitX(), -Vector3d::UnitY()), 1e-6);
+  ASSERT_EQ(use.kind, GraspUse::kPhone);
+  EXPECT_GT(use.palm.z(), 0.99);
+  EXPECT_TRUE(use.thumb.isZero());
+}
+
+// The lens points along x, the body's longer side is along y.
+TriangleMesh Camera() {
+  TriangleMesh barrel =
+      Revolved({{kPoint, 0.0}, {0.03, 0.0}, {0.03, 0.05}, {0.026, 0.05}, {kPoint, 0.04}});
+  const Eigen::Matrix3d ahead = ExpSO3(0.5 * std::numbers::pi * Vector3d::UnitY());
+  barrel.vertices = (ahead * barrel.vertices).colwise() + Vector3d(0.02, 0.0, 0.045);
+  return Together(Box({-0.025, -0.065, 0.0}, {0.025, 0.065, 0.085}), barrel);
+}
+
+TEST(FindUse, TakesACameraBesideItsLens) {
+  for (const Turned& turned : Turns(false)) {
+    const ObjectUse use = UseOf(turned * Camera());
+    ASSERT_EQ(use.kind, GraspUse::kCamera) << turned.scale;
+    EXPECT_GT(use.ahead.dot(turned.rotation.col(0)), 0.99) << "fingers in front";
+    EXPECT_GT(use.thumb.z(), 0.99);
+    EXPECT_GT(use.HoldWeight(At(turned, {0.025, -0.055, 0.04})), 0.95);
+    EXPECT_LT(use.HoldWeight(At(turned, {0.05, 0.0, 0.075})), 0.1) << "the barrel";
+    EXPECT_EQ(use.InKeepFree(At(turned, {0.1, 0.0, 0.05})), 1.0) << "in front of the lens";
+    EXPECT_EQ(use.InKeepFree(At(turned, {-0.04, 0.0, 0.045})), 1.0) << "the view";
+    EXPECT_EQ(use.InKeepFree(At(turned, {0.03, -0.06, 0.04})), 0.0);
+  }
 }
 
 TEST(FindUse, TakesACupByItsHandleWithTheThumbUp) {
@@ -216,7 +261,7 @@ TEST(FindUse, HasNoOpinionOfABall) {
   EXPECT_EQ(UseOf(blob).kind, GraspUse::kAny);
   const ObjectUse any;
   EXPECT_EQ(any.HoldWeight(Vector3d::Ones()), 1.0);
-  EXPECT_EQ(any.DirectionScore(Vector3d::UnitX(), Vector3d::UnitY()), 0.0);
+  EXPECT_EQ(any.DirectionScore(Vector3d::UnitX(), Vector3d::UnitY(), Vector3d::UnitZ()), 0.0);
   EXPECT_EQ(any.PlaceScore({}, Eigen::Matrix3Xd::Random(3, 5)), 0.0);
 }
 
@@ -236,7 +281,8 @@ TEST(FindUse, LivesWithOpenMeshesAndPieces) {
   for (const TriangleMesh& mesh : {open, pieces, Sheet(6, 0.02)}) {
     for (const auto& wanted : {std::optional<GraspUse>(), std::optional(GraspUse::kTool),
                                std::optional(GraspUse::kVessel), std::optional(GraspUse::kBox),
-                               std::optional(GraspUse::kDish), std::optional(GraspUse::kHandle)}) {
+                               std::optional(GraspUse::kDish), std::optional(GraspUse::kHandle),
+                               std::optional(GraspUse::kCamera), std::optional(GraspUse::kPhone)}) {
       const ObjectUse use = UseOf(mesh, wanted);
       EXPECT_TRUE(use.up.allFinite() && use.thumb.allFinite() && use.ahead.allFinite());
       EXPECT_NEAR(use.up.norm(), 1.0, 1e-9);
