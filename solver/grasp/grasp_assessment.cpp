@@ -213,9 +213,14 @@ double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angl
   const bool in_palm = grasp.palm_touching && grasp.style != GraspStyle::kPrecision;
   // A tool rotates about its own axis if only a few parts press it.
   const double part_worth = scene.use.kind == GraspUse::kTool ? 0.06 : 0.02;
-  return 1.4 * std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers +
-         0.3 * std::max(0.0, grasp.thumb_opposition) - 0.25 * ThumbUnease(angles) + 0.5 * opposed +
-         part_worth * contacts.parts + (in_palm ? scene.use.palm_worth : 0.0) +
+  // Around a tool's bar, thumbs also lie along it or close over the fingers (Feix et al.: adducted
+  // thumb, medium wrap).
+  const double thumb =
+      scene.use.kind == GraspUse::kTool
+          ? 0.0
+          : 0.3 * std::max(0.0, grasp.thumb_opposition) - 0.25 * ThumbUnease(angles);
+  return 1.4 * std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers + thumb +
+         0.5 * opposed + part_worth * contacts.parts + (in_palm ? scene.use.palm_worth : 0.0) +
          (grasp.fingers_touching[kThumb] ? 0.4 : 0.0) -
          0.2 * std::max(0.0, grasp.max_penetration_mm - 0.7) -
          0.15 * std::max(0.0, grasp.object_in_hand_mm - 1.5) - 0.15 * grasp.self_penetration_mm -

@@ -348,7 +348,6 @@ std::optional<ObjectUse> AsTool(const ObjectShape& shape, const ObjectOpening& o
   const double sign = head == 1 ? 1.0 : -1.0;
   ObjectUse use;
   use.kind = GraspUse::kTool;
-  use.up_over_clip = true;
   // A bar as thick as a finger is grasped with the whole hand; thinner ones are also pinched.
   constexpr double kFingerWide = 0.018;
   if (wide > kFingerWide) use.palm_worth = 1.0;
@@ -369,10 +368,12 @@ std::optional<ObjectUse> AsTool(const ObjectShape& shape, const ObjectOpening& o
   if (opening.Any()) {  // a pan
     use.up = opening.up;
     use.up_weight = 1.0;
+    use.up_over_clip = true;
   } else if (stands_out && off.norm() > (bar.Waist() ? 0.004 : std::max(0.012, 0.15 * reach))) {
     use.ahead = off.normalized();
     use.up = use.thumb;
     use.up_weight = 1.0;
+    use.up_over_clip = true;
   }
   return use;
 }
