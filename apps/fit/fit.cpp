@@ -43,7 +43,7 @@ void AddFitCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibra
       *command, options->common, true,
       "  holdfast fit demo_drink mug -o held\n"
       "  holdfast fit walk.npz banana.obj -o held_banana --hand left --json\n"
-      "  holdfast fit demo_drink mug -o drinks --drink\n"
+      "  holdfast fit demo_drink mug -o carried --drinking off\n"
       "  holdfast fit --batch list.txt -o fits\n"
       "  holdfast fit captured.npz phone -o held_phone --body SMPLX_NEUTRAL.npz --start 40\n");
   command->callback([options, library, &exit_code] {
@@ -66,7 +66,7 @@ void AddOffhandCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitL
                    "Output folder: clip.npz, object.ply, metrics.json, report.html")
       ->required();
   fit.job.carry.hand_over = true;
-  AddFitOptions(*command, fit, {"hand_over", "hand", "recipe", "drink"});
+  AddFitOptions(*command, fit, {"hand_over", "hand", "recipe", "drink", "drinking"});
   AddCommonOptions(*command, options->common, true,
                    "  holdfast offhand pass.npz apple -o passed\n"
                    "  holdfast offhand pass.npz ball.obj -o passed_ball --first-hand right "

@@ -281,6 +281,7 @@ def fit(
     first_grasp_body: _Path = "",
     keep_motion: bool = False,
     drink: bool = False,
+    drinking: str = "auto",
     recipe: str = "holdfast",
     solve: str = "sequential",
     weights: Optional[dict[str, float]] = None,

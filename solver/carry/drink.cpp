@@ -39,6 +39,7 @@ constexpr double kHandCalm_s = 0.15;  // before and after a frame, in which its 
 constexpr double kHandGives_m = 0.025, kGive = 5.0 * kDegree;  // maximum in total; per step
 constexpr int kGives = 4;
 constexpr int kCupPoints = 250;
+constexpr double kUpOpening = 0.9;  // minimum height of its unit direction
 
 // From `drink` in steps of `way`: down to the table, then until the hand is slowest.
 int RestBeside(const Matrix3Xd& palm, const Eigen::VectorXd& speed, int drink, int way,
@@ -93,6 +94,37 @@ Vector3d DrinkingEdge(const ObjectMarks& cup, const Isometry3d& world_from_cup,
 
 }  // namespace
 
+namespace {
+
+bool IsOpenOnTop(const PreparedObject& cup) {
+  const ObjectOpening opening = FindOpening(ObjectShape(cup.object.mesh, *cup.fit.distance));
+  return opening.Any() && opening.up.z() > kUpOpening;
+}
+
+// Scans of bottles and cans have no hole, but are round on top.
+bool IsRoundOnTop(const PreparedObject& cup, const ObjectMarks& marks) {
+  constexpr double kLeast_m = 0.005, kRound = 1.15, kBand_m = 0.003;
+  if (marks.rim_radius < kLeast_m) return false;
+  double farthest = 0.0;
+  for (const auto& p : cup.object.mesh.vertices.colwise()) {
+    if (p.z() < marks.rim.z() - kBand_m) continue;
+    farthest = std::max(farthest, (p - marks.rim).head<2>().norm());
+  }
+  return farthest < kRound * marks.rim_radius;
+}
+
+// Open on top, or a closed bottle: tall, with a neck that is round on top.
+bool IsVessel(const PreparedObject& object) {
+  constexpr double kNeck = 0.35, kTall = 1.5;  // of the width
+  if (IsOpenOnTop(object)) return true;
+  const ObjectMarks marks = MarksOf(object.object.name, object.object.mesh);
+  const double width = marks.size.head<2>().maxCoeff();
+  return marks.rim_radius < kNeck * width && marks.size.z() > kTall * width &&
+         IsRoundOnTop(object, marks);
+}
+
+}  // namespace
+
 std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& face) {
   DrinkTimes times;
   double nearest = 1e9;
@@ -114,6 +146,26 @@ std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& f
   times.lift = RestBeside(palm, speed, times.drink, -1, low + 0.2 * rise);
   times.put_down = RestBeside(palm, speed, times.drink, 1, low + 0.2 * rise);
   return times;
+}
+
+std::optional<Side> DrinkingHand(const Clip& clip, const ClipBody& body,
+                                 const PreparedObject& object) {
+  if (clip.object || body.model->LoneHand()) return std::nullopt;
+  if (!clip.action.empty() && clip.action != "drink") return std::nullopt;
+  if (!IsVessel(object)) return std::nullopt;
+  const BodySurface surface(body.model, body.betas);
+  try {
+    const PalmTracks tracks = TrackPalms(clip, surface.RestJoints());
+    const auto times = FindDrink(tracks, FindFaceMarks(surface));
+    if (!times) return std::nullopt;
+    // A clip that begins or ends at the mouth shows no table.
+    const auto height = tracks.Of(times->side).row(2);
+    const double ends = std::max(height(times->lift), height(times->put_down));
+    if (ends > 0.5 * (height.minCoeff() + height(times->drink))) return std::nullopt;
+    return times->side;
+  } catch (const Error&) {  // no face
+    return std::nullopt;
+  }
 }
 
 DrinkMeasures MeasureDrink(const Clip& clip, const DrinkTimes& times, const Matrix3Xd& rest_joints,
@@ -152,7 +204,7 @@ class DrinkServer {
         marks_(MarksOf(cup.object.name, cup.object.mesh)) {}
 
   DrinkReport Serve() {
-    if (!HasRim()) {
+    if (!IsOpenOnTop(cup_) && !IsRoundOnTop(cup_, marks_)) {
       throw Error(cup_.object.name, "has no rim to drink from",
                   "Give a cup, glass, bottle or can that stands upright (its own z up)");
     }
@@ -173,21 +225,6 @@ class DrinkServer {
   }
 
  private:
-  // Open on top, or closed and round there: scans of bottles and cans have no hole.
-  bool HasRim() const {
-    constexpr double kLeast_m = 0.005, kRound = 1.15, kBand_m = 0.003;
-    if (marks_.rim_radius < kLeast_m) return false;
-    const TriangleMesh& mesh = cup_.object.mesh;
-    const ObjectOpening opening = FindOpening(ObjectShape(mesh, *cup_.fit.distance));
-    if (opening.Any() && opening.up.z() > 0.9) return true;
-    double farthest = 0.0;
-    for (const auto& p : mesh.vertices.colwise()) {
-      if (p.z() < marks_.rim.z() - kBand_m) continue;
-      farthest = std::max(farthest, (p - marks_.rim).head<2>().norm());
-    }
-    return farthest < kRound * marks_.rim_radius;
-  }
-
   Isometry3d Wrist(int t) {
     state_->SetBody(clip_.pose[t], clip_.trans.col(t));
     return state_->WorldFromWrist();

@@ -30,6 +30,12 @@ struct DrinkTimes {
 /// moves on above the eyes, or by the side of the head and down behind it.
 std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& face);
 
+/// The hand in which the person of a clip without an object drinks from this object (FindDrink).
+/// Nothing if the clip has another action than "drink", begins or ends at the mouth, or its body has
+/// no face, and for objects that are neither open on top nor bottles.
+std::optional<Side> DrinkingHand(const Clip& clip, const ClipBody& body,
+                                 const PreparedObject& object);
+
 /// Quality of drinking in a clip, at DrinkTimes.
 struct DrinkMeasures {
   double rim_from_mouth_m = 0.0;  ///< lowest point of the rim to the mouth on the skin, at `drink`

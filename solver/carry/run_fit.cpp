@@ -147,6 +147,20 @@ void CutToRange(const FitJob& job, Clip& clip) {
   if (job.start > 0 || end < clip.NumFrames()) clip = Slice(clip, job.start, end);
 }
 
+// Whether a fit without --drink is one of a person who drinks from the object.
+bool IsDrink(const FitJob& job, const FitRun& run, const Clip& clip) {
+  const CarryOptions& options = run.options;
+  const bool other = options.drink || options.hand_over || options.place || options.given ||
+                     options.style || options.use || options.hands == GraspHands::kBoth;
+  if (job.no_drink || other || options.recipe != FitRecipe::kHoldfast ||
+      options.grasp != GraspSource::kNew) {
+    return false;
+  }
+  const std::optional<Side> hand = DrinkingHand(clip, run.body, *run.object);
+  if (!hand || options.hands == GraspHands::kAuto) return hand.has_value();
+  return options.hands == (*hand == Side::kRight ? GraspHands::kRight : GraspHands::kLeft);
+}
+
 void RequireCarried(const FitJob& job, const CarryOptions& options, const CarryReport& report) {
   if (report.status == CarryStatus::kNoGrasp) {
     const std::uint8_t first = report.holding.hands.front();
@@ -196,6 +210,9 @@ OptionTable OptionsOf(FitJob& job) {
       "drink", carry.drink,
       "Fit a drinking motion: the cup stands on the table until the hand takes it, is at the mouth "
       "when the hand is there, and is put back; neck and head move to the cup's rim");
+  table.Choice("drinking", job.no_drink, {{"auto", false}, {"off", true}},
+               "auto: if the clip drinks and the object is a vessel, fit it as with --drink; off: "
+               "hold the object throughout");
   table.Number("start", "", job.start, kNonNegative, "First frame to fit");
   table.Number("end", "", job.end, {}, "Frame to stop before; -1 is the clip's end");
   table.Number("object_scale", "", carry.object_scale, kPositive,
@@ -234,9 +251,16 @@ FitRun RunFit(const FitJob& job, FitInput input,
   ChooseGrasp(job, input, run.options, run.notes);
   run.object = input.prepare();
   run.notes.insert(run.notes.end(), run.object->notes.begin(), run.object->notes.end());
-  for (const std::string& note : run.notes) tell("note: " + note);
   run.body = std::move(input.motion.body);
   const Clip& clip = input.motion.clip;
+  if (IsDrink(job, run, clip)) {
+    run.options.drink = true;
+    run.notes.push_back(fmt::format(
+        "{}: the person drinks: {} stands on a table and its rim comes to the mouth, as with "
+        "--drink (--drinking off holds it throughout)",
+        job.clip, job.object));
+  }
+  for (const std::string& note : run.notes) tell("note: " + note);
   if (run.options.grasp == GraspSource::kClips) {
     if (const auto away = WarnOfHeldDistance(clip, run.body, run.object->object.mesh)) {
       warn(fmt::format("{}: {}: {}", job.clip, *away, kHeldRemedy));

@@ -24,6 +24,7 @@ struct FitJob {
   int object_vertices = 300;
   bool regrasp = false;
   bool keep_grasp = false;
+  bool no_drink = false;         ///< the clip is not searched for drinking (CarryOptions::drink)
   std::string first_grasp;       ///< file with a grasp for the first frame (GivenGrasp)
   std::string first_grasp_body;  ///< its body model; empty: the clip's
   CarryOptions carry;            ///< `grasp` is set by RunFit

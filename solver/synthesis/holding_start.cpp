@@ -116,7 +116,9 @@ double ApplyStandingStyle(const StandingStyle& style, double share,
             local.slerp(share * style.looks_up, Eigen::Quaterniond::Identity());
   }
   const Limb arm = Arm(Side::kLeft);
-  frame.local[arm.root] = turned({-style.arm, 0.0, 0.0}) * frame.local[arm.root];
+  // Off the hip that comes out to it.
+  const double out = kDegree * (4.0 + 150.0 * std::max(0.0, style.weight.x()));
+  frame.local[arm.root] = turned({-style.arm, 0.0, out}) * frame.local[arm.root];
   frame.local[arm.middle] = frame.local[arm.middle] *
                             Eigen::Quaterniond(Eigen::AngleAxisd(share * style.elbow, arm.hinge));
   frame.pelvis.z() -= PelvisSink(rest_joints, frames, {feet})[0];
@@ -264,7 +266,9 @@ StandingHold MakeStandingHold(const ClipBody& body, const LoadedObject& object,
   hold.detail = made.detail;
   start.clip = std::move(made.clip);
   if (hold.fault.empty()) {
-    VaryStart(start.actor->Measures().rest_joints, MixSeed(options.seed, kStyles), start.clip);
+    std::uint64_t seed = MixSeed(options.seed, kStyles);
+    for (const char letter : action) seed = MixSeed(seed, static_cast<std::uint64_t>(letter));
+    VaryStart(start.actor->Measures().rest_joints, seed, start.clip);
   }
   return hold;
 }

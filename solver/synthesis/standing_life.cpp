@@ -219,6 +219,7 @@ namespace {
 // As in captured people who stand and reach (docs/metrics.md, Standing).
 constexpr double kSideways_m = 0.018, kForward_m = 0.008;  // of the pelvis, to either side
 constexpr double kFadeIn_s = 0.8;                          // from where nothing may move
+constexpr double kOffHip_degrees = 4.0;                    // for a shift of kSideways_m
 constexpr double kStill_s = 1.7;                      // before the end, in which no movement begins
 constexpr double kAtFace_m = 0.3, kOffFace_m = 0.45;  // of the object from the head
 
@@ -243,7 +244,7 @@ Turns DrawArm(double begin_s, double end_s, bool table, RandomDraws& draws) {
   for (double at = begin_s + draws.Uniform(0.0, 0.4); at < end_s - kStill_s;) {
     const double takes = draws.Uniform(0.8, 1.3);
     arm.Add(at, takes,
-            {draws.Uniform(-6.0, table ? 2.0 : 12.0), draws.Uniform(0.0, 8.0),
+            {draws.Uniform(-4.0, table ? 2.0 : 12.0), draws.Uniform(1.0, 9.0),
              draws.Uniform(0.0, table ? 10.0 : 35.0)});
     at += takes + draws.Uniform(0.2, 1.2);
   }
@@ -306,7 +307,8 @@ void AddStandingMotion(const Eigen::Matrix3Xd& rest_joints, std::string_view act
     for (const int change : changes) {
       share *= MinimumJerk(std::min(1.0, std::abs(time - change / rate) / kFadeIn_s));
     }
-    ShiftWeight(weight.At(time).head<2>(), share, frames[t]);
+    const Eigen::Vector2d shift = share * weight.At(time).head<2>();
+    ShiftWeight(shift, 1.0, frames[t]);
     const Isometry3d head = Place(rest_joints, frames[t]).WorldFromJoint(kHead);
     double away = 1.0;
     if (clip.object) {
@@ -319,8 +321,14 @@ void AddStandingMotion(const Eigen::Matrix3Xd& rest_joints, std::string_view act
     for (const int joint : {kNeck, kHead}) {
       frames[t].local[joint] = TurnOf(0.5 * look) * frames[t].local[joint];
     }
+    // A hanging hand stays off the hip that comes out to it.
+    const double out = kOffHip_degrees * std::abs(shift.x()) / kSideways_m;
+    const bool hangs = clip.holding_hand.size() == frames.size() && clip.holding_hand[t] == 0;
+    if (hangs && shift.x() < 0.0) {
+      frames[t].local[kRightShoulder] = TurnOf({0.0, 0.0, -out}) * frames[t].local[kRightShoulder];
+    }
     if (!free_arm) continue;
-    const Vector3d raised = arm.At(time);
+    const Vector3d raised = arm.At(time) + Vector3d(0.0, shift.x() > 0.0 ? out : 0.0, 0.0);
     Quaterniond &shoulder = frames[t].local[kLeftShoulder], &elbow = frames[t].local[kLeftElbow];
     shoulder = TurnOf({-raised.x(), 0.0, raised.y()}) * shoulder;
     elbow = elbow * Quaterniond(Eigen::AngleAxisd(raised.z() * kDegree, Arm(Side::kLeft).hinge));

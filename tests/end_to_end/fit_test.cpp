@@ -96,7 +96,7 @@ void ExpectDrunkFrom(const Clip& clip, const TriangleMesh& mesh) {
 }
 
 TEST_F(EmbeddedDefault, AMugIsHeldThroughTheDemo) {
-  const ProgramResult result = folder.Run("fit demo_drink mug -o held");
+  const ProgramResult result = folder.Run("fit demo_drink mug --drinking off -o held");
   EXPECT_THAT(result.out, HasSubstr("held/clip.npz: mug held by the right hand"));
   ExpectHeld(folder, "held", Side::kRight);
   EXPECT_THAT(result.err, Not(HasSubstr("warning")));
@@ -104,6 +104,20 @@ TEST_F(EmbeddedDefault, AMugIsHeldThroughTheDemo) {
   const nlohmann::json metrics = folder.ReadJson("held/metrics.json");
   EXPECT_EQ(metrics["grasp"]["style"], "handle");
   ExpectDrunkFrom(ReadClip(folder / "held/clip.npz"), ReadMesh(folder / "held/object.ply"));
+}
+
+TEST_F(EmbeddedDefault, WhoDrinksBringsTheRimToTheMouthUnlessToldNotTo) {
+  for (const char* vessel : {"bottle", "wineglass"}) {
+    const std::string fit = std::string("fit demo_drink ") + vessel + " --no-report -f -o ";
+    EXPECT_THAT(folder.Run(fit + "drunk").err, HasSubstr("the person drinks")) << vessel;
+    const nlohmann::json drink = folder.ReadJson("drunk/metrics.json")["drink"];
+    EXPECT_LT(drink["rim_from_mouth_mm"], 10.0) << vessel;
+    EXPECT_LT(drink["lean_on_table_deg"], 2.0) << vessel;
+    folder.Run(fit + "held --drinking off");
+    EXPECT_FALSE(folder.ReadJson("held/metrics.json").contains("drink")) << vessel;
+  }
+  folder.Run("fit demo_drink cube --no-report -o cube");
+  EXPECT_FALSE(folder.ReadJson("cube/metrics.json").contains("drink"));
 }
 
 TEST_F(EmbeddedDefault, AHandleThatIsNotThereIsAFailure) {

@@ -150,7 +150,8 @@ Played Play(const std::filesystem::path& path, const char* wrist, bool follow_ct
 TEST_F(MuJoCo, WhatPassesTheTrialIsHeldForTheWholeClip) {
   for (const char* object : {"mug", "apple"}) {
     SCOPED_TRACE(object);
-    folder.Run(std::string("fit demo_drink ") + object + " -o held -f -q --no-report");
+    folder.Run(std::string("fit demo_drink ") + object +
+               " --drinking off -o held -f -q --no-report");
     const auto score = folder.Json("score held --physics -q");
     ASSERT_NE(score.dump().find("\"held_directions\":6"), std::string::npos) << score.dump(1);
     const auto summary = folder.Json("export held -o scene.xml -f -q");

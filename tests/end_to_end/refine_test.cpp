@@ -40,7 +40,7 @@ double Jitter(const Clip& clip) {
 }
 
 TEST_F(Refine, TakesOutNoiseJitterAndPenetration) {
-  folder.Run("fit demo_drink mug -o fit --quiet");
+  folder.Run("fit demo_drink mug --drinking off -o fit --quiet");
   const Clip truth = ReadClip(folder / "fit/clip.npz");
   Clip noisy = truth;
   noisy.holding_hand.clear();

@@ -95,7 +95,7 @@ def fitted(name, args):
     """The clip with this object held, fitted once."""
     out = args.out / f"held_{name}"
     if not out.exists():
-        run([args.holdfast, "fit", args.clip, source_of(name, args), "-o", out, "-q", "--no-report", "--threads", args.threads])
+        run([args.holdfast, "fit", args.clip, source_of(name, args), "--drinking", "off", "-o", out, "-q", "--no-report", "--threads", args.threads])
     return out
 
 

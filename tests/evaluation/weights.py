@@ -15,7 +15,7 @@ import tempfile
 
 import numpy as np
 
-JOBS = ["demo_drink mug", "demo_drink bottle", "demo_inspect apple", "demo_inspect teapot",
+JOBS = ["demo_drink mug drinking=off", "demo_drink bottle drinking=off", "demo_inspect apple", "demo_inspect teapot",
         "demo_drink hammer", "demo_inspect camera"]
 WEIGHTS = {"contact": 0.005, "temporal": 0.005, "penetration": 3000.0, "object-in-hand": 3000.0,
            "limits": 100.0}

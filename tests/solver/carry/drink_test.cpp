@@ -138,6 +138,21 @@ TEST_F(DrinkTest, HandBringsTheRimOfATallBottleToAnUprightHead) {
   EXPECT_LT(carried.drunk->neck_rad, 30.0 * kDegree);
 }
 
+TEST_F(DrinkTest, IsFoundForVesselsUnlessTheActionIsAnother) {
+  const ClipBody body{model, Eigen::VectorXd()};
+  const PreparedObject cube = PrepareObject(LoadObject("cube"));
+  for (const char* name : {"mug", "wineglass", "bottle", "bowl"}) {
+    EXPECT_EQ(DrinkingHand(clip, body, PrepareObject(LoadObject(name))), Side::kRight) << name;
+  }
+  EXPECT_EQ(DrinkingHand(clip, body, cube), std::nullopt);
+  const PreparedObject mug = PrepareObject(LoadObject("mug"));
+  EXPECT_EQ(DrinkingHand(Slice(clip, 0, 8), body, mug), std::nullopt);
+  clip.action = "drink";
+  EXPECT_EQ(DrinkingHand(clip, body, mug), Side::kRight);
+  clip.action = "inspect";
+  EXPECT_EQ(DrinkingHand(clip, body, mug), std::nullopt);
+}
+
 // What is open on top, or closed and round there, is drunk from; but nobody drinks here.
 TEST_F(DrinkTest, SaysWhatHasNoRimAndWhereNobodyDrinks) {
   Clip still = Slice(clip, 0, 8);
