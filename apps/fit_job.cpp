@@ -148,8 +148,7 @@ std::string ClearanceText(const ClearanceReport& report) {
   if (report.moved) {
     return fmt::format(
         "  body                wrists were moved by up to {:.1f} cm and {:.0f} deg so that arms "
-        "and "
-        "object do not penetrate the body; {} (before: {}, up to {:.0f} mm)\n",
+        "and object do not penetrate the body; {} (before: {}, up to {:.0f} mm)\n",
         100.0 * std::max(report.shift_max_m, report.free_shift_max_m),
         report.turn_max_rad / kDegree, left, report.deep_before, 1e3 * report.worst_before_m);
   }

@@ -54,6 +54,7 @@ int Run(const ConvertCommand& options) {
   const CommonOptions& common = options.common;
   RequireNew(options.output, common);
   const std::shared_ptr<const BodyModel> to = LoadBody(options.to);
+  LayoutOf(*to, options.file, options.output);  // before the work
   if (const std::string note = to->ShapeNote(); !note.empty()) Note(common, note);
   LoadedClip source =
       LoadClip(options.clip, LoadBody(options.from), common, ImportToConvert(options.convert));

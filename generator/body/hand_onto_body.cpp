@@ -10,7 +10,6 @@
 #include "generator/body/pose_builder.h"
 #include "geometry/body/hand_model.h"
 #include "geometry/error.h"
-#include "geometry/io/motion/motion_file.h"
 
 namespace holdfast {
 
@@ -115,8 +114,8 @@ OptionTable OptionsOf(ParameterFileOptions& options) {
   return table;
 }
 
-void WriteParameters(Clip clip, const BodyModel& model, const ParameterFileOptions& options,
-                     const std::filesystem::path& path) {
+ParameterLayout LayoutOf(const BodyModel& model, const ParameterFileOptions& options,
+                         const std::filesystem::path& path) {
   const std::string family = model.LoneHand() ? "mano" : std::string(ModelKindName(model.Kind()));
   ParameterLayout layout = ParameterLayout::kPackage;
   if (options.layout == "auto" ? path.extension() != ".json" : options.layout == "amass") {
@@ -126,6 +125,12 @@ void WriteParameters(Clip clip, const BodyModel& model, const ParameterFileOptio
                 fmt::format("the parameters are those of a {} model", family),
                 fmt::format("Give {}, amass or auto", family));
   }
+  return layout;
+}
+
+void WriteParameters(Clip clip, const BodyModel& model, const ParameterFileOptions& options,
+                     const std::filesystem::path& path) {
+  const ParameterLayout layout = LayoutOf(model, options, path);
   const bool complete = options.to_hands == HandConvention::kComplete;
   if (!complete) {
     for (JointPose& pose : clip.pose) pose = RemoveHandMean(model, pose);

@@ -12,6 +12,7 @@
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
 #include "geometry/import/import_file.h"
+#include "geometry/io/motion/motion_file.h"
 #include "geometry/options.h"
 #include "geometry/retarget/convert_parameters.h"
 
@@ -62,6 +63,11 @@ struct ParameterFileOptions {
   HandConvention to_hands = HandConvention::kComplete;
 };
 OptionTable OptionsOf(ParameterFileOptions& options);
+
+/// Layout of a parameter file of `model` with this name. Throws Error for a layout of another
+/// model.
+ParameterLayout LayoutOf(const BodyModel& model, const ParameterFileOptions& options,
+                         const std::filesystem::path& path);
 
 /// Writes a clip of `model` as a parameter file (.npz, .json). Throws Error for a layout of another
 /// model.

@@ -104,6 +104,8 @@ TEST_F(HandAloneTest, CarriesAMugAsTheBodysHandDoesAndComesThroughEveryCommand) 
   EXPECT_LT(converted["residual"]["max_mm"].get<double>(), 0.05);
   EXPECT_THAT(converted["not_carried_over"].dump(), HasSubstr("the body's motion"));
   const Clip source = ReadClip(folder_ / "hand.npz");
+  folder_.Fails("convert no_clip.npz --to-body MANO_RIGHT.npz --layout smplx -o other.npz", 1,
+                "layout smplx: the parameters are those of a mano model");
 
   const nlohmann::json fit = folder_.Json("fit hand.npz mug --body MANO_RIGHT.npz -o held");
   const nlohmann::json& summary = fit["summary"];
