@@ -30,7 +30,7 @@ Eigen::Vector3d CenterOfMass(const BodyPlacement& placed) {
          Eigen::Map<const Eigen::Vector<double, kNumBodyJoints>>(kJointMasses.data());
 }
 
-Support::Support(const Soles& soles) {
+FootSupport::FootSupport(const Soles& soles) {
   constexpr double kOnGround_m = 0.04;
   const double lowest = soles.row(2).minCoeff();
   for (const auto& sole : soles.colwise()) {
@@ -39,7 +39,7 @@ Support::Support(const Soles& soles) {
 }
 
 // Of at most four points: in a triangle of theirs, or nearest to the segment between two.
-Vector2d Support::Nearest(const Vector2d& point) const {
+Vector2d FootSupport::Nearest(const Vector2d& point) const {
   const std::size_t n = points_.size();
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t j = i + 1; j < n; ++j) {
@@ -58,7 +58,7 @@ Vector2d Support::Nearest(const Vector2d& point) const {
   return nearest;
 }
 
-double Support::Outside(const Vector2d& point) const {
+double FootSupport::Outside(const Vector2d& point) const {
   return std::max(0.0, (point - Nearest(point)).norm() - kFootRadius_m);
 }
 
@@ -88,7 +88,7 @@ std::vector<double> OffBalance(std::span<const BodyFrame> frames,
     const Soles soles = probe.At(placed);
     const double height = frames[t].pelvis.z() - soles.row(2).minCoeff();
     if (height < kStands * (rest_joints(1, kPelvis) - sole_y)) continue;
-    off[t] = Support(soles).Outside(CenterOfMass(placed).head<2>());
+    off[t] = FootSupport(soles).Outside(CenterOfMass(placed).head<2>());
   }
   return off;
 }

@@ -31,11 +31,11 @@ Eigen::Vector3d CenterOfMass(const BodyPlacement& placed);
 /// The area over which a body is in balance, seen from above: the convex hull of the heels and
 /// balls of the feet on the ground (at most 4 cm above the lowest of them), widened by
 /// kFootRadius_m for the width of a foot and the toes.
-class Support {
+class FootSupport {
  public:
   static constexpr double kFootRadius_m = 0.05;
 
-  explicit Support(const Soles& soles);
+  explicit FootSupport(const Soles& soles);
 
   /// The nearest point of the hull (not widened) to a point on the ground; the point itself inside.
   Eigen::Vector2d Nearest(const Eigen::Vector2d& point) const;
@@ -46,7 +46,7 @@ class Support {
   std::vector<Eigen::Vector2d> points_;
 };
 
-/// A body whose center of mass is farther outside of its Support, meters, is off balance.
+/// A body whose center of mass is farther outside of its FootSupport, meters, is off balance.
 inline constexpr double kOffBalance_m = 0.03;
 
 /// Returns, per frame, whether the pelvis moves at less than 0.1 m/s along the ground, over a third
@@ -54,8 +54,8 @@ inline constexpr double kOffBalance_m = 0.03;
 std::vector<bool> StandsStill(std::span<const BodyFrame> frames, double frame_rate);
 
 /// Returns, per frame, how far the center of mass of a body that stands still is outside of its
-/// Support, meters. NaN where it moves (StandsStill), sits or lies: the pelvis is below 0.6 of its
-/// height when standing.
+/// FootSupport, meters. NaN where it moves (StandsStill), sits or lies: the pelvis is below 0.6 of
+/// its height when standing.
 std::vector<double> OffBalance(std::span<const BodyFrame> frames,
                                const Eigen::Matrix3Xd& rest_joints, double sole_y,
                                double frame_rate);

@@ -109,11 +109,11 @@ class ReachWarpSolver {
   }
 
   Eigen::Vector2d WayOverFeet() const {
-    constexpr double kWithin_m = Support::kFootRadius_m - 0.02;
+    constexpr double kWithin_m = FootSupport::kFootRadius_m - 0.02;
     if (options_.soles == nullptr || !warp_.rests) return Eigen::Vector2d::Zero();
     const BodyPlacement placed = Place(chain_.RestJoints(), captured_.back());
     const Eigen::Vector2d center = CenterOfMass(placed).head<2>();
-    const Eigen::Vector2d way = Support(options_.soles->At(placed)).Nearest(center) - center;
+    const Eigen::Vector2d way = FootSupport(options_.soles->At(placed)).Nearest(center) - center;
     return std::max(0.0, 1.0 - kWithin_m / std::max(way.norm(), kWithin_m)) * way;
   }
 

@@ -213,12 +213,11 @@ double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angl
   const bool in_palm = grasp.palm_touching && grasp.style != GraspStyle::kPrecision;
   // A tool rotates about its own axis if only a few parts press it.
   const double part_worth = scene.use.kind == GraspUse::kTool ? 0.06 : 0.02;
-  // Around a tool's bar, thumbs also lie along it or close over the fingers (Feix et al.: adducted
-  // thumb, medium wrap).
+  // Only what is held flat: a thumb also lies along a bar, and closes over the fingers around it
+  // (Feix et al.: adducted thumb, medium wrap). On apples and teapots grasps then hold worse.
+  const bool flat = scene.use.kind == GraspUse::kCamera || scene.use.kind == GraspUse::kPhone;
   const double thumb =
-      scene.use.kind == GraspUse::kTool
-          ? 0.0
-          : 0.3 * std::max(0.0, grasp.thumb_opposition) - 0.25 * ThumbUnease(angles);
+      flat ? 0.3 * std::max(0.0, grasp.thumb_opposition) - 0.25 * ThumbUnease(angles) : 0.0;
   return 1.4 * std::sqrt(std::min(grasp.wrench_quality / 0.3, 1.0)) + 0.1 * fingers + thumb +
          0.5 * opposed + part_worth * contacts.parts + (in_palm ? scene.use.palm_worth : 0.0) +
          (grasp.fingers_touching[kThumb] ? 0.4 : 0.0) -

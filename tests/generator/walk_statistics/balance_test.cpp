@@ -82,19 +82,19 @@ TEST_F(BalanceOfBodies, CountsOnlyWhereTheBodyStandsStill) {
   EXPECT_TRUE(std::isnan(Of({sits})[0]));
 }
 
-TEST(Support, IsTheHullOfSolesOnTheGround) {
+TEST(FootSupport, IsTheHullOfSolesOnTheGround) {
   Soles soles;
   soles << 0.1, 0.1, -0.1, -0.1,  //
       0.0, -0.2, 0.0, -0.2,       //
       0.0, 0.0, 0.0, 0.0;
-  const Support both(soles);
+  const FootSupport both(soles);
   EXPECT_EQ((both.Nearest({0.05, -0.1}) - Vector2d(0.05, -0.1)).norm(), 0.0);
   EXPECT_LT((both.Nearest({0.3, -0.1}) - Vector2d(0.1, -0.1)).norm(), 1e-12);
   EXPECT_LT((both.Nearest({0.3, 0.3}) - Vector2d(0.1, 0.0)).norm(), 1e-12);
-  EXPECT_NEAR(both.Outside({0.3, -0.1}), 0.2 - Support::kFootRadius_m, 1e-12);
+  EXPECT_NEAR(both.Outside({0.3, -0.1}), 0.2 - FootSupport::kFootRadius_m, 1e-12);
   EXPECT_EQ(both.Outside({0.12, -0.1}), 0.0);
   soles(2, 2) = soles(2, 3) = 0.1;  // the right foot is lifted
-  const Support left(soles);
+  const FootSupport left(soles);
   EXPECT_LT((left.Nearest({-0.1, -0.1}) - Vector2d(0.1, -0.1)).norm(), 1e-12);
 }
 

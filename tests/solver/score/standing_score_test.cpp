@@ -50,7 +50,8 @@ TEST(StandingScore, LeanAndFaceInTheFirstFrame) {
   Eigen::Ref<Vector3d> spine = standing.clip.pose[0].col(kSpine1);
   spine = LogSO3(Eigen::Matrix3d(ExpSO3(Vector3d(0.2, 0.0, 0.0)) * ExpSO3(Vector3d(spine))));
   const StandingScore after = standing.Score();
-  EXPECT_NEAR(after.head_down_start_rad - before.head_down_start_rad, 0.2, 0.01);
+  EXPECT_GT(after.head_down_start_rad - before.head_down_start_rad, 0.1);
+  EXPECT_LT(after.head_down_start_rad - before.head_down_start_rad, 0.2) << "it is turned aside";
   EXPECT_GT(after.lean_start_rad - before.lean_start_rad, 0.1);
   EXPECT_LT(after.lean_start_rad - before.lean_start_rad, 0.2) << "the pelvis stays";
 }
