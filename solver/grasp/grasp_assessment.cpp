@@ -214,7 +214,7 @@ double Score(const GraspScene& scene, const Grasp& grasp, const HandAngles& angl
   // A tool rotates about its own axis if only a few parts press it.
   const double part_worth = scene.use.kind == GraspUse::kTool ? 0.06 : 0.02;
   // Only what is held flat: a thumb also lies along a bar, and closes over the fingers around it
-  // (Feix et al.: adducted thumb, medium wrap). On apples and teapots grasps then hold worse.
+  // (Feix et al.: adducted thumb, medium wrap). An apple is then held worse.
   const bool flat = scene.use.kind == GraspUse::kCamera || scene.use.kind == GraspUse::kPhone;
   const double thumb =
       flat ? 0.3 * std::max(0.0, grasp.thumb_opposition) - 0.25 * ThumbUnease(angles) : 0.0;

@@ -80,7 +80,7 @@ struct GoalFollower::Loop {
     if (soon < kWithin) raises = true;
     if (soon > kBeyond) raises = false;
     raised = std::clamp(raised + (raises ? 1.0 : -0.7) / kRaise, 0.0, 1.0);
-    way_left = (goal.After(0.0) - placed.joints.col(kPelvis)).head<2>().norm() - kStance;
+    way_left = (goal.After(0.0) - placed.joints.col(kPelvis)).head<2>().norm() - 0.8;
   }
 
   // For every candidate: latents, and the goal some frames ahead.
@@ -157,7 +157,7 @@ struct GoalFollower::Loop {
   // Arms that do not reach swing. The hand moves to its target in proportion to how far the arm is
   // raised, and only within reach: the trunk does not bend for goals that require walking.
   void PlaceHand(BodyFrame& frame) {
-    constexpr double kBends = 0.10;  // meters beyond the arm
+    constexpr double kBends = 0.18;  // meters beyond the arm
     const double share = MinimumJerk(raised);
     const double walks = MinimumJerk(walk.head<2>().norm() / kWalking);
     SwingArms(measures.rest_joints, {1.0, 1.0 - share}, walks, frame);
@@ -200,7 +200,6 @@ struct GoalFollower::Loop {
 
   static constexpr double kYield = 0.5;    // fraction of a foot's drag fed back per frame
   static constexpr double kWalking = 1.1;  // m/s
-  static constexpr double kStance = 0.6;   // meters from the pelvis: nearer goals need no steps
   // Meters from the shoulder: the arm is raised within, and lowered beyond.
   static constexpr double kWithin = 0.75, kBeyond = 1.0;
   static constexpr double kRaise = 16.0;  // frames
