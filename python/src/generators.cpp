@@ -542,9 +542,9 @@ the ground (below 4 cm, slower than 0.35 m/s).
 
 'cut': frames from the first non-finite one on are left out; 'other_shape': its betas are of another
 model; 'second_crouch': frame in which the person crouches a second time on the way, or -1;
-'lean_back_rad': maximum lean backwards while waiting; 'off_balance_m': how far the center of mass is
-outside of the feet in the last frame, NaN if the person moves there; 'hand': path of the hand that moves farthest
-(speed, straightness);
+'lean_back_rad': maximum lean backwards while waiting; 'off_balance_m': how far the center of mass
+is outside of the feet in the last frame, NaN if the person moves there; 'hand': path of the hand
+that moves farthest (speed, straightness);
 'foot_skating_ratio' (NaN without skating=True): as in reach_motions. clip, body as in score().)";
 
 }  // namespace

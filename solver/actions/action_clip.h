@@ -54,9 +54,8 @@ ActionClip MakeActionClip(const ActionClipRequest& request);
 
 /// Synthesizes the first frame of such a clip: the object upright on a table, or in the hand if
 /// `in_hand` (empty: random), with the most suitable grasp; fingers and object are those of the
-/// grasp, not fitted. Of the quality, only
-/// `worst_key`, `hand_error_rad` and `shortfall_m` are set. Without a fault the clip has action,
-/// object track, holding_hand and the table, if any.
+/// grasp, not fitted. Of the quality, only `worst_key`, `hand_error_rad` and `shortfall_m` are set.
+/// Without a fault the clip has action, object track, holding_hand and the table, if any.
 ActionClip MakeActionStart(const ActionClipRequest& request, std::optional<bool> in_hand);
 
 }  // namespace holdfast
