@@ -140,8 +140,7 @@ constexpr int kReportedSamples = 6;
 constexpr const char* kRule =
     "most goals reached within 10 cm; then no second crouch; then the lowest motion cost if all "
     "goals are reached, else the lowest sum of closest distances; after refitting, of the first "
-    "six "
-    "the first in balance";
+    "six the first in balance";
 
 // Start of the reach, and the user's name for it.
 struct Start {

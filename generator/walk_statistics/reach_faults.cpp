@@ -53,8 +53,8 @@ double LeanBack(const BodyPlacement& placed, double yaw_rad) {
 }
 
 ReachFaults FindReachFaults(std::span<const BodyFrame> frames, const BodyMeasures& measures) {
-  constexpr int kAround = 10, kKept = 10;       // frames
-  constexpr double kWaits = 0.1, kRate = 30.0;  // m/s, Hz
+  constexpr int kAround = 10, kKept = 10;  // frames
+  constexpr double kRate = 30.0;           // Hz
   const auto count = static_cast<int>(frames.size());
   std::vector<double> heights, leans;
   for (const BodyFrame& frame : frames) {
@@ -66,14 +66,14 @@ ReachFaults FindReachFaults(std::span<const BodyFrame> frames, const BodyMeasure
   faults.second_crouch = SecondCrouch(heights);
   faults.lean_back_rad = std::numeric_limits<double>::quiet_NaN();
   if (count > 0) {
-    faults.off_balance_m = OffBalance(frames, measures.rest_joints, measures.sole_y, kRate).back();
+    const std::size_t end = std::min(frames.size(), static_cast<std::size_t>(kAround) + 1);
+    faults.off_balance_m =
+        OffBalance(frames.last(end), measures.rest_joints, measures.sole_y, kRate).back();
   }
+  const std::vector<bool> still = StandsStill(frames, kRate);
   int waiting = 0;
   for (int t = kAround; t + kAround < count; ++t) {
-    const Eigen::Vector2d way = (frames[static_cast<std::size_t>(t + kAround)].pelvis -
-                                 frames[static_cast<std::size_t>(t - kAround)].pelvis)
-                                    .head<2>();
-    waiting = way.norm() < kWaits * 2.0 * kAround / kRate ? waiting + 1 : 0;
+    waiting = still[static_cast<std::size_t>(t)] ? waiting + 1 : 0;
     if (waiting < kKept) continue;
     const auto last = leans.begin() + t + 1;
     const double kept = *std::min_element(last - kKept, last);

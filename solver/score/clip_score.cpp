@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 
-#include "generator/scripted/reach_motion.h"
 #include "generator/walk_statistics/balance.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
@@ -139,10 +138,10 @@ void MeasureBodyDepths(const ClipScene& input, const BodySurface& surface,
   score.notes.push_back("the body model contains only a hand: depths in the body are not measured");
 }
 
-void MeasureBalance(const ClipScene& input, ClipScore& score) {
-  const BodyMeasures body = MeasureBody(*input.body, input.betas);
-  score.off_balance_m = OffBalance(BodyFrames(input.clip, body.rest_joints), body.rest_joints,
-                                   body.sole_y, input.clip.frame_rate);
+void MeasureBalance(const ClipScene& input, const BodySurface& surface, ClipScore& score) {
+  const Eigen::Matrix3Xd& rest_joints = surface.RestJoints();
+  score.off_balance_m = OffBalance(BodyFrames(input.clip, rest_joints), rest_joints,
+                                   surface.RestVertices().row(1).minCoeff(), input.clip.frame_rate);
 }
 
 // Returns the frames of the reference to compare with the clip's.
@@ -309,7 +308,7 @@ ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const Sc
                               : "the clip has no object: only motion is measured");
   }
   MeasureBodyDepths(input, surface, options, progress, score);
-  if (!input.body->LoneHand()) MeasureBalance(input, score);
+  if (!input.body->LoneHand()) MeasureBalance(input, surface, score);
   return score;
 }
 
