@@ -148,13 +148,14 @@ std::string ClearanceText(const ClearanceReport& report) {
   if (report.moved) {
     return fmt::format(
         "  body                wrists were moved by up to {:.1f} cm and {:.0f} deg so that arms "
-        "and object do not penetrate the body; {} (before: {}, up to {:.0f} mm)\n",
+        "and object do not penetrate body or table; {} (before: {}, up to {:.0f} mm)\n",
         100.0 * std::max(report.shift_max_m, report.free_shift_max_m),
         report.turn_max_rad / kDegree, left, report.deep_before, 1e3 * report.worst_before_m);
   }
   if (report.deep == 0) return {};
-  return fmt::format("  body                the {} penetrates the body by up to {:.0f} mm; {}\n",
-                     MeetingPartName(report.worst_part), 1e3 * report.worst_m, left);
+  return fmt::format("  body                the {} penetrates the {} by up to {:.0f} mm; {}\n",
+                     MeetingPartName(report.worst_part), report.worst_in_table ? "table" : "body",
+                     1e3 * report.worst_m, left);
 }
 
 void AddFitOptions(CLI::App& command, FitCommand& fit, const std::vector<std::string>& without) {

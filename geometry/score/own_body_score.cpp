@@ -8,6 +8,8 @@
 #include <utility>
 
 #include "geometry/body/body_frames.h"
+#include "geometry/clip/clip_arrays.h"
+#include "geometry/mesh/signed_distance.h"
 #include "geometry/mesh/surface_distance.h"
 #include "geometry/parallel.h"
 #include "geometry/score/clearance_memory.h"
@@ -74,6 +76,20 @@ double ArmsDepth_mm(const OwnBody& body, const Eigen::Matrix3Xd& skin,
   return deepest.Depth_mm();
 }
 
+// Depth of the deepest of `count` points, world.
+template <typename Point>
+double DepthInTable_mm(const SignedDistance& table, const Eigen::Isometry3d& world_from_table,
+                       std::size_t count, const Point& point) {
+  const Eigen::Isometry3d table_from_world = world_from_table.inverse();
+  const Eigen::AlignedBox3d box(table.Min(), table.Max());
+  double depth = 0.0;
+  for (std::size_t i = 0; i < count; ++i) {
+    const Eigen::Vector3d at = table_from_world * point(i);
+    if (box.contains(at)) depth = std::max(depth, -table.Distance(at));
+  }
+  return 1e3 * depth;
+}
+
 void Summarize(BodyDepth& depth) {
   if (depth.depth_mm.empty()) return;
   const auto worst = std::ranges::max_element(depth.depth_mm);
@@ -122,6 +138,14 @@ OwnBodyScore OwnBodyMeter::Measure(const Clip& clip, int threads,
     score.object_points = static_cast<int>(points_->Points().cols());
     score.object.emplace().depth_mm.resize(static_cast<std::size_t>(frames));
   }
+  std::optional<SignedDistance> table;
+  if (const TriangleMesh* mesh = TableMesh(clip)) {
+    table.emplace(*mesh);
+    score.arms_in_table.emplace().depth_mm.resize(static_cast<std::size_t>(frames));
+    if (with_object) {
+      score.object_in_table.emplace().depth_mm.resize(static_cast<std::size_t>(frames));
+    }
+  }
   const int together = SharedFramesTogether(frames);
   const int blocks = (frames + together - 1) / together;
   std::atomic<bool> stopped{false};
@@ -136,7 +160,19 @@ OwnBodyScore OwnBodyMeter::Measure(const Clip& clip, int threads,
     for (int k = 0; k < count; ++k) {
       const Eigen::Matrix3Xd& skin = states[k].vertices;
       score.arms.depth_mm[begin + k] = ArmsDepth_mm(for_arms_, skin, arms_);
+      if (table) {
+        score.arms_in_table->depth_mm[begin + k] =
+            DepthInTable_mm(*table, clip.table->Pose(begin + k), arms_.size(),
+                            [&](std::size_t i) { return skin.col(arms_[i]); });
+      }
       if (!with_object) continue;
+      if (table) {
+        const Eigen::Isometry3d pose = clip.object->Pose(begin + k);
+        const Eigen::Matrix3Xd& points = points_->Points();
+        score.object_in_table->depth_mm[begin + k] = DepthInTable_mm(
+            *table, clip.table->Pose(begin + k), static_cast<std::size_t>(points.cols()),
+            [&](std::size_t i) { return pose * points.col(static_cast<Eigen::Index>(i)); });
+      }
       score.object->depth_mm[begin + k] =
           ObjectDepth_mm(for_object_, skin, *points_, clip.object->Pose(begin + k));
     }
@@ -145,7 +181,10 @@ OwnBodyScore OwnBodyMeter::Measure(const Clip& clip, int threads,
     if (progress && !progress(done, frames)) stopped = true;
   });
   Summarize(score.arms);
-  if (score.object) Summarize(*score.object);
+  for (std::optional<BodyDepth>* depth :
+       {&score.object, &score.object_in_table, &score.arms_in_table}) {
+    if (*depth) Summarize(**depth);
+  }
   return score;
 }
 

@@ -30,13 +30,16 @@ struct BodyDepth {
   double DeepRatio(double deep_mm) const;
 };
 
-/// Penetration of the object and the arms into the person's own body over a clip.
+/// Penetration of the object and the arms into the person's own body, and into the clip's table,
+/// over a clip.
 struct OwnBodyScore {
   /// The object's vertices and kOwnBodySamples points of its surface, in trunk, neck, head, legs
   /// and any arm that never holds it. None without an object.
   std::optional<BodyDepth> object;
   /// Skin of both forearms and hands (OwnBody::ForearmAndHand) in trunk, neck, head and legs.
   BodyDepth arms;
+  /// The same points of object and arms in the clip's table. None without a table with a mesh.
+  std::optional<BodyDepth> object_in_table, arms_in_table;
   int object_points = 0;
 };
 

@@ -382,7 +382,10 @@ class Carrier {
     }
     const ClearanceReport& body = report_.clearance;
     const double contact = report_.contact.contact_frames_ratio.value_or(0.0);
-    const bool through_body = !options_.keep_motion && body.worst_m > ClearanceOptions{}.max_left_m;
+    const bool through_body =
+        !options_.keep_motion && std::ranges::any_of(body.frames, [](const auto& frame) {
+          return !frame.in_table && frame.depth_m > ClearanceOptions{}.max_left_m;
+        });
     report_.sound = report_.grasp.clean && contact >= kMinContact && !through_body;
     for (std::string& warning : ClearanceWarnings(body)) {
       report_.warnings.push_back(std::move(warning));

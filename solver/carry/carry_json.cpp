@@ -229,6 +229,7 @@ nlohmann::json ClearanceJson(const ClearanceReport& report) {
           {"max_depth_mm", 1e3 * report.worst_m},
           {"worst_frame", report.worst_frame},
           {"worst_part", MeetingPartName(report.worst_part)},
+          {"worst_in_table", report.worst_in_table},
           {"wrist_shift_mean_mm", 1e3 * report.shift_mean_m},
           {"wrist_shift_max_mm", 1e3 * report.shift_max_m},
           {"free_wrist_shift_mean_mm", 1e3 * report.free_shift_mean_m},

@@ -38,6 +38,7 @@ constexpr double kHeadComes_m = 0.02;                   // of the lips, maximum
 constexpr double kHandCalm_s = 0.15;  // before and after a frame, in which its shift is averaged
 constexpr double kHandGives_m = 0.025, kGive = 5.0 * kDegree;  // maximum in total; per step
 constexpr int kGives = 4;
+constexpr double kAboveTable_m = 0.003;  // of the hand that takes hold
 constexpr int kCupPoints = 250;
 constexpr double kUpOpening = 0.9;  // minimum height of its unit direction
 
@@ -113,13 +114,15 @@ bool IsRoundOnTop(const PreparedObject& cup, const ObjectMarks& marks) {
   return farthest < kRound * marks.rim_radius;
 }
 
-// Open on top, or a closed bottle: tall, with a neck that is round on top.
+// Open on top and not as flat as a bowl or a pan; or a closed bottle: taller than a light bulb,
+// with a neck that is round on top.
 bool IsVessel(const PreparedObject& object) {
-  constexpr double kNeck = 0.35, kTall = 1.5;  // of the width
-  if (IsOpenOnTop(object)) return true;
+  constexpr double kFlat = 0.6, kNeck = 0.35, kTall = 1.5;  // of the width
+  constexpr double kBottle_m = 0.14;
   const ObjectMarks marks = MarksOf(object.object.name, object.object.mesh);
+  if (marks.size.z() > kFlat * marks.size.head<2>().minCoeff() && IsOpenOnTop(object)) return true;
   const double width = marks.size.head<2>().maxCoeff();
-  return marks.rim_radius < kNeck * width && marks.size.z() > kTall * width &&
+  return marks.size.z() > std::max(kBottle_m, kTall * width) && marks.rim_radius < kNeck * width &&
          IsRoundOnTop(object, marks);
 }
 
@@ -156,12 +159,20 @@ std::optional<Side> DrinkingHand(const Clip& clip, const ClipBody& body,
   const BodySurface surface(body.model, body.betas);
   try {
     const PalmTracks tracks = TrackPalms(clip, surface.RestJoints());
-    const auto times = FindDrink(tracks, FindFaceMarks(surface));
+    const FaceMarks face = FindFaceMarks(surface);
+    const auto times = FindDrink(tracks, face);
     if (!times) return std::nullopt;
-    // A clip that begins or ends at the mouth shows no table.
-    const auto height = tracks.Of(times->side).row(2);
-    const double ends = std::max(height(times->lift), height(times->put_down));
-    if (ends > 0.5 * (height.minCoeff() + height(times->drink))) return std::nullopt;
+    // A clip that begins or ends at the mouth shows no table. Nor does one in which the hand stays
+    // high, since the person looks at something; and beside the head the hand combs.
+    constexpr double kFromTable_m = 0.3, kBeforeMouth_m = 0.03;
+    const Matrix3Xd& palm = tracks.Of(times->side);
+    const double low = palm.row(2).minCoeff(), high = palm(2, times->drink);
+    const double ends = std::max(palm(2, times->lift), palm(2, times->put_down));
+    const Vector3d from_head = tracks.head[times->drink].inverse() * palm.col(times->drink);
+    if (ends > 0.5 * (low + high) || high - low < kFromTable_m ||
+        from_head.z() < face.mouth.z() + kBeforeMouth_m) {
+      return std::nullopt;
+    }
     return times->side;
   } catch (const Error&) {  // no face
     return std::nullopt;
@@ -246,6 +257,9 @@ class DrinkServer {
     // The hand is about halfway up, and leaves the rim free for the lips.
     const double height = marks_.size.z(), held = at.between.dot(at.up) - at.table_m;
     at.table_m += held - std::clamp(held, 0.25 * height, 0.42 * height);
+    // The hand is above the table, with the forearm: a low cup is held by its upper half.
+    const double lowest = (at.up.transpose() * (lift.inverse() * state_->Vertices())).minCoeff();
+    at.table_m = std::min(at.table_m, lowest - kAboveTable_m);
     at.also = Drinkable();
     report_.grasp = HoldStanding(*hand_, at, cup_, marks_, seed_, report_.status);
     table_ = 0.5 * (lift.translation() + put_down.translation()).z() + at.table_m;

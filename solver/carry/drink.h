@@ -31,8 +31,9 @@ struct DrinkTimes {
 std::optional<DrinkTimes> FindDrink(const PalmTracks& tracks, const FaceMarks& face);
 
 /// The hand in which the person of a clip without an object drinks from this object (FindDrink).
-/// Nothing if the clip has another action than "drink", begins or ends at the mouth, or its body
-/// has no face, and for objects that are neither open on top nor bottles.
+/// Nothing if the clip has another action than "drink", begins or ends at the mouth, if the hand
+/// rises by less than 30 cm or is beside the head, if the body has no face, and for objects that
+/// are neither deep and open on top nor bottles.
 std::optional<Side> DrinkingHand(const Clip& clip, const ClipBody& body,
                                  const PreparedObject& object);
 

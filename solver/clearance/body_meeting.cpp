@@ -96,6 +96,47 @@ void BodyCollisionDetector::LookAt(const TriangleMesh& object, double spacing_m)
   }
 }
 
+void BodyCollisionDetector::AddTable(const TriangleMesh& mesh,
+                                     const Eigen::Isometry3d& world_from_table) {
+  constexpr double kTop_m = 0.05, kThick_m = 0.12;
+  const double height = mesh.vertices.row(2).maxCoeff();
+  TableTop& top = table_.emplace();
+  top.world_from_table = world_from_table;
+  for (const auto& vertex : mesh.vertices.colwise()) {
+    if (vertex.z() > height - kTop_m) top.box.extend(Eigen::Vector3d(vertex));
+  }
+  top.box.min().z() = height - kThick_m;
+}
+
+std::optional<OwnBody::Touch> BodyCollisionDetector::TableTop::Query(
+    const Eigen::Vector3d& point) const {
+  const Eigen::Vector3d at = world_from_table.inverse() * point;
+  if (at.z() < box.min().z()) return std::nullopt;
+  OwnBody::Touch touch;
+  Eigen::Vector3d nearest = at.cwiseMax(box.min()).cwiseMin(box.max());
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();
+  if (nearest == at) {
+    touch.depth = box.max().z() - at.z();
+    nearest.z() = box.max().z();
+    for (const int axis : {0, 1}) {
+      for (const double end : {box.min()(axis), box.max()(axis)}) {
+        const double depth = std::abs(at(axis) - end);
+        if (depth >= touch.depth) continue;
+        touch.depth = depth;
+        nearest = at;
+        nearest(axis) = end;
+        normal = Eigen::Vector3d::Unit(axis) * (end < box.center()(axis) ? -1.0 : 1.0);
+      }
+    }
+  } else {
+    touch.depth = -(at - nearest).norm();
+    normal = (at - nearest).normalized();
+  }
+  touch.surface = world_from_table * nearest;
+  touch.normal = world_from_table.linear() * normal;
+  return touch;
+}
+
 BodyCollisionDetector::Clusters BodyCollisionDetector::Clustered(const Eigen::Matrix3Xd& points) {
   Clusters clusters;
   std::vector<int> order(static_cast<std::size_t>(points.cols()));
@@ -137,20 +178,33 @@ BodyCollisionDetector::Frame BodyCollisionDetector::Measure(
       for (const auto& point : skin[a].colwise()) box.extend(point);
     }
     if (box.isEmpty()) return;
+    const auto add = [&](const Point& point, int arm) {
+      if (point.touch.depth < -within_m) return;
+      frame.near[arm].push_back(point);
+      frame.nearest_m = std::max(frame.nearest_m, point.touch.depth);
+      frame.arm_depth_m[arm] = std::max(frame.arm_depth_m[arm], point.touch.depth);
+      frame.depth_m = std::max(frame.depth_m, point.touch.depth);
+    };
+    const int holding = (arms & 1) != 0 ? 0 : 1;
+    if (table_) {
+      for (const auto& at : object.colwise()) {
+        if (const auto touch = table_->Query(at)) add({at, *touch, 1.0, true}, holding);
+      }
+      for (int a = 0; a < 2; ++a) {
+        for (Eigen::Index i = 0; i < skin[a].cols(); ++i) {
+          const auto touch = table_->Query(skin[a].col(i));
+          if (touch) add({skin[a].col(i), *touch, share_[a][i]}, a);
+        }
+      }
+    }
     const OwnBody::Posed body(*obstacles_[obstacle], state.vertices, box.min(), box.max(),
                               kDeepest_m);
     const auto look = [&](const Eigen::Vector3d& at, double skin_m, int arm, double share) {
-      const auto touch = body.Query(at, skin_m);
-      if (!touch || touch->depth < -within_m) return;
-      frame.near[arm].push_back({at, *touch, share});
-      frame.nearest_m = std::max(frame.nearest_m, touch->depth);
-      frame.arm_depth_m[arm] = std::max(frame.arm_depth_m[arm], touch->depth);
-      frame.depth_m = std::max(frame.depth_m, touch->depth);
+      if (const auto touch = body.Query(at, skin_m)) add({at, *touch, share}, arm);
     };
     if (with_object) {
-      ForEachNear(body, object, object_clusters_, within_m, [&](int i, double skin_m) {
-        look(object.col(i), skin_m, (arms & 1) != 0 ? 0 : 1, 1.0);
-      });
+      ForEachNear(body, object, object_clusters_, within_m,
+                  [&](int i, double skin_m) { look(object.col(i), skin_m, holding, 1.0); });
     }
     for (int a = 0; a < 2; ++a) {
       if ((of & (1 << a)) == 0) continue;

@@ -26,7 +26,7 @@ enum class MeetingPart { kNone, kObject, kRightArm, kLeftArm };
 std::string_view MeetingPartName(MeetingPart part);  ///< "object", "right arm"; empty for none
 
 /// Detects collisions of object, hands and forearms with the body of the person who carries the
-/// object. Const, shared by threads; `body` must outlive it.
+/// object, and with a table. Const, shared by threads; `body` must outlive it.
 class BodyCollisionDetector {
  public:
   /// Samples points about `spacing_m` apart on the object (meters, its own frame) and on hands and
@@ -37,11 +37,17 @@ class BodyCollisionDetector {
   /// Keeps body and arms, but samples other points.
   void LookAt(const TriangleMesh& object, double spacing_m);
 
-  /// A sample point near the skin.
+  /// Adds the top of a table that stands still as an obstacle: the box around the upper 5 cm of
+  /// `mesh` (in the frame of `world_from_table`, z up), 12 cm thick. Points leave it upwards or by
+  /// the sides.
+  void AddTable(const TriangleMesh& mesh, const Eigen::Isometry3d& world_from_table);
+
+  /// A sample point near the skin or the table.
   struct Point {
     Eigen::Vector3d at;  ///< world, meters
     OwnBody::Touch touch;
-    double wrist_share;  ///< weight of following the wrist; the rest follows the elbow
+    double wrist_share;   ///< weight of following the wrist; the rest follows the elbow
+    bool stands = false;  ///< a point of the object near the table, which needs no clearance
   };
   struct Frame {
     double depth_m = 0.0;     ///< of the deepest point; 0: none inside the body
@@ -58,6 +64,15 @@ class BodyCollisionDetector {
                 std::uint8_t arms, std::uint8_t left_out, double within_m) const;
 
  private:
+  // Upper part of a table, as a box in the table's frame.
+  struct TableTop {
+    Eigen::Isometry3d world_from_table;
+    Eigen::AlignedBox3d box;
+
+    // Nothing for points below the box.
+    std::optional<OwnBody::Touch> Query(const Eigen::Vector3d& point) const;
+  };
+
   using Clusters = std::vector<std::vector<int>>;  // columns near each other
   static Clusters Clustered(const Eigen::Matrix3Xd& points);
 
@@ -68,6 +83,7 @@ class BodyCollisionDetector {
   Clusters object_clusters_;
   std::array<Clusters, 2> skin_clusters_;
   std::array<std::optional<OwnBody>, 4> obstacles_;  // by the excluded arms
+  std::optional<TableTop> table_;
 };
 
 /// Keeps points of the object, the hand and the forearm outside the person's own body: each beyond

@@ -13,6 +13,7 @@
 
 #include "generator/body/pose_builder.h"
 #include "geometry/body/body_frames.h"
+#include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
@@ -37,7 +38,8 @@ constexpr double kSolved_hz = 30.0;  // rate of the frames with planes
 constexpr double kBend = 0.15;
 constexpr double kStay_m = 0.03, kMost_m = 0.07, kMaxTurn_rad = 24.0 * kDegree;  // soft limits
 constexpr double kLooseTurn_rad = 180.0 * kDegree, kLooseSigma_m = 0.002;        // of a free hand
-constexpr double kLooseStay_m = 0.006, kLooseMost_m = 0.05;
+constexpr double kLooseStay_m = 0.006, kLooseMost_m = 0.05, kOverTable_m = 0.12;
+constexpr double kTableTurn_rad = 10.0 * kDegree;  // of a hand that may carry a full cup
 constexpr double kUpright_rad = 30.0 * kDegree, kTurned_rad = 60.0 * kDegree;
 constexpr std::size_t kMaxPlanes = 48;
 
@@ -58,6 +60,13 @@ void KeepDeepest(const std::vector<double>& depths, std::vector<DepthInBody::Pla
   std::vector<DepthInBody::Plane> kept;
   for (std::size_t k = 0; k < kMaxPlanes; ++k) kept.push_back(planes[order[k]]);
   planes = std::move(kept);
+}
+
+bool StandsStill(const ObjectTrack& table) {
+  const auto moves = [](const Eigen::Matrix3Xd& values) {
+    return (values.colwise() - values.col(0)).cwiseAbs().maxCoeff() > 1e-6;
+  };
+  return !moves(table.trans) && !moves(table.orient);
 }
 
 std::uint8_t Holders(std::span<const std::uint8_t> holding) {
@@ -89,7 +98,11 @@ class BodyKeeper {
         clip_(clip),
         moved_(clip),
         frames_(clip.NumFrames()),
-        held_by_(Holders(clip.holding_hand)) {}
+        held_by_(Holders(clip.holding_hand)) {
+    const TriangleMesh* const table = TableMesh(clip);
+    has_table_ = table != nullptr && StandsStill(*clip.table);
+    if (has_table_) scene_.meeting.AddTable(*table, clip.table->Pose(0));
+  }
 
   ClearanceReport Run() {
     report_.frames.resize(static_cast<std::size_t>(frames_));
@@ -150,9 +163,17 @@ class BodyKeeper {
   void Judge(const Clip& clip) {
     const OwnBodyScore score = scene_.meter.Measure(clip, options_.threads);
     std::vector<int> by_arms;
+    const auto with_table = [&](const BodyDepth& in_body, const std::optional<BodyDepth>& in_table,
+                                int t) {
+      const double depth_mm = in_table ? in_table->depth_mm[t] : 0.0;
+      if (depth_mm > in_body.depth_mm[t]) report_.frames[t].in_table = true;
+      return std::max(depth_mm, in_body.depth_mm[t]);
+    };
     for (int t = 0; t < frames_; ++t) {
-      const double of_object = clip.holding_hand[t] == 0 ? 0.0 : score.object->depth_mm[t];
-      const double of_arms = score.arms.depth_mm[t];
+      report_.frames[t].in_table = false;
+      const double of_object =
+          clip.holding_hand[t] == 0 ? 0.0 : with_table(*score.object, score.object_in_table, t);
+      const double of_arms = with_table(score.arms, score.arms_in_table, t);
       report_.frames[t].depth_m = 1e-3 * std::max(of_object, of_arms);
       report_.frames[t].part = of_object > 0.0 ? MeetingPart::kObject : MeetingPart::kNone;
       if (of_arms > of_object) by_arms.push_back(t);
@@ -170,6 +191,7 @@ class BodyKeeper {
     report_.deep = report_.held_frames = 0;
     report_.worst_m = 0.0;
     report_.worst_part = MeetingPart::kNone;
+    report_.worst_in_table = false;
     for (int t = 0; t < frames_; ++t) {
       const ClearanceReport::Frame& frame = report_.frames[t];
       report_.held_frames += clip_.holding_hand[t] != 0;
@@ -178,6 +200,7 @@ class BodyKeeper {
       report_.worst_m = frame.depth_m;
       report_.worst_frame = t;
       report_.worst_part = frame.part;
+      report_.worst_in_table = frame.in_table;
     }
   }
 
@@ -315,12 +338,12 @@ class BodyKeeper {
       stay.sigma_m = kStay_m;
       stay.sigma_rad << kUpright_rad, kUpright_rad, kTurned_rad;
       stay.most_m = kMost_m;
-      stay.most_rad = kMaxTurn_rad;
+      stay.most_rad = has_table_ ? kTableTurn_rad : kMaxTurn_rad;
       if (!HoldsAt(arm.index, t)) {
         stay.most_rad = kLooseTurn_rad;
         stay.sigma_most_m = kLooseSigma_m;
         stay.sigma_m = kLooseStay_m;
-        stay.most_m = kLooseMost_m;
+        stay.most_m = has_table_ ? kOverTable_m : kLooseMost_m;
       }
       stay.wrist = base.WorldFromJoint(WristJoint(side));
       std::vector<double*> own;
@@ -359,8 +382,10 @@ class BodyKeeper {
     for (const BodyCollisionDetector::Point& point : near) {
       const Eigen::Vector3d normal = direction(point.touch, point.at);
       if (point.touch.depth > 0.0 && normal.dot(out) < -0.2) continue;
+      const Eigen::Vector3d surface =
+          point.touch.surface - (point.stands ? options_.margin_m : 0.0) * normal;
       depth.planes.push_back(
-          {elbow * point.at, wrist * point.at, point.wrist_share, point.touch.surface, normal});
+          {elbow * point.at, wrist * point.at, point.wrist_share, surface, normal});
       depths.push_back(point.touch.depth);
     }
     KeepDeepest(depths, depth.planes);
@@ -427,12 +452,14 @@ class BodyKeeper {
   }
 
   // Restores the clip, between frames without adjusted arms, where the body is not kept free or a
-  // wrist exceeds the bounds. `untouched`: the report on the clip.
+  // wrist exceeds the bounds. A hand that takes hold of an object may stay in the table.
+  // `untouched`: the report on the clip.
   void KeepWhereBlocked(const ClearanceReport& untouched) {
     for (int begin = 0, end = 0; begin < frames_; begin = end + 1) {
       bool blocked = false;
       for (end = begin; end < frames_ && IsFree(end); ++end) {
-        blocked = blocked || report_.frames[end].depth_m > options_.max_left_m;
+        const ClearanceReport::Frame& frame = report_.frames[end];
+        blocked = blocked || (!frame.in_table && frame.depth_m > options_.max_left_m);
         for (int arm = 0; arm < 2; ++arm) {
           if (!HoldsAt(arm, end)) continue;
           const Eigen::Isometry3d was = Wrist(clip_, end, arm), is = Wrist(moved_, end, arm);
@@ -503,6 +530,7 @@ class BodyKeeper {
   Clip moved_;
   int frames_;
   std::uint8_t held_by_;
+  bool has_table_ = false;
   std::vector<double> freedom_;
   std::vector<double> nearest_;  // maximum depth of a point, per frame
   std::vector<Arm> arms_;
@@ -515,11 +543,12 @@ std::vector<std::string> ClearanceWarnings(const ClearanceReport& report) {
   std::vector<std::string> warnings;
   const ClearanceOptions bounds;
   if (report.deep > 0) {
-    warnings.push_back(fmt::format(
-        "the {} penetrates the body by more than {:.0f} mm in {} of {} frames, by up to "
-        "{:.0f} mm in frame {}",
-        MeetingPartName(report.worst_part), 1e3 * bounds.deep_m, report.deep, report.frames.size(),
-        1e3 * report.worst_m, report.worst_frame));
+    warnings.push_back(
+        fmt::format("the {} penetrates the {} by more than {:.0f} mm in {} of {} frames, by up to "
+                    "{:.0f} mm in frame {}",
+                    MeetingPartName(report.worst_part), report.worst_in_table ? "table" : "body",
+                    1e3 * bounds.deep_m, report.deep, report.frames.size(), 1e3 * report.worst_m,
+                    report.worst_frame));
   }
   if (report.kept > 0) {
     warnings.push_back(fmt::format(

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
-/// Avoids collisions with the person's own body. Input: a clip in which a hand carries an object.
-/// Output: the clip with adjusted arms, so that object, hands and forearms stay out of trunk, legs
-/// and head, and a holding arm and its object out of an arm that does not hold.
+/// Avoids collisions with the person's own body and a table. Input: a clip in which a hand carries
+/// an object. Output: the clip with adjusted arms, so that object, hands and forearms stay out of
+/// trunk, legs, head and table, and a holding arm and its object out of an arm that does not hold.
 
 #include <cstdint>
 #include <span>
@@ -36,6 +36,7 @@ struct ClearanceReport {
     double depth_m =
         0.0;  ///< deepest point of object, hands or forearms in the body, in the result
     MeetingPart part = MeetingPart::kNone;  ///< deepest colliding part in the result
+    bool in_table = false;                  ///< that part is in the table, not in the body
     double wrist_shift_m = 0.0;  ///< maximum displacement of a holding wrist from the clip
   };
   std::vector<Frame> frames;
@@ -45,6 +46,7 @@ struct ClearanceReport {
   double worst_before_m = 0.0, worst_m = 0.0;
   int worst_frame = 0;  ///< of the result; of the input if the result has no collision
   MeetingPart worst_part = MeetingPart::kNone;
+  bool worst_in_table = false;                   ///< that part is in the table, not in the body
   double shift_mean_m = 0.0, shift_max_m = 0.0;  ///< of the holding wrist, over held frames
   double free_shift_mean_m = 0.0, free_shift_max_m = 0.0;  ///< of a wrist while it does not hold
   /// Of a holding wrist, from the clip: maximum rotation, and maximum angular velocity of that
@@ -73,7 +75,8 @@ struct ClearanceScene {
   OwnBodyMeter meter;
 };
 
-/// Moves both arms out of the body, and the object with those that hold it (Clip::holding_hand);
+/// Moves both arms out of the body and of a table in the clip that stands still and has a mesh
+/// (BodyCollisionDetector::AddTable), and the object with those that hold it (Clip::holding_hand);
 /// each hold keeps its pose from wrist to object. Adjusts collar, shoulder, elbow and wrist by a
 /// cubic B-spline in time, in the frames around those that are too deep. The hand rotates,
 /// preferably about the vertical, rather than moves. Where no motion within the bounds of the

@@ -206,6 +206,13 @@ MetricValues ClipValues(const ClipScore& score, const ScoreOptions& options) {
       AddBodyDepth(*score.own_body->object, "object_in_body", options, values);
     }
     AddBodyDepth(score.own_body->arms, "self_penetration", options, values);
+    const auto in_table = [&](const std::optional<BodyDepth>& depth, const std::string& name) {
+      if (!depth) return;
+      values[name + "_in_table_frames_ratio"] = depth->DeepRatio(options.deep_mm);
+      values[name + "_in_table_max_mm"] = depth->max_mm;
+    };
+    in_table(score.own_body->object_in_table, "object");
+    in_table(score.own_body->arms_in_table, "arms");
   }
   if (!score.in_air.empty()) {
     values["object_in_mid_air_frames_ratio"] =
@@ -399,6 +406,15 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
         "maximum of this depth over frames", true);
   other(kBody, "self_penetration_mean_mm", "arms in the body, mean", "mm", 2, kHigher,
         "mean of this depth over frames, 0 where nothing is inside", true);
+
+  other(kBody, "object_in_table_frames_ratio", "object deep in the table", "%", 1, kHigher,
+        ("maximum depth of the object in the clip's table: " + deeper).c_str(), true);
+  other(kBody, "object_in_table_max_mm", "object in the table, deepest", "mm", 2, kHigher,
+        "maximum of this depth over frames", true);
+  other(kBody, "arms_in_table_frames_ratio", "arms deep in the table", "%", 1, kHigher,
+        ("maximum depth of both hands and forearms in the clip's table: " + deeper).c_str(), true);
+  other(kBody, "arms_in_table_max_mm", "arms in the table, deepest", "mm", 2, kHigher,
+        "maximum of this depth over frames", true);
 
   other(kBody, "object_in_mid_air_frames_ratio", "object in mid-air", "%", 1, kHigher,
         "fraction of frames in which the object is still (below 2 cm/s), farther than 1 cm from "

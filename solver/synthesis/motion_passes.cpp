@@ -504,6 +504,50 @@ void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, std::uint64_t 
   SetBodyFrames(all, rest_joints, clip);
 }
 
+void StayAboveTable(const Eigen::Matrix3Xd& rest_joints, const TriangleMesh& object, double table_m,
+                    Clip& clip) {
+  constexpr double kNear_m = 0.4, kFinger_m = 0.012, kAbout_s = 0.15;
+  const int frames = clip.NumFrames();
+  const Vector3d first = clip.object->trans.col(0);
+  Eigen::VectorXd sunk = Eigen::VectorXd::Zero(frames);
+  double first_hand = 0.0;  // a hand may reach as low as where it takes the object
+  int last = 0;             // frame with the object in the hand
+  BodyState state;
+  for (int t = 0; t < frames; ++t) {
+    const Vector3d from_first = clip.object->trans.col(t) - first;
+    if ((clip.holding_hand[t] & kHoldsRight) == 0 || from_first.head<2>().norm() > kNear_m)
+      continue;
+    ForwardJoints(rest_joints, clip.pose[t], clip.trans.col(t), state);
+    const double object_low = (clip.object->Pose(t) * object.vertices).row(2).minCoeff();
+    const double hand_low =
+        state.joints.row(2).segment<kJointsPerHand>(HandBegin(Side::kRight)).minCoeff() - kFinger_m;
+    if (t == 0) first_hand = hand_low;
+    sunk(t) = std::max({0.0, table_m - object_low, std::min(table_m, first_hand) - hand_low});
+    last = t;
+  }
+  // The maximum around each frame, averaged over the same time: never less than needed, except
+  // where the object leaves the table and returns.
+  const int about = std::max(1, static_cast<int>(std::lround(kAbout_s * clip.frame_rate)));
+  const auto around = [&](const Eigen::VectorXd& of, int t) {
+    const int begin = std::max(0, t - about), end = std::min(frames, t + about + 1);
+    return of.segment(begin, end - begin);
+  };
+  Eigen::VectorXd most(frames);
+  for (int t = 0; t < frames; ++t) most(t) = around(sunk, t).maxCoeff();
+  for (int t = 0; t < frames; ++t) {
+    const double from_table = std::min(1.0, static_cast<double>(std::min(t, last - t)) / about);
+    const double up = around(most, t).mean() * MinimumJerk(from_table);
+    if (!(up > 0.0) || (clip.holding_hand[t] & kHoldsRight) == 0) continue;
+    ForwardJoints(rest_joints, clip.pose[t], clip.trans.col(t), state);
+    const Isometry3d wrist = state.WorldFromJoint(kRightWrist);
+    MoveWrist(rest_joints, Side::kRight, wrist.linear(),
+              wrist.translation() + up * Vector3d::UnitZ(), clip.trans.col(t), clip.pose[t]);
+    ForwardJoints(rest_joints, clip.pose[t], clip.trans.col(t), state);
+    const Isometry3d now = state.WorldFromJoint(kRightWrist);
+    clip.object->SetPose(t, now * wrist.inverse() * clip.object->Pose(t));
+  }
+}
+
 void AddRest(const Eigen::Matrix3Xd& rest_joints, std::uint64_t seed, Clip& clip) {
   std::vector<BodyFrame> frames = BodyFrames(clip, rest_joints);
   const std::vector<BodyFrame> rest =

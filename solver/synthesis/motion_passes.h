@@ -9,6 +9,7 @@
 
 #include "generator/matching/body_frame.h"
 #include "geometry/clip/clip.h"
+#include "geometry/mesh/mesh.h"
 #include "solver/actions/action_studio.h"
 
 namespace holdfast {
@@ -82,6 +83,13 @@ double FollowWithBothHands(const Eigen::Matrix3Xd& rest_joints, const Clip& both
 /// standing. Nothing is appended if the wrist never moved 2 cm. `clip` needs an object track and
 /// holding_hand.
 void AddReturn(const Eigen::Matrix3Xd& rest_joints, bool lets_go, std::uint64_t seed, Clip& clip);
+
+/// Raises the right hand with the object where one of them would sink below a table of height
+/// `table_m` (meters), as far as the deepest frame within 0.15 s needs, smoothly. Only within 40 cm
+/// of the object's first position, seen from above, and while the hand holds it. The first and the
+/// last such frame are unchanged.
+void StayAboveTable(const Eigen::Matrix3Xd& rest_joints, const TriangleMesh& object, double table_m,
+                    Clip& clip);
 
 /// Appends only the rest, after a motion that ends with the object in a hand.
 void AddRest(const Eigen::Matrix3Xd& rest_joints, std::uint64_t seed, Clip& clip);

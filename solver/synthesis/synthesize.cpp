@@ -127,7 +127,11 @@ void Finish(const HoldingStart& start, std::string_view action, const Synthesize
   AddStrokes(rest_joints, action, start.prop->marks, seed, there, sample.motion);
   AddStandingMotion(rest_joints, action, !start.both, start.clip.table.has_value(),
                     MixSeed(seed, kStanding), sample.motion);
-  if (start.both) FollowWithBothHands(rest_joints, *start.both, sample.motion);
+  if (start.both) {
+    FollowWithBothHands(rest_joints, *start.both, sample.motion);
+  } else if (StandsOnTable(start)) {
+    StayAboveTable(rest_joints, start.prop->mesh, start.clip.table->trans(2, 0), sample.motion);
+  }
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "geometry/body/own_body.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 
@@ -175,18 +176,28 @@ double TableMargin(const TriangleMesh& mesh) {
 }
 
 Eigen::Matrix3Xd SkinNearTable(const Clip& clip, const BodySurface& surface,
-                               const Vector3d& bottom_middle, int threads, int every) {
+                               const Vector3d& bottom_middle, int threads, std::vector<int> frames,
+                               bool with_arms) {
   constexpr double kNear = 0.7, kAbove = 0.02;
-  std::vector<Eigen::Matrix3Xd> kept((clip.NumFrames() + every - 1) / every);
+  if (frames.empty()) {
+    frames.resize(static_cast<std::size_t>(clip.NumFrames()));
+    std::iota(frames.begin(), frames.end(), 0);
+  }
+  std::vector<bool> left_out(static_cast<std::size_t>(surface.RestVertices().cols()), false);
+  for (const Side side : {Side::kRight, Side::kLeft}) {
+    if (with_arms) break;
+    for (const int i : OwnBody::ForearmAndHand(surface, side)) left_out[i] = true;
+  }
+  std::vector<Eigen::Matrix3Xd> kept(frames.size());
   ParallelFor(static_cast<int>(kept.size()), threads, [&](int k) {
-    const int t = k * every;
+    const int t = frames[k];
     BodyState state;
     Forward(surface, clip.pose[t], clip.trans.col(t), state);
     Eigen::Matrix3Xd near(3, state.vertices.cols());
     Eigen::Index count = 0;
     for (Eigen::Index i = 0; i < state.vertices.cols(); ++i) {
       const Vector3d from = state.vertices.col(i) - bottom_middle;
-      if (from.z() < kAbove && from.head<2>().norm() < kNear)
+      if (!left_out[i] && from.z() < kAbove && from.head<2>().norm() < kNear)
         near.col(count++) = state.vertices.col(i);
     }
     near.conservativeResize(3, count);
@@ -225,11 +236,22 @@ void AddTable(std::span<const int> frames, const BodySurface& body, const Triang
   const Vector3d middle = bottoms.rowwise().mean();
   const double spread = (bottoms.colwise() - middle).colwise().norm().maxCoeff();
   const Vector3d ahead = middle - (clip.trans.col(frames.front()) + body.RestJoints().col(0));
-  const Eigen::Matrix3Xd skin =
-      SkinNearTable(clip, body, middle, threads, 1 + clip.NumFrames() / kMaxFrames);
-  SetTable(PlaceTable(middle, std::atan2(ahead.y(), ahead.x()), TableMargin(object) + spread, skin)
-               .table,
-           clip);
+  std::vector<int> looked;
+  for (int t = 0; t < clip.NumFrames(); t += 1 + clip.NumFrames() / kMaxFrames) looked.push_back(t);
+  const Eigen::Matrix3Xd trunk = SkinNearTable(clip, body, middle, threads, looked, false),
+                         ends =
+                             SkinNearTable(clip, body, middle, threads, {0, clip.NumFrames() - 1});
+  Eigen::Matrix3Xd all(3, trunk.cols() + ends.cols());
+  all << trunk, ends;
+  constexpr double kNearEdge = 0.6;  // of the margin, for an object close to the person
+  const double margin = TableMargin(object) + spread;
+  const auto place = [&](const Eigen::Matrix3Xd& skin, double margin_m) {
+    return PlaceTable(middle, std::atan2(ahead.y(), ahead.x()), margin_m, skin);
+  };
+  TablePlacement placed = place(all, margin);
+  if (placed.deepest_m > 0.0) placed = place(trunk, margin);
+  if (placed.deepest_m > 0.0) placed = place(trunk, kNearEdge * margin);
+  SetTable(placed.table, clip);
 }
 
 }  // namespace holdfast

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <span>
+#include <vector>
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -48,16 +49,19 @@ TablePlacement PlaceTable(const Eigen::Vector3d& bottom_middle, double yaw_rad, 
 /// Distance from the edges that an object on a table keeps, meters.
 double TableMargin(const TriangleMesh& mesh);
 
-/// Returns the skin of every `every`-th frame (3 x n, world) near a table at `bottom_middle` and
-/// less than 2 cm above it.
+/// Returns the skin of these frames (default: all) near a table at `bottom_middle` and less than
+/// 2 cm above it: 3 x n, world. `with_arms`: also that of hands and forearms.
 Eigen::Matrix3Xd SkinNearTable(const Clip& clip, const BodySurface& surface,
-                               const Eigen::Vector3d& bottom_middle, int threads, int every = 1);
+                               const Eigen::Vector3d& bottom_middle, int threads,
+                               std::vector<int> frames = {}, bool with_arms = true);
 
 /// Sets Clip::table, with its mesh, to a table that stands still.
 void SetTable(const SideTable& table, Clip& clip);
 
 /// Sets Clip::table to a table on which the object of the clip stands in `frames`. It avoids the
-/// person's skin in all frames where a placement does.
+/// person's skin, except hands and forearms, in all frames where a placement does; and hands and
+/// forearms in the first and in the last frame, unless they rest on it there. KeepOutOfBody keeps
+/// them out of it in between.
 void AddTable(std::span<const int> frames, const BodySurface& body, const TriangleMesh& object,
               int threads, Clip& clip);
 

@@ -2,6 +2,7 @@
 #include "geometry/score/own_body_score.h"
 
 #include <cmath>
+#include <memory>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -35,6 +36,32 @@ struct BallScene {
   Clip clip;
   TriangleMesh ball = testing::Sphere(0.05, 3);
 };
+
+// The ball sinks by 10 cm a frame into a block whose top is 8 cm above the last center.
+TEST(OwnBodyScore, HasTheDepthInATable) {
+  BallScene scene;
+  EXPECT_FALSE(MeasureOwnBody(scene.clip, scene.body, &scene.ball, kHoldsRight)->object_in_table);
+  const Eigen::Vector3d belly = scene.body.RestJoints().col(3);
+  const auto with_block = [&](const Eigen::Vector3d& middle, const Eigen::Vector3d& size) {
+    ObjectTrack table;
+    table.trans = middle.replicate(1, scene.clip.NumFrames());
+    table.orient.setZero(3, scene.clip.NumFrames());
+    table.surface = std::make_shared<const TriangleMesh>(testing::Box(-0.5 * size, 0.5 * size));
+    scene.clip.table = table;
+    return *MeasureOwnBody(scene.clip, scene.body, &scene.ball, kHoldsRight);
+  };
+  const OwnBodyScore under = with_block(belly - Eigen::Vector3d(0.0, 0.0, 0.12), {1.0, 0.2, 0.4});
+  ASSERT_TRUE(under.object_in_table && under.arms_in_table);
+  const double expected[] = {0.0, 0.0, 0.0, 30.0, 100.0};  // then the sides are nearer
+  for (int t = 0; t < scene.clip.NumFrames(); ++t) {
+    EXPECT_NEAR(under.object_in_table->depth_mm[t], expected[t], 1.0) << t;
+  }
+  EXPECT_EQ(under.arms_in_table->depth_mm[0], 0.0);
+  const OwnBodyScore at_hand =
+      with_block(scene.body.RestJoints().col(kRightWrist), Eigen::Vector3d::Constant(0.4));
+  EXPECT_GT(at_hand.arms_in_table->depth_mm[0], 100.0);
+  EXPECT_EQ(at_hand.object_in_table->max_mm, 0.0);
+}
 
 TEST(OwnBodyScore, IsTheDeepestOfAllPoints) {
   const BallScene scene;

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "solver/clearance/clearance.h"
 
+#include <algorithm>
 #include <cmath>
+#include <memory>
+#include <string>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +15,7 @@
 #include "geometry/score/own_body_score.h"
 #include "solver/clearance/arm_spline.h"
 #include "solver/clearance/body_meeting.h"
+#include "tests/geometry/mesh_shapes.h"
 #include "tests/support/numeric_jacobian.h"
 
 namespace holdfast {
@@ -235,6 +239,41 @@ TEST(KeepOutOfBody, MovesTheArmThatDoesNotHoldToo) {
   for (int t = 0; t < clip.NumFrames(); ++t) {
     EXPECT_EQ(clip.pose[t].col(kRightShoulder), before.pose[t].col(kRightShoulder)) << t;
   }
+}
+
+// A table whose top is 3 cm above the lowest point of the hand; the person stands along y.
+TEST(KeepOutOfBody, KeepsHandAndObjectOutOfATable) {
+  Clip clip = Hanging(0.0);
+  double lowest = 1e9;
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    BodyState state;
+    Forward(Person(), clip.pose[t], clip.trans.col(t), state);
+    for (const int i : OwnBody::ForearmAndHand(Person(), Side::kRight)) {
+      lowest = std::min(lowest, state.vertices(1, i));
+    }
+  }
+  ObjectTrack table;
+  table.surface = std::make_shared<const TriangleMesh>(
+      testing::Box({-0.4, -0.4, -0.03}, Eigen::Vector3d(0.4, 0.4, 0.0)));
+  const Eigen::Vector3d wrist = Wrist(clip, 0, Side::kRight).translation();
+  table.trans =
+      Eigen::Vector3d(wrist.x() - 0.3, lowest + 0.03, wrist.z()).replicate(1, clip.NumFrames());
+  table.orient = (-90.0 * kDegree * Eigen::Vector3d::UnitX()).replicate(1, clip.NumFrames());
+  clip.table = table;
+  const auto deepest = [&] {
+    const auto score = MeasureOwnBody(clip, Person(), &Apple(), kHoldsRight);
+    return std::max(score->arms_in_table->max_mm, score->object_in_table->max_mm);
+  };
+  EXPECT_GT(deepest(), 14.0);  // half of its thickness
+  Clip kept = clip;
+  const ClearanceReport measured = KeepOutOfBody(Person(), Apple(), {.keep_motion = true}, kept);
+  EXPECT_TRUE(measured.worst_in_table);
+  EXPECT_NE(ClearanceWarnings(measured).at(0).find("penetrates the table"), std::string::npos);
+  const ClearanceReport report = KeepOutOfBody(Person(), Apple(), {}, clip);
+  ASSERT_TRUE(report.moved);
+  EXPECT_EQ(report.deep, 0);
+  EXPECT_LT(deepest(), 2.0);
+  EXPECT_GT(report.shift_max_m, 0.02);
 }
 
 TEST(KeepOutOfBody, IsTheSameWithASceneMadeBeforeForAnyThreads) {
