@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "apps/common.h"
 #include "apps/program.h"
@@ -82,6 +83,15 @@ nlohmann::json SummaryOfResult(nlohmann::json summary) {
   return summary;
 }
 
+// Why a result that was written does not meet the requirements.
+std::string FaultOf(const nlohmann::json& summary) {
+  const auto warnings = summary.find("warnings");
+  if (warnings == summary.end() || warnings->empty()) {
+    return "the result does not meet the requirements";
+  }
+  return fmt::format("{}", fmt::join(warnings->get<std::vector<std::string>>(), "; "));
+}
+
 // The jobs of a list, and how to run each of them.
 class Batch {
  public:
@@ -114,7 +124,7 @@ class Batch {
       std::error_code ignored;
       outcome.done = outcome.exit_code == kDone ||
                      (outcome.exit_code == kFitFault && fs::exists(ResultOf(line), ignored));
-      if (outcome.exit_code != kDone) outcome.fault = "the result does not meet the requirements";
+      if (outcome.exit_code != kDone) outcome.fault = FaultOf(captured.Summary());
       outcome.summary = SummaryOfResult(captured.Summary());
     } catch (const FitFailure& failure) {
       outcome.exit_code = kFitFault;

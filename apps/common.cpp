@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <utility>
@@ -260,6 +261,22 @@ void Progress::Update(int done, int total) {
 
 std::shared_ptr<const BodyModel> LoadBody(const std::string& path) {
   return path.empty() ? BodyModel::Default() : BodyModel::Load(path);
+}
+
+std::optional<std::vector<double>> NumbersFrom(std::string_view text, std::size_t count) {
+  std::vector<double> numbers(count);
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  for (std::size_t k = 0; k < count; ++k) {
+    const auto [next, error] = std::from_chars(at, end, numbers[k]);
+    const bool last = k + 1 == count;
+    if (error != std::errc() || !std::isfinite(numbers[k]) ||
+        (last ? next != end : next == end || *next != ',')) {
+      return std::nullopt;
+    }
+    at = next + 1;
+  }
+  return numbers;
 }
 
 void RequireNew(const fs::path& path, const CommonOptions& options) {

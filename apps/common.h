@@ -127,6 +127,10 @@ class StageProgress {
 /// Loads the body model in a file, or the embedded one if `path` is empty.
 std::shared_ptr<const BodyModel> LoadBody(const std::string& path);
 
+/// Reads `count` finite numbers with commas between them and nothing else, such as "1.5,1.0,1.1";
+/// nothing for other texts.
+std::optional<std::vector<double>> NumbersFrom(std::string_view text, std::size_t count);
+
 /// Throws Error unless `path` is new or --force is given, and a file can be written there. Called
 /// before the work. Missing parent folders are created when the file is written.
 void RequireNew(const std::filesystem::path& path, const CommonOptions& options);

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <chrono>
 #include <filesystem>
 #include <future>
@@ -282,22 +281,6 @@ TriangleMesh SurfaceNamed(const char* option, const std::vector<std::string>& as
   return surface;
 }
 
-// X,Y,Z,RADIUS, or nullopt for anything but four numbers.
-std::optional<GraspPlace::Ball> BallFrom(const std::string& text) {
-  std::array<double, 4> values{};
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  for (std::size_t k = 0; k < values.size(); ++k) {
-    const auto [next, error] = std::from_chars(at, end, values[k]);
-    const bool last = k + 1 == values.size();
-    if (error != std::errc() || (last ? next != end : next == end || *next != ',')) {
-      return std::nullopt;
-    }
-    at = next + 1;
-  }
-  return GraspPlace::Ball{{values[0], values[1], values[2]}, values[3]};
-}
-
 }  // namespace
 
 void AddGraspPlaceOptions(CLI::App& command, GraspPlaceInput& input, const std::string& group) {
@@ -336,8 +319,8 @@ std::optional<GraspPlace::Wanted> WantedPlace(const GraspPlaceInput& input,
   wanted.region = SurfaceNamed("--region", input.region, groups, path_or_name);
   std::vector<std::string> avoided_parts;
   for (const std::string& avoid : input.avoid) {
-    if (const std::optional<GraspPlace::Ball> ball = BallFrom(avoid)) {
-      wanted.avoid_balls.push_back(*ball);
+    if (const auto ball = NumbersFrom(avoid, 4)) {
+      wanted.avoid_balls.push_back({Eigen::Vector3d(ball->data()), ball->at(3)});
     } else {
       avoided_parts.push_back(avoid);
     }

@@ -245,17 +245,12 @@ std::string Text(const ReachCommand& command, const ReachOptions& options,
 }  // namespace
 
 Eigen::Vector3d ParsePoint(const std::string& option, const std::string& text) {
-  const Error fault(option + " " + text, "is not three finite numbers",
-                    "Give X,Y,Z in meters with commas and no spaces, as in 1.5,1.0,1.1");
-  Eigen::Vector3d goal;
-  const char* at = text.data();
-  const char* const end = text.data() + text.size();
-  for (int k = 0; k < 3; ++k) {
-    const auto [stopped, error] = std::from_chars(at, end, goal[k]);
-    if (error != std::errc() || (k < 2 && (stopped == end || *stopped != ','))) throw fault;
-    at = stopped + (k < 2 ? 1 : 0);
+  const auto numbers = NumbersFrom(text, 3);
+  if (!numbers) {
+    throw Error(option + " " + text, "is not three finite numbers",
+                "Give X,Y,Z in meters with commas and no spaces, as in 1.5,1.0,1.1");
   }
-  if (at != end || !goal.allFinite()) throw fault;
+  const Eigen::Vector3d goal(numbers->data());
   if (goal.cwiseAbs().maxCoeff() > kMaxMeters) {
     throw Error(option + " " + text, fmt::format("is more than {:g} m away", kMaxMeters),
                 "Give meters, as in 1.5,1.0,1.1");

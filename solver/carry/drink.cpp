@@ -10,6 +10,7 @@
 #include "generator/body/limb_ik.h"
 #include "generator/body/pose_builder.h"
 #include "generator/scripted/minimum_jerk.h"
+#include "geometry/body/own_body.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/carry/cup_in_hand.h"
@@ -257,12 +258,33 @@ class DrinkServer {
     // The hand is about halfway up, and leaves the rim free for the lips.
     const double height = marks_.size.z(), held = at.between.dot(at.up) - at.table_m;
     at.table_m += held - std::clamp(held, 0.25 * height, 0.42 * height);
-    // The hand is above the table, with the forearm: a low cup is held by its upper half.
+    // The hand is above the table, with the forearm: a low cup is held by its upper half. But the
+    // thighs of a seated person are under the table.
     const double lowest = (at.up.transpose() * (lift.inverse() * state_->Vertices())).minCoeff();
-    at.table_m = std::min(at.table_m, lowest - kAboveTable_m);
+    const double legs = SkinBelow(times_.lift, between) - lift.translation().z();
+    at.table_m = std::min(at.table_m, std::max(lowest, legs) - kAboveTable_m);
     at.also = Drinkable();
     report_.grasp = HoldStanding(*hand_, at, cup_, marks_, seed_, report_.status);
     table_ = 0.5 * (lift.translation() + put_down.translation()).z() + at.table_m;
+  }
+
+  // Height of the highest skin, without hands and forearms, below a cup at `place`.
+  double SkinBelow(int t, const Vector3d& place) const {
+    constexpr double kAround_m = 0.04;
+    BodyState state;
+    Forward(surface_, clip_.pose[t], clip_.trans.col(t), state);
+    std::vector<bool> arm(static_cast<std::size_t>(state.vertices.cols()), false);
+    for (const Side side : {Side::kRight, Side::kLeft}) {
+      for (const int i : OwnBody::ForearmAndHand(surface_, side)) arm[i] = true;
+    }
+    double top = 0.0;
+    for (Eigen::Index i = 0; i < state.vertices.cols(); ++i) {
+      const Vector3d from = state.vertices.col(i) - place;
+      if (!arm[i] && from.z() < 0.0 && from.head<2>().norm() < marks_.rim_radius + kAround_m) {
+        top = std::max(top, state.vertices(2, i));
+      }
+    }
+    return top;
   }
 
   // Prefers object poses in the hand with the rim near the mouth and no finger at the lips.
