@@ -188,12 +188,17 @@ BodyCollisionDetector::Frame BodyCollisionDetector::Measure(
     const int holding = (arms & 1) != 0 ? 0 : 1;
     if (table_) {
       for (const auto& at : object.colwise()) {
-        if (const auto touch = table_->Query(at)) add({at, *touch, 1.0, true}, holding);
+        const auto touch = table_->Query(at);
+        if (!touch) continue;
+        add({at, *touch, 1.0, true}, holding);
+        frame.near_table[holding] |= touch->depth > -within_m;
       }
       for (int a = 0; a < 2; ++a) {
         for (Eigen::Index i = 0; i < skin[a].cols(); ++i) {
           const auto touch = table_->Query(skin[a].col(i));
-          if (touch) add({skin[a].col(i), *touch, share_[a][i]}, a);
+          if (!touch) continue;
+          add({skin[a].col(i), *touch, share_[a][i]}, a);
+          frame.near_table[a] |= touch->depth > -within_m;
         }
       }
     }

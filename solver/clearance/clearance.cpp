@@ -100,8 +100,9 @@ class BodyKeeper {
         frames_(clip.NumFrames()),
         held_by_(Holders(clip.holding_hand)) {
     const TriangleMesh* const table = TableMesh(clip);
-    has_table_ = table != nullptr && StandsStill(*clip.table);
-    if (has_table_) scene_.meeting.AddTable(*table, clip.table->Pose(0));
+    if (table != nullptr && StandsStill(*clip.table)) {
+      scene_.meeting.AddTable(*table, clip.table->Pose(0));
+    }
   }
 
   ClearanceReport Run() {
@@ -338,12 +339,12 @@ class BodyKeeper {
       stay.sigma_m = kStay_m;
       stay.sigma_rad << kUpright_rad, kUpright_rad, kTurned_rad;
       stay.most_m = kMost_m;
-      stay.most_rad = has_table_ ? kTableTurn_rad : kMaxTurn_rad;
+      stay.most_rad = near.near_table[arm.index] ? kTableTurn_rad : kMaxTurn_rad;
       if (!HoldsAt(arm.index, t)) {
         stay.most_rad = kLooseTurn_rad;
         stay.sigma_most_m = kLooseSigma_m;
         stay.sigma_m = kLooseStay_m;
-        stay.most_m = has_table_ ? kOverTable_m : kLooseMost_m;
+        stay.most_m = near.near_table[arm.index] ? kOverTable_m : kLooseMost_m;
       }
       stay.wrist = base.WorldFromJoint(WristJoint(side));
       std::vector<double*> own;
@@ -530,7 +531,6 @@ class BodyKeeper {
   Clip moved_;
   int frames_;
   std::uint8_t held_by_;
-  bool has_table_ = false;
   std::vector<double> freedom_;
   std::vector<double> nearest_;  // maximum depth of a point, per frame
   std::vector<Arm> arms_;
