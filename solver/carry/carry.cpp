@@ -384,7 +384,7 @@ class Carrier {
     const double contact = report_.contact.contact_frames_ratio.value_or(0.0);
     const bool through_body =
         !options_.keep_motion && std::ranges::any_of(body.frames, [](const auto& frame) {
-          return !frame.in_table && frame.depth_m > ClearanceOptions{}.max_left_m;
+          return frame.in_body_m > ClearanceOptions{}.max_left_m;
         });
     report_.sound = report_.grasp.clean && contact >= kMinContact && !through_body;
     for (std::string& warning : ClearanceWarnings(body)) {

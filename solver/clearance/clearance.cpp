@@ -164,17 +164,20 @@ class BodyKeeper {
   void Judge(const Clip& clip) {
     const OwnBodyScore score = scene_.meter.Measure(clip, options_.threads);
     std::vector<int> by_arms;
-    const auto with_table = [&](const BodyDepth& in_body, const std::optional<BodyDepth>& in_table,
-                                int t) {
-      const double depth_mm = in_table ? in_table->depth_mm[t] : 0.0;
-      if (depth_mm > in_body.depth_mm[t]) report_.frames[t].in_table = true;
-      return std::max(depth_mm, in_body.depth_mm[t]);
+    const auto at = [](const std::optional<BodyDepth>& depth, int t) {
+      return depth ? depth->depth_mm[t] : 0.0;
     };
     for (int t = 0; t < frames_; ++t) {
-      report_.frames[t].in_table = false;
-      const double of_object =
-          clip.holding_hand[t] == 0 ? 0.0 : with_table(*score.object, score.object_in_table, t);
-      const double of_arms = with_table(score.arms, score.arms_in_table, t);
+      const bool held = clip.holding_hand[t] != 0;
+      const double object_in_body = held ? at(score.object, t) : 0.0,
+                   object_in_table = held ? at(score.object_in_table, t) : 0.0;
+      const double arms_in_body = score.arms.depth_mm[t],
+                   arms_in_table = at(score.arms_in_table, t);
+      const double of_object = std::max(object_in_body, object_in_table),
+                   of_arms = std::max(arms_in_body, arms_in_table);
+      report_.frames[t].in_body_m = 1e-3 * std::max(object_in_body, arms_in_body);
+      report_.frames[t].in_table =
+          std::max(object_in_table, arms_in_table) > std::max(object_in_body, arms_in_body);
       report_.frames[t].depth_m = 1e-3 * std::max(of_object, of_arms);
       report_.frames[t].part = of_object > 0.0 ? MeetingPart::kObject : MeetingPart::kNone;
       if (of_arms > of_object) by_arms.push_back(t);
@@ -459,8 +462,7 @@ class BodyKeeper {
     for (int begin = 0, end = 0; begin < frames_; begin = end + 1) {
       bool blocked = false;
       for (end = begin; end < frames_ && IsFree(end); ++end) {
-        const ClearanceReport::Frame& frame = report_.frames[end];
-        blocked = blocked || (!frame.in_table && frame.depth_m > options_.max_left_m);
+        blocked = blocked || report_.frames[end].in_body_m > options_.max_left_m;
         for (int arm = 0; arm < 2; ++arm) {
           if (!HoldsAt(arm, end)) continue;
           const Eigen::Isometry3d was = Wrist(clip_, end, arm), is = Wrist(moved_, end, arm);

@@ -33,9 +33,10 @@ struct ClearanceOptions {
 /// which it is held.
 struct ClearanceReport {
   struct Frame {
-    double depth_m =
-        0.0;  ///< deepest point of object, hands or forearms in the body, in the result
+    /// Deepest point of object, hands or forearms in body or table, in the result.
+    double depth_m = 0.0;
     MeetingPart part = MeetingPart::kNone;  ///< deepest colliding part in the result
+    double in_body_m = 0.0;                 ///< the same in the body alone, not in a table
     bool in_table = false;                  ///< that part is in the table, not in the body
     double wrist_shift_m = 0.0;  ///< maximum displacement of a holding wrist from the clip
   };
