@@ -14,6 +14,7 @@ namespace {
 
 constexpr int kMaxSamples = 300;    // at a spacing of 1 cm
 constexpr double kDeepest_m = 0.1;  // greater depths are not recognized from outside
+constexpr double kNearTable_m = 0.15;
 constexpr int kClusterSize = 8;
 constexpr std::uint8_t kBothArms = kHoldsRight | kHoldsLeft;
 
@@ -191,14 +192,14 @@ BodyCollisionDetector::Frame BodyCollisionDetector::Measure(
         const auto touch = table_->Query(at);
         if (!touch) continue;
         add({at, *touch, 1.0, true}, holding);
-        frame.near_table[holding] |= touch->depth > -within_m;
+        frame.near_table[holding] |= touch->depth > -kNearTable_m;
       }
       for (int a = 0; a < 2; ++a) {
         for (Eigen::Index i = 0; i < skin[a].cols(); ++i) {
           const auto touch = table_->Query(skin[a].col(i));
           if (!touch) continue;
           add({skin[a].col(i), *touch, share_[a][i]}, a);
-          frame.near_table[a] |= touch->depth > -within_m;
+          frame.near_table[a] |= touch->depth > -kNearTable_m;
         }
       }
     }

@@ -54,7 +54,7 @@ class BodyCollisionDetector {
     double nearest_m = -1.0;  ///< maximum depth of a point, negative outside the skin
     std::array<double, 2> arm_depth_m = {};  ///< for the right and the left arm
     std::array<std::vector<Point>, 2> near;  ///< likewise
-    std::array<bool, 2> near_table = {};     ///< whether points of these are near the table
+    std::array<bool, 2> near_table = {};     ///< whether a point of these is within 15 cm of it
   };
 
   /// Measures one frame. `state` has all vertices; `arms` (bits as in Clip::holding_hand) hold the

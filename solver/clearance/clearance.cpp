@@ -267,6 +267,7 @@ class BodyKeeper {
     const std::vector<BodyCollisionDetector::Frame> found = Measure(clip_, deep);
     for (std::size_t k = 0; k < deep.size(); ++k) FreeAround(deep[k], found[k]);
     nearest_.assign(static_cast<std::size_t>(frames_), 0.0);
+    near_table_.assign(static_cast<std::size_t>(frames_), {});
     std::vector<bool> far(static_cast<std::size_t>(frames_), false);
     Settle(options_.max_rounds, far, kWatched_m);
     for (int t = 0; t < frames_; ++t) far[t] = nearest_[t] < -kFar_m;
@@ -296,6 +297,7 @@ class BodyKeeper {
       for (std::size_t k = 0; k < found.size(); ++k) {
         worst = std::max(worst, found[k].depth_m);
         nearest_[looked[k]] = found[k].nearest_m;
+        near_table_[looked[k]] = found[k].near_table;
         if (found[k].depth_m > options_.deep_m) FreeAround(looked[k], found[k]);
         near[place[k]] = std::move(found[k]);
       }
@@ -342,12 +344,12 @@ class BodyKeeper {
       stay.sigma_m = kStay_m;
       stay.sigma_rad << kUpright_rad, kUpright_rad, kTurned_rad;
       stay.most_m = kMost_m;
-      stay.most_rad = near.near_table[arm.index] ? kTableTurn_rad : kMaxTurn_rad;
+      stay.most_rad = near_table_[t][arm.index] ? kTableTurn_rad : kMaxTurn_rad;
       if (!HoldsAt(arm.index, t)) {
         stay.most_rad = kLooseTurn_rad;
         stay.sigma_most_m = kLooseSigma_m;
         stay.sigma_m = kLooseStay_m;
-        stay.most_m = near.near_table[arm.index] ? kOverTable_m : kLooseMost_m;
+        stay.most_m = near_table_[t][arm.index] ? kOverTable_m : kLooseMost_m;
       }
       stay.wrist = base.WorldFromJoint(WristJoint(side));
       std::vector<double*> own;
@@ -535,6 +537,7 @@ class BodyKeeper {
   std::uint8_t held_by_;
   std::vector<double> freedom_;
   std::vector<double> nearest_;  // maximum depth of a point, per frame
+  std::vector<std::array<bool, 2>> near_table_;
   std::vector<Arm> arms_;
   ClearanceReport report_;
 };
