@@ -10,7 +10,6 @@
 #include "generator/body/limb_ik.h"
 #include "generator/body/pose_builder.h"
 #include "generator/scripted/minimum_jerk.h"
-#include "geometry/body/own_body.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
 #include "solver/carry/cup_in_hand.h"
@@ -271,17 +270,12 @@ class DrinkServer {
   // Height of the highest skin, without hands and forearms, below a cup at `place`.
   double SkinBelow(int t, const Vector3d& place) const {
     constexpr double kAround_m = 0.04;
-    BodyState state;
-    Forward(surface_, clip_.pose[t], clip_.trans.col(t), state);
-    std::vector<bool> arm(static_cast<std::size_t>(state.vertices.cols()), false);
-    for (const Side side : {Side::kRight, Side::kLeft}) {
-      for (const int i : OwnBody::ForearmAndHand(surface_, side)) arm[i] = true;
-    }
     double top = 0.0;
-    for (Eigen::Index i = 0; i < state.vertices.cols(); ++i) {
-      const Vector3d from = state.vertices.col(i) - place;
-      if (!arm[i] && from.z() < 0.0 && from.head<2>().norm() < marks_.rim_radius + kAround_m) {
-        top = std::max(top, state.vertices(2, i));
+    const Matrix3Xd skin = SkinNearTable(clip_, surface_, place, 1, {t}, false);
+    for (const auto& point : skin.colwise()) {
+      const Vector3d from = point - place;
+      if (from.z() < 0.0 && from.head<2>().norm() < marks_.rim_radius + kAround_m) {
+        top = std::max(top, point.z());
       }
     }
     return top;

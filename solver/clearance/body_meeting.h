@@ -50,11 +50,11 @@ class BodyCollisionDetector {
     bool stands = false;  ///< a point of the object near the table, which needs no clearance
   };
   struct Frame {
-    double depth_m = 0.0;     ///< of the deepest point; 0: none inside the body
+    double depth_m = 0.0;     ///< of the deepest point; 0: none inside
     double nearest_m = -1.0;  ///< maximum depth of a point, negative outside the skin
     std::array<double, 2> arm_depth_m = {};  ///< for the right and the left arm
     std::array<std::vector<Point>, 2> near;  ///< likewise
-    std::array<bool, 2> near_table = {};     ///< whether a point of these is within 15 cm of it
+    std::array<bool, 2> near_table = {};     ///< a point is within 15 cm of the table
   };
 
   /// Measures one frame. `state` has all vertices; `arms` (bits as in Clip::holding_hand) hold the

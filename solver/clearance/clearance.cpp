@@ -62,7 +62,7 @@ void KeepDeepest(const std::vector<double>& depths, std::vector<DepthInBody::Pla
   planes = std::move(kept);
 }
 
-bool StandsStill(const ObjectTrack& table) {
+bool IsStill(const ObjectTrack& table) {
   const auto moves = [](const Eigen::Matrix3Xd& values) {
     return (values.colwise() - values.col(0)).cwiseAbs().maxCoeff() > 1e-6;
   };
@@ -100,7 +100,7 @@ class BodyKeeper {
         frames_(clip.NumFrames()),
         held_by_(Holders(clip.holding_hand)) {
     const TriangleMesh* const table = TableMesh(clip);
-    if (table != nullptr && StandsStill(*clip.table)) {
+    if (table != nullptr && IsStill(*clip.table)) {
       scene_.meeting.AddTable(*table, clip.table->Pose(0));
     }
   }

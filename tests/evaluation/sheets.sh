@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Two sheets to look at, of objects and motions that nothing was tuned on: 54 fits (18 objects in three
-# clips) and 32 synthesized clips. Goes on where it was stopped; about 15 minutes of one core.
+# Two sheets to look at: 54 fits (18 objects in three clips) and 32 synthesized clips. Goes on
+# where it was stopped; about 15 minutes of one core.
 #
 #   tests/evaluation/sheets.sh [FOLDER]     # out/sheets: fits.png, synthesized.png
 #
@@ -23,7 +23,7 @@ mkdir -p "$out/pictures"
 
 # Pictures of one size, in rows.
 tile() { # columns output pictures...
-  local columns=$1 output=$2 inputs=() k=0
+  local columns=$1 output=$2 k=0
   shift 2
   mkdir -p "$out/tiles" && rm -f "$out"/tiles/*
   for picture in "$@"; do
@@ -60,6 +60,7 @@ for k in "${!intents[@]}"; do
   folder=$out/synthesized/${action}_$object
   [ -e "$folder/clip.npz" ] ||
     "$holdfast" synthesize --action "$action" --object "$object" --seed $((k % 5 + 2)) -o "$folder" --no-report --quiet >/dev/null || true
+  [ -e "$folder/clip.npz" ] || continue
   picture=$out/pictures/${action}_$object.png
   [ -e "$picture" ] || "$holdfast" render "$folder" -o "$picture" --sheet 6x1 --size 110x170 --camera front --quiet >/dev/null
   pictures+=("$picture")
