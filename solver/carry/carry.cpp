@@ -346,8 +346,27 @@ class Carrier {
     ClearanceOptions clearance;
     clearance.keep_motion = options_.keep_motion;
     clearance.threads = options_.threads;
-    report_.clearance =
-        KeepOutOfBody(WholeBody(), object_.object.mesh, clearance, scene_.get(), report_.clip);
+    const ClearanceScene scene = scene_.get();
+    ClearanceReport& report = report_.clearance;
+    report = KeepOutOfBody(WholeBody(), object_.object.mesh, clearance, scene, report_.clip);
+    // A free hand that left the table may have been moved through the object.
+    if (report.moved && (report_.drink || options_.clear_passages)) {
+      const Clip cleared = report_.clip;
+      ClearPassages(cleared, hands_, *object_.fit.distance, options_.fit.release_s, report_.clip);
+      clearance.keep_motion = true;
+      const ClearanceReport left =
+          KeepOutOfBody(WholeBody(), object_.object.mesh, clearance, scene, report_.clip);
+      for (std::size_t t = 0; t < report.frames.size(); ++t) {
+        const double shift = report.frames[t].wrist_shift_m;
+        report.frames[t] = left.frames[t];
+        report.frames[t].wrist_shift_m = shift;
+      }
+      report.deep = left.deep;
+      report.worst_m = left.worst_m;
+      report.worst_frame = left.worst_frame;
+      report.worst_part = left.worst_part;
+      report.worst_in_table = left.worst_in_table;
+    }
   }
 
   void Measure() {
