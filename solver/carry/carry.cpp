@@ -346,33 +346,18 @@ class Carrier {
     ClearanceOptions clearance;
     clearance.keep_motion = options_.keep_motion;
     clearance.threads = options_.threads;
-    const ClearanceScene scene = scene_.get();
-    ClearanceReport& report = report_.clearance;
-    report = KeepOutOfBody(WholeBody(), object_.object.mesh, clearance, scene, report_.clip);
-    // A free hand that left the table may have been moved through the object.
-    if (report.moved && (report_.drink || options_.clear_passages)) {
-      const Clip cleared = report_.clip;
-      ClearPassages(cleared, hands_, *object_.fit.distance, options_.fit.release_s, report_.clip);
-      clearance.keep_motion = true;
-      const ClearanceReport left =
-          KeepOutOfBody(WholeBody(), object_.object.mesh, clearance, scene, report_.clip);
-      for (std::size_t t = 0; t < report.frames.size(); ++t) {
-        const double shift = report.frames[t].wrist_shift_m;
-        report.frames[t] = left.frames[t];
-        report.frames[t].wrist_shift_m = shift;
-      }
-      report.deep = left.deep;
-      report.worst_m = left.worst_m;
-      report.worst_frame = left.worst_frame;
-      report.worst_part = left.worst_part;
-      report.worst_in_table = left.worst_in_table;
-    }
+    ClearanceScene scene = scene_.get();
+    scene.meeting.AddObject(*object_.fit.distance, report_.drink.has_value());
+    report_.clearance =
+        KeepOutOfBody(WholeBody(), object_.object.mesh, clearance, std::move(scene), report_.clip);
   }
 
   void Measure() {
-    report_.contact = ScoreContact(
+    const std::vector<HandObjectScore> hands =
         MeasureHands(report_.clip, hands_, report_.holding.hands, object_.solid, options_.protocol,
-                     [&](int done, int total) { return GoesOn("metrics", done, total); }));
+                     [&](int done, int total) { return GoesOn("metrics", done, total); });
+    report_.contact = ScoreContact(hands);
+    WarnOfFreeHands(hands);
     for (Handover& handover : report_.handovers) MeasureChange(handover);
     if (!report_.drink) return;
     report_.drunk =
@@ -405,7 +390,8 @@ class Carrier {
         !options_.keep_motion && std::ranges::any_of(body.frames, [](const auto& frame) {
           return frame.in_body_m > ClearanceOptions{}.max_left_m;
         });
-    report_.sound = report_.grasp.clean && contact >= kMinContact && !through_body;
+    report_.sound =
+        report_.grasp.clean && contact >= kMinContact && !through_body && !through_hand_;
     for (std::string& warning : ClearanceWarnings(body)) {
       report_.warnings.push_back(std::move(warning));
     }
@@ -436,6 +422,27 @@ class Carrier {
       report_.warnings.push_back(
           fmt::format("the {} hand's grasp in frame {} is the best rejected one: {}",
                       SideName(handover.to), handover.frame, handover.transfer.refused));
+    }
+  }
+
+  // A hand on its way to or from its hold that passes through the object.
+  void WarnOfFreeHands(const std::vector<HandObjectScore>& hands) {
+    constexpr double kMax_mm = 10.0;
+    for (const HandObjectScore& hand : hands) {
+      double worst = 0.0;
+      std::size_t at = 0;
+      for (std::size_t t = 0; t < hand.frames.size(); ++t) {
+        const double depth = hand.Holds(t) ? 0.0 : hand.frames[t].DeepestPenetration_mm();
+        if (depth <= worst) continue;
+        worst = depth;
+        at = t;
+      }
+      if (worst <= kMax_mm) continue;
+      through_hand_ = true;
+      report_.warnings.push_back(
+          fmt::format("the {} hand, which does not hold, penetrates the object by {:.0f} mm in "
+                      "frame {}",
+                      SideName(hand.side), worst, at));
     }
   }
 
@@ -481,6 +488,7 @@ class Carrier {
   std::optional<BodySurface> surface_;
   bool needs_grasp_ = false;
   bool stopped_ = false;
+  bool through_hand_ = false;  // a free hand passes through the object
   std::vector<const HandModel*> hands_;
   ReceivingHands receivers_;
   // Of the first handover, before the fit: first grasps with their scores, and the selected one.

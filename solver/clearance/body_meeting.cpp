@@ -138,6 +138,16 @@ std::optional<OwnBody::Touch> BodyCollisionDetector::TableTop::Query(
   return touch;
 }
 
+OwnBody::Touch BodyCollisionDetector::InObject(const Eigen::Isometry3d& world_from_object,
+                                               const Eigen::Vector3d& point) const {
+  OwnBody::Touch touch;
+  Eigen::Vector3d gradient;
+  touch.depth = -distance_->Distance(world_from_object.inverse() * point, &gradient);
+  touch.normal = world_from_object.linear() * gradient.stableNormalized();
+  touch.surface = point + touch.depth * touch.normal;
+  return touch;
+}
+
 BodyCollisionDetector::Clusters BodyCollisionDetector::Clustered(const Eigen::Matrix3Xd& points) {
   Clusters clusters;
   std::vector<int> order(static_cast<std::size_t>(points.cols()));
@@ -203,19 +213,33 @@ BodyCollisionDetector::Frame BodyCollisionDetector::Measure(
         }
       }
     }
+    for (int a = 0; a < 2 && distance_ != nullptr; ++a) {
+      if ((arms & (1 << a)) != 0) continue;
+      for (Eigen::Index i = 0; i < skin[a].cols(); ++i) {
+        const Eigen::Vector3d at = skin[a].col(i);
+        const OwnBody::Touch touch = InObject(world_from_object, at);
+        if (touch.depth < -within_m) continue;
+        frame.near[a].push_back({at, touch, share_[a][i], true});
+        frame.nearest_m = std::max(frame.nearest_m, touch.depth);
+        frame.in_object_m[a] = std::max(frame.in_object_m[a], touch.depth);
+      }
+    }
     const OwnBody::Posed body(*obstacles_[obstacle], state.vertices, box.min(), box.max(),
                               kDeepest_m);
-    const auto look = [&](const Eigen::Vector3d& at, double skin_m, int arm, double share) {
-      if (const auto touch = body.Query(at, skin_m)) add({at, *touch, share}, arm);
+    const auto look = [&](const Eigen::Vector3d& at, double skin_m, int arm, double share,
+                          bool may_touch) {
+      if (const auto touch = body.Query(at, skin_m)) add({at, *touch, share, may_touch}, arm);
     };
     if (with_object) {
-      ForEachNear(body, object, object_clusters_, within_m,
-                  [&](int i, double skin_m) { look(object.col(i), skin_m, holding, 1.0); });
+      ForEachNear(body, object, object_clusters_, within_m, [&](int i, double skin_m) {
+        look(object.col(i), skin_m, holding, 1.0, at_lips_);
+      });
     }
     for (int a = 0; a < 2; ++a) {
       if ((of & (1 << a)) == 0) continue;
-      ForEachNear(body, skin[a], skin_clusters_[a], within_m,
-                  [&](int i, double skin_m) { look(skin[a].col(i), skin_m, a, share_[a][i]); });
+      ForEachNear(body, skin[a], skin_clusters_[a], within_m, [&](int i, double skin_m) {
+        look(skin[a].col(i), skin_m, a, share_[a][i], false);
+      });
     }
   };
   search(left_out, arms != 0, left_out);

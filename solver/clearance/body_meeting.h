@@ -15,6 +15,7 @@
 
 #include "geometry/body/body_model.h"
 #include "geometry/body/own_body.h"
+#include "geometry/mesh/distance_grid.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/rotation.h"
 #include "solver/clearance/arm_spline.h"
@@ -42,12 +43,20 @@ class BodyCollisionDetector {
   /// the sides.
   void AddTable(const TriangleMesh& mesh, const Eigen::Isometry3d& world_from_table);
 
+  /// Adds the object as an obstacle of hands and forearms that do not hold it. `distance` (object
+  /// frame) must outlive this. `at_lips`: it needs no clearance from the body.
+  void AddObject(const DistanceGrid& distance, bool at_lips) {
+    distance_ = &distance;
+    at_lips_ = at_lips;
+  }
+
   /// A sample point near the skin or the table.
   struct Point {
     Eigen::Vector3d at;  ///< world, meters
     OwnBody::Touch touch;
-    double wrist_share;   ///< weight of following the wrist; the rest follows the elbow
-    bool stands = false;  ///< a point of the object near the table, which needs no clearance
+    double wrist_share;  ///< weight of following the wrist; the rest follows the elbow
+    /// Needs no clearance: the object at the table, a cup at the lips, a free hand at the object.
+    bool may_touch = false;
   };
   struct Frame {
     double depth_m = 0.0;     ///< of the deepest point; 0: none inside
@@ -55,6 +64,8 @@ class BodyCollisionDetector {
     std::array<double, 2> arm_depth_m = {};  ///< for the right and the left arm
     std::array<std::vector<Point>, 2> near;  ///< likewise
     std::array<bool, 2> near_table = {};     ///< a point is within 15 cm of the table
+    /// For the right and the left arm while it does not hold, with AddObject; not part of depth_m.
+    std::array<double, 2> in_object_m = {};
   };
 
   /// Measures one frame. `state` has all vertices; `arms` (bits as in Clip::holding_hand) hold the
@@ -74,6 +85,9 @@ class BodyCollisionDetector {
     std::optional<OwnBody::Touch> Query(const Eigen::Vector3d& point) const;
   };
 
+  OwnBody::Touch InObject(const Eigen::Isometry3d& world_from_object,
+                          const Eigen::Vector3d& point) const;
+
   using Clusters = std::vector<std::vector<int>>;  // columns near each other
   static Clusters Clustered(const Eigen::Matrix3Xd& points);
 
@@ -85,6 +99,8 @@ class BodyCollisionDetector {
   std::array<Clusters, 2> skin_clusters_;
   std::array<std::optional<OwnBody>, 4> obstacles_;  // by the excluded arms
   std::optional<TableTop> table_;
+  const DistanceGrid* distance_ = nullptr;
+  bool at_lips_ = false;
 };
 
 /// Keeps points of the object, the hand and the forearm outside the person's own body: each beyond

@@ -296,6 +296,9 @@ class BodyKeeper {
       double worst = 0.0;
       for (std::size_t k = 0; k < found.size(); ++k) {
         worst = std::max(worst, found[k].depth_m);
+        for (const Arm& arm : arms_) {
+          if (IsFree(arm, looked[k])) worst = std::max(worst, found[k].in_object_m[arm.index]);
+        }
         nearest_[looked[k]] = found[k].nearest_m;
         near_table_[looked[k]] = found[k].near_table;
         if (found[k].depth_m > options_.deep_m) FreeAround(looked[k], found[k]);
@@ -389,7 +392,7 @@ class BodyKeeper {
       const Eigen::Vector3d normal = direction(point.touch, point.at);
       if (point.touch.depth > 0.0 && normal.dot(out) < -0.2) continue;
       const Eigen::Vector3d surface =
-          point.touch.surface - (point.stands ? options_.margin_m : 0.0) * normal;
+          point.touch.surface - (point.may_touch ? options_.margin_m : 0.0) * normal;
       depth.planes.push_back(
           {elbow * point.at, wrist * point.at, point.wrist_share, surface, normal});
       depths.push_back(point.touch.depth);

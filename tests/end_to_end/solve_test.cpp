@@ -44,7 +44,7 @@ TEST_F(SolveCommand, SolvesSomeoneWhoDrinks) {
   const nlohmann::json drink =
       folder.Json("fit drinks mug -o held --drink --start 100 --end 640 --no-report -q")["drink"];
   EXPECT_EQ(drink["hand"], "right");
-  EXPECT_LT(drink["rim_from_mouth_mm"].get<double>(), 25.0);
+  EXPECT_LT(drink["rim_from_mouth_mm"].get<double>(), 20.0);
   EXPECT_GT(drink["tilt_deg"].get<double>(), 60.0);
   EXPECT_LT(drink["lean_on_table_deg"].get<double>(), 2.0);
 

@@ -241,9 +241,9 @@ TEST(KeepOutOfBody, MovesTheArmThatDoesNotHoldToo) {
   }
 }
 
-// A table whose top is 3 cm above the lowest point of the hand; the person stands along y.
-TEST(KeepOutOfBody, KeepsHandAndObjectOutOfATable) {
-  Clip clip = Hanging(0.0);
+// Adds a table whose top is 3 cm above the lowest point of the hanging right hand; the person
+// stands along y.
+void AddTableUnderHand(Clip& clip) {
   double lowest = 1e9;
   for (int t = 0; t < clip.NumFrames(); ++t) {
     BodyState state;
@@ -260,6 +260,11 @@ TEST(KeepOutOfBody, KeepsHandAndObjectOutOfATable) {
       Eigen::Vector3d(wrist.x() - 0.3, lowest + 0.03, wrist.z()).replicate(1, clip.NumFrames());
   table.orient = (-90.0 * kDegree * Eigen::Vector3d::UnitX()).replicate(1, clip.NumFrames());
   clip.table = table;
+}
+
+TEST(KeepOutOfBody, KeepsHandAndObjectOutOfATable) {
+  Clip clip = Hanging(0.0);
+  AddTableUnderHand(clip);
   const auto deepest = [&] {
     const auto score = MeasureOwnBody(clip, Person(), &Apple(), kHoldsRight);
     return std::max(score->arms_in_table->max_mm, score->object_in_table->max_mm);
@@ -274,6 +279,49 @@ TEST(KeepOutOfBody, KeepsHandAndObjectOutOfATable) {
   EXPECT_EQ(report.deep, 0);
   EXPECT_LT(deepest(), 2.0);
   EXPECT_GT(report.shift_max_m, 0.02);
+}
+
+// A box stands 1 mm in front of the hand, which moves through it unless it knows the box.
+TEST(KeepOutOfBody, AFreeHandLeavesATableBesideTheObject) {
+  const Clip hanging = [] {
+    Clip clip = Hanging(0.0);
+    clip.holding_hand.assign(clip.pose.size(), 0);
+    AddTableUnderHand(clip);
+    return clip;
+  }();
+  const TriangleMesh box = testing::Box({-0.05, -0.05, -0.05}, Eigen::Vector3d(0.05, 0.05, 0.05));
+  const DistanceGrid distance{SignedDistance(box)};
+  Clip stands = hanging;
+  stands.object->orient.setZero();
+  const auto in_box = [&](const Clip& clip) {
+    double deepest = 0.0;
+    for (int t = 0; t < clip.NumFrames(); ++t) {
+      BodyState state;
+      Forward(Person(), clip.pose[t], clip.trans.col(t), state);
+      for (const int i : OwnBody::ForearmAndHand(Person(), Side::kRight)) {
+        const Eigen::Vector3d at =
+            clip.object->Pose(t).inverse() * Eigen::Vector3d(state.vertices.col(i));
+        deepest = std::max(deepest, -distance.Distance(at));
+      }
+    }
+    return deepest;
+  };
+  stands.object->trans =
+      (Wrist(hanging, 0, Side::kRight).translation() + Eigen::Vector3d(0.0, 0.0, 0.3))
+          .replicate(1, stands.NumFrames());
+  while (in_box(stands) == 0.0) stands.object->trans.row(2).array() -= 0.001;
+  stands.object->trans.row(2).array() += 0.002;
+  const auto keep_out = [&](bool know_object) {
+    Clip clip = stands;
+    ClearanceScene scene(Person(), box, clip.holding_hand, clip.frame_rate);
+    if (know_object) scene.meeting.AddObject(distance, false);
+    const ClearanceReport report = KeepOutOfBody(Person(), box, {}, scene, clip);
+    EXPECT_TRUE(report.moved);
+    EXPECT_EQ(report.deep, 0);
+    return in_box(clip);
+  };
+  EXPECT_GT(keep_out(false), 0.004);
+  EXPECT_LT(keep_out(true), 0.001);
 }
 
 TEST(KeepOutOfBody, IsTheSameWithASceneMadeBeforeForAnyThreads) {
