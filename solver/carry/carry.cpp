@@ -20,6 +20,7 @@
 #include "geometry/error.h"
 #include "geometry/mesh/surface_distance.h"
 #include "geometry/rotation.h"
+#include "geometry/seed.h"
 #include "solver/fit/clip_state.h"
 #include "solver/handover/hand_passage.h"
 #include "solver/handover/passage_clearance.h"
@@ -37,6 +38,12 @@ HoldLabels Always(std::uint8_t bits, std::size_t frames) {
 std::uint8_t BitsOf(GraspHands hands) {
   if (hands == GraspHands::kLeft) return kHoldsLeft;
   return hands == GraspHands::kBoth ? kHoldsBoth : kHoldsRight;
+}
+
+bool IsThroughBody(const ClearanceReport& report) {
+  return std::ranges::any_of(report.frames, [](const ClearanceReport::Frame& frame) {
+    return frame.in_body_m > ClearanceOptions{}.max_left_m;
+  });
 }
 
 // One run through all stages.
@@ -386,10 +393,7 @@ class Carrier {
     }
     const ClearanceReport& body = report_.clearance;
     const double contact = report_.contact.contact_frames_ratio.value_or(0.0);
-    const bool through_body =
-        !options_.keep_motion && std::ranges::any_of(body.frames, [](const auto& frame) {
-          return frame.in_body_m > ClearanceOptions{}.max_left_m;
-        });
+    const bool through_body = !options_.keep_motion && IsThroughBody(body);
     report_.sound =
         report_.grasp.clean && contact >= kMinContact && !through_body && !through_hand_;
     for (std::string& warning : ClearanceWarnings(body)) {
@@ -498,6 +502,13 @@ class Carrier {
   std::future<ClearanceScene> scene_;  // for ResolveBodyCollisions
 };
 
+// Whether another grasp may carry the object without these faults.
+bool GraspIsAtFault(const CarryReport& report, const CarryOptions& options) {
+  if (!report.grasp.made || options.given || report.sound) return false;
+  if (report.status == CarryStatus::kNoGrasp) return options.place.has_value();
+  return !report.grasp.clean || (!options.keep_motion && IsThroughBody(report.clearance));
+}
+
 // Whether the object of a clip is this one: the same surface if the clip's mesh is known (as given
 // or times `scale`), else the same name.
 bool IsObjectOf(const Clip& clip, const std::optional<TriangleMesh>& clip_object,
@@ -542,7 +553,18 @@ std::string WhyNewGrasp(const Clip& clip, const LoadedObject& object, const std:
 
 CarryReport CarryObject(const Clip& clip, const ClipBody& body, const PreparedObject& object,
                         const CarryOptions& options, const StagedProgress& progress) {
-  return Carrier(clip, body, object, options, progress).Run();
+  CarryReport report = Carrier(clip, body, object, options, progress).Run();
+  // The seed decides which opposed places the grasp search tries.
+  constexpr std::uint64_t kMoreSearches = 3;
+  CarryOptions again = options;
+  for (std::uint64_t k = 1; k <= kMoreSearches && GraspIsAtFault(report, options); ++k) {
+    again.seed = MixSeed(options.seed, k);
+    CarryReport other = Carrier(clip, body, object, again, progress).Run();
+    const bool better = other.sound || (other.grasp.clean && !report.grasp.clean);
+    const bool carried = other.status == CarryStatus::kCarried;
+    if (other.status == CarryStatus::kStopped || (better && carried)) report = std::move(other);
+  }
+  return report;
 }
 
 }  // namespace holdfast

@@ -14,7 +14,6 @@
 #include "geometry/import/load_clip.h"
 #include "geometry/rotation.h"
 #include "geometry/score/hand_object_score.h"
-#include "geometry/seed.h"
 #include "solver/grasp/grasp_candidates.h"
 #include "solver/grasp/grasp_placement.h"
 
@@ -113,18 +112,6 @@ FirstGrasp GraspInFirstFrame(const HandModel& hand, const PreparedObject& object
   FirstGrasp first;
   first.made = true;
   first.one = CloseHand(hand, mesh, object.solid.distance, grid, search, &report, progress);
-  // The seed decides which opposed places are tried: others may have an acceptable grasp.
-  constexpr std::uint64_t kMoreSearches = 3;
-  for (std::uint64_t k = 1; k <= kMoreSearches && report.status == GraspStatus::kNoCleanGrasp;
-       ++k) {
-    GraspReport other;
-    search.seed = MixSeed(options.seed, k);
-    const Grasp grasp =
-        CloseHand(hand, mesh, object.solid.distance, grid, search, &other, progress);
-    if (other.status == GraspStatus::kNoCleanGrasp) continue;
-    first.one = grasp;
-    report = std::move(other);
-  }
   if (options.also && report.status == GraspStatus::kFound) {
     first.one = WorthMost(hand, report, options, object.solid.distance);
   }

@@ -227,6 +227,19 @@ TEST_P(RealMotion, HoldsARealObject) {
   ExpectHeld(folder, "held", std::string(c.hand) == "left" ? Side::kLeft : Side::kRight);
 }
 
+// With the first seed, the only clean grasps put the camera into the thigh.
+TEST(FitHeldAtTheThigh, SearchesAgainWhereTheObjectGoesThroughTheBody) {
+  const std::filesystem::path motion =
+      DataFolder() / "mocap/sb_reach/ChrHarmony_Relax001_ArmReachRtMidLow.bvh.gz";
+  if (!std::filesystem::exists(motion)) {
+    GTEST_SKIP() << motion << " is not there: set HOLDFAST_DATA to the folder with mocap/";
+  }
+  const ProgramFolder folder;
+  folder.Run("fit '" + motion.string() + "' camera -o held -q --hand right");
+  const auto score = folder.Json("score held --exact off --json -q")["clips"][0]["values"];
+  EXPECT_LT(score["object_in_body_max_mm"].get<double>(), 2.0);
+}
+
 INSTANTIATE_TEST_SUITE_P(
     Shared, RealMotion,
     ::testing::Values(RealCase{"sb_reach/ChrGarza_IdleStand01_ReachForwardMediumFar01.bvh.gz",
