@@ -28,9 +28,10 @@ using namespace py::literals;
 
 // Runs fit() with the options given by name.
 CarriedPtr Fit(const py::object& clip, const py::object& object, const py::object& at,
-               const py::object& region, const py::object& avoid, const py::object& weights,
-               const py::object& custom_terms, const py::object& body, std::uint64_t seed,
-               int threads, const py::object& progress, const py::kwargs& given) {
+               const py::object& region, const py::object& avoid, const py::object& avoid_balls,
+               const py::object& weights, const py::object& custom_terms, const py::object& body,
+               std::uint64_t seed, int threads, const py::object& progress,
+               const py::kwargs& given) {
   FitJob job;
   CarryOptions& carry = job.carry;
   SetOptions(given, OptionsOf(job));
@@ -39,9 +40,10 @@ CarriedPtr Fit(const py::object& clip, const py::object& object, const py::objec
   }
   SetWeights(weights, carry.fit);
   carry.fit.custom_terms = CustomTermsOf(custom_terms);
-  carry.place = PlaceOf(at, region, avoid, carry.object_scale);
+  carry.place = PlaceOf(at, region, avoid, avoid_balls, carry.object_scale);
   if (job.keep_grasp && (job.regrasp || carry.place)) {
-    throw py::value_error("keep_grasp: not together with regrasp, at, region or avoid");
+    throw py::value_error(
+        "keep_grasp: not together with regrasp, at, region, avoid or avoid_balls");
   }
   carry.seed = seed;
   carry.threads = ThreadsOf(threads);
@@ -72,6 +74,7 @@ clip: Clip, path, or name of an embedded clip. object: path, name of an embedded
 
 at: (3,) point where the object is grasped, in its own frame, meters, scaled. region, avoid: parts
 of its surface to touch, or not, as (vertices, faces) or mesh file, scaled as the object is.
+avoid_balls: (N, 4) centers and radii of balls that the hand stays out of, meters, as for at.
 weights: dict by term, such as {'penetration': 3000.0}. custom_terms: list of CustomTerm, additional
 terms; needs solve='sequential'. body: BodyModel.
 
@@ -265,9 +268,9 @@ void BindFit(py::module_& module) {
   FitJob job;
   static const std::string doc = kFitDoc + OptionsText(OptionsOf(job));
   module.def("fit", &Fit, "clip"_a, "object"_a = py::none(), py::kw_only(), "at"_a = py::none(),
-             "region"_a = py::none(), "avoid"_a = py::none(), "weights"_a = py::none(),
-             "custom_terms"_a = py::none(), "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0,
-             "progress"_a = py::none(), doc.c_str());
+             "region"_a = py::none(), "avoid"_a = py::none(), "avoid_balls"_a = py::none(),
+             "weights"_a = py::none(), "custom_terms"_a = py::none(), "body"_a = py::none(),
+             "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
   module.def(
       "offhand",
       [fit = py::object(module.attr("fit"))](const py::object& clip, const py::object& object,
@@ -298,8 +301,11 @@ ModelPtr ModelOf(const py::object& body, const char* name) {
 }
 
 std::optional<GraspPlace::Wanted> PlaceOf(const py::object& at, const py::object& region,
-                                          const py::object& avoid, double scale) {
-  if (at.is_none() && region.is_none() && avoid.is_none()) return std::nullopt;
+                                          const py::object& avoid, const py::object& avoid_balls,
+                                          double scale) {
+  if (at.is_none() && region.is_none() && avoid.is_none() && avoid_balls.is_none()) {
+    return std::nullopt;
+  }
   GraspPlace::Wanted wanted;
   for (TriangleMesh* part : {&wanted.region, &wanted.avoid}) {
     part->vertices.resize(3, 0);
@@ -307,6 +313,14 @@ std::optional<GraspPlace::Wanted> PlaceOf(const py::object& at, const py::object
   }
   if (!region.is_none()) wanted.region = MeshArgument(region, "region", scale);
   if (!avoid.is_none()) wanted.avoid = MeshArgument(avoid, "avoid", scale);
+  if (!avoid_balls.is_none()) {
+    const auto balls = Floats(avoid_balls, "avoid_balls", {-1, 4});
+    for (py::ssize_t k = 0; k < balls.shape(0); ++k) {
+      const double radius = *balls.data(k, 3);
+      RequireBetween(radius, "avoid_balls: radius", 0.0, 1e3);
+      wanted.avoid_balls.push_back({Eigen::Map<const Eigen::Vector3d>(balls.data(k, 0)), radius});
+    }
+  }
   if (!at.is_none()) wanted.at = Eigen::Map<const Eigen::Vector3d>(Floats(at, "at", {3}).data());
   return wanted;
 }

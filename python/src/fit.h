@@ -42,7 +42,8 @@ ModelPtr ModelOf(const py::object& body, const char* name = "body");
 
 /// Returns the grasp location, or nullopt if all are None. Parts are MeshArgument with `scale`.
 std::optional<GraspPlace::Wanted> PlaceOf(const py::object& at, const py::object& region,
-                                          const py::object& avoid, double scale);
+                                          const py::object& avoid, const py::object& avoid_balls,
+                                          double scale);
 
 /// Sets weights by the names of EnergyTerms(). `weights` is None or a dict.
 void SetWeights(const py::object& weights, FitOptions& options);

@@ -79,8 +79,8 @@ void HoldInTwoHands(const ClipBody& person, Clip clip, const BothHandsOptions& o
 }
 
 HeldPtr CloseOn(const py::object& object, const py::object& at, const py::object& region,
-                const py::object& avoid, const py::object& clip, const py::object& body,
-                std::uint64_t seed, int threads, const py::object& progress,
+                const py::object& avoid, const py::object& avoid_balls, const py::object& clip,
+                const py::object& body, std::uint64_t seed, int threads, const py::object& progress,
                 const py::kwargs& given) {
   GraspJob job;
   SetOptions(given, OptionsOf(job).Without({"apart_cm", "apart_angle_deg"}));
@@ -88,7 +88,8 @@ HeldPtr CloseOn(const py::object& object, const py::object& at, const py::object
   job.search.threads = ThreadsOf(threads);
   const bool both = job.hands == GraspHands::kBoth;
   if (!clip.is_none() && !both) throw py::value_error("clip: needs hand='both'");
-  const std::optional<GraspPlace::Wanted> place = PlaceOf(at, region, avoid, job.object_scale);
+  const std::optional<GraspPlace::Wanted> place =
+      PlaceOf(at, region, avoid, avoid_balls, job.object_scale);
   const ModelPtr model = ModelOf(body);
   auto result = std::make_shared<HeldObject>();
   if (both) {
@@ -143,7 +144,8 @@ void AddTrials(const std::vector<HoldTrial>& trials, py::dict& result) {
 }
 
 py::dict ManyGrasps(const py::object& object, int count, const py::object& at,
-                    const py::object& region, const py::object& avoid, const py::object& body,
+                    const py::object& region, const py::object& avoid,
+                    const py::object& avoid_balls, const py::object& body,
                     const std::optional<double>& trial_friction, std::uint64_t seed, int threads,
                     const py::object& progress, const py::kwargs& given) {
   GraspJob job;
@@ -158,7 +160,8 @@ py::dict ManyGrasps(const py::object& object, int count, const py::object& at,
   options.search = job.search;
   options.search.seed = seed;
   options.search.threads = ThreadsOf(threads);
-  const std::optional<GraspPlace::Wanted> place = PlaceOf(at, region, avoid, job.object_scale);
+  const std::optional<GraspPlace::Wanted> place =
+      PlaceOf(at, region, avoid, avoid_balls, job.object_scale);
   const ModelPtr model = ModelOf(body);
   const Side side = HandFor(job.hands, *model);
   const LoadedObject loaded = ObjectOf(object, job.object_scale);
@@ -209,7 +212,8 @@ void BindGrasp(py::module_& module) {
   static const std::string one_doc =
       "Closes a hand around an object: a clip of one frame of a standing person who holds it.\n"
       "\n"
-      "object, at, region and avoid as for fit(). clip: with hand='both' the pose is its first "
+      "object, at, region, avoid and avoid_balls as for fit(). clip: with hand='both' the pose is "
+      "its first "
       "frame's. Returns GraspResult. Raises FitFailure if there is no grasp, Stopped, and Error.\n"
       "\n"
       "    held = holdfast.grasp('mug', style='handle')\n"
@@ -218,14 +222,15 @@ void BindGrasp(py::module_& module) {
       "Options:\n" +
       OptionsText(OptionsOf(job).Without({"apart_cm", "apart_angle_deg"}));
   module.def("grasp", &CloseOn, "object"_a, py::kw_only(), "at"_a = py::none(),
-             "region"_a = py::none(), "avoid"_a = py::none(), "clip"_a = py::none(),
-             "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(),
-             one_doc.c_str());
+             "region"_a = py::none(), "avoid"_a = py::none(), "avoid_balls"_a = py::none(),
+             "clip"_a = py::none(), "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0,
+             "progress"_a = py::none(), one_doc.c_str());
   static const std::string many_doc =
       "Many distinct grasps of an object: each touches, is at most 1 mm deep and holds the "
       "object's weight in every direction with this friction, as certified by linear programs.\n"
       "\n"
-      "object, at, region and avoid as for fit(). If a use is given, all grasps are of that use; "
+      "object, at, region, avoid and avoid_balls as for fit(). If a use is given, all grasps are "
+      "of that use; "
       "with 'auto', grasps of the detected use come first. Returns a dict of arrays, best score "
       "first, those of grasps.npz: 'wrist_from_object' and 'object_from_wrist' (N, 4, 4) meters, "
       "'finger_pose' (N, 45) axis-angle in SMPL-X's order, 'style' (N,), 'least_friction' (N,), "
@@ -243,8 +248,8 @@ void BindGrasp(py::module_& module) {
       OptionsText(OptionsOf(job).Without({"closings", "refinements", "upright"}));
   module.def("grasps", &ManyGrasps, "object"_a, "count"_a = GraspSetOptions{}.count, py::kw_only(),
              "at"_a = py::none(), "region"_a = py::none(), "avoid"_a = py::none(),
-             "body"_a = py::none(), "trial_friction"_a = py::none(), "seed"_a = 1, "threads"_a = 0,
-             "progress"_a = py::none(), many_doc.c_str());
+             "avoid_balls"_a = py::none(), "body"_a = py::none(), "trial_friction"_a = py::none(),
+             "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(), many_doc.c_str());
 }
 
 }  // namespace holdfast::python

@@ -23,6 +23,7 @@ POSE, POINT, EYE = POSES[0], TRANS[0], np.eye(3)
 IDS = np.arange(3, 60, 7)
 POINTS = (np.arange(21.0) - 10.0).reshape(7, 3) / 128.0
 PAIRS = np.full((7, 7), 0.125)
+BALLS = np.full((2, 4), 0.0625)
 MODEL = holdfast.BodyModel.load()
 NEAR = holdfast.SignedDistance(CUBE)
 
@@ -159,6 +160,8 @@ ROWS = {
     "fit.at": Array(lambda v: holdfast.fit(demo(), "apple", at=v), POINT, none=True, dear=True),
     "fit.region": Mesh(lambda v: holdfast.fit(demo(), "apple", region=v), none=True, dear=True),
     "fit.avoid": Mesh(lambda v: holdfast.fit(demo(), "apple", avoid=v), none=True, dear=True),
+    "fit.avoid_balls": Array(lambda v: holdfast.fit(demo(), "apple", avoid_balls=v), BALLS, none=True,
+                             dear=True),
     "fit.switch_frames": Array(
         lambda v: holdfast.fit(demo(), "apple", hand_over=True, switch_frames=v), np.array([1, 2]),
         none=True, dear=True),
@@ -192,11 +195,15 @@ ROWS = {
     "grasp.at": Array(lambda v: holdfast.grasp("apple", at=v), POINT, none=True, dear=True),
     "grasp.region": Mesh(lambda v: holdfast.grasp("apple", region=v), none=True, dear=True),
     "grasp.avoid": Mesh(lambda v: holdfast.grasp("apple", avoid=v), none=True, dear=True),
+    "grasp.avoid_balls": Array(lambda v: holdfast.grasp("apple", avoid_balls=v), BALLS, none=True,
+                               dear=True),
     "grasp.clip": Person(lambda v: holdfast.grasp("apple", hand="both", clip=v), none=True),
     "grasps.object": Mesh(lambda v: holdfast.grasps(v, 2), dear=True),
     "grasps.at": Array(lambda v: holdfast.grasps("apple", 2, at=v), POINT, none=True, dear=True),
     "grasps.region": Mesh(lambda v: holdfast.grasps("apple", 2, region=v), none=True, dear=True),
     "grasps.avoid": Mesh(lambda v: holdfast.grasps("apple", 2, avoid=v), none=True, dear=True),
+    "grasps.avoid_balls": Array(lambda v: holdfast.grasps("apple", 2, avoid_balls=v), BALLS, none=True,
+                                dear=True),
     "reach.goals": Array(holdfast.reach, np.array([[1.0, 0.5, 1.0]]), dear=True),
     "reach.clip": Person(lambda v: holdfast.reach([1, 0.5, 1], clip=v), none=True),
     "reach.object": Mesh(lambda v: holdfast.reach([1, 0.5, 1], object=v), none=True, dear=True),

@@ -91,6 +91,8 @@ def test_progress_sees_stages_and_stops(held):
         {"at": [9, 9, 9]},
         {"region": (np.zeros((3, 3)), [[0, 1, 3]])},
         {"region": (np.zeros((3, 3)), np.zeros((0, 3), int))},
+        {"avoid_balls": [0, 0, 0, 0.01]},
+        {"avoid_balls": [[0, 0, 0, -0.01]]},
         {"switch_frames": [3]},
         {"hand_over": True, "switch_frames": [3, 2]},
         {"hand_over": True, "switch_frames": [-1]},
@@ -345,3 +347,21 @@ def test_frame_fitter_refuses_what_is_wrong():
     # Far from the object nothing touches, and nothing breaks.
     fitter.start(pose, trans, np.eye(3), [5.0, 0.0, 0.0])
     assert np.isfinite(fitter.step(pose.reshape(55, 3), trans)[1]).all()
+
+
+def test_a_hand_stays_out_of_balls():
+    center, radius = np.array([0.0, 0.0, 0.03]), 0.05  # the lower half of the bottle
+    model = holdfast.BodyModel.load()
+
+    def distance(**options):
+        held = holdfast.grasp("bottle", **options)
+        skin = model(held.clip.poses, held.clip.trans)[0][0][model.hand_vertex_ids(held.hand)]
+        orient = held.clip.object.orient[0]
+        angle = np.linalg.norm(orient)
+        axis = orient / angle
+        at = held.clip.object.trans[0] + (
+            center * np.cos(angle) + np.cross(axis, center) * np.sin(angle)
+            + axis * (axis @ center) * (1.0 - np.cos(angle)))
+        return np.linalg.norm(skin - at, axis=1).min()
+
+    assert distance() < radius < distance(avoid_balls=[[*center, radius]])
