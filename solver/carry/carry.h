@@ -103,9 +103,11 @@ std::string WhyNewGrasp(const Clip& clip, const LoadedObject& object, const std:
                         const CarryOptions& options);
 
 /// Fits the object to the clip. An object trajectory in the clip is kept as data; without one, a
-/// hand grasps the object in the first frame and holds it. `body` is the clip's (BodyOfClip).
-/// Throws Error for hands that the body lacks, an object that no hand holds, and what GraspPlace,
-/// FindHandovers and FitClip throw. The stages, in order, are in Carrier::Run (carry.cpp).
+/// hand grasps the object in the first frame and holds it. Where that grasp is not clean, or object
+/// or arms go through the person's body, up to three more searches with other seeds follow; the
+/// first sound result is returned. `body` is the clip's (BodyOfClip). Throws Error for hands that
+/// the body lacks, an object that no hand holds, and what GraspPlace, FindHandovers and FitClip
+/// throw. The stages, in order, are in Carrier::Run (carry.cpp).
 ///
 ///   LoadedClip motion = LoadClip("walk.npz");
 ///   CarryReport carried = CarryObject(motion.clip, motion.body, PrepareObject(LoadObject("mug")));

@@ -234,12 +234,16 @@ class BodyKeeper {
   bool Holds(const Arm& arm) const { return (held_by_ & (1 << arm.index)) != 0; }
   double Freedom(const Arm& arm, int t) const { return Holds(arm) ? freedom_[t] : 1.0; }
 
-  // Frees the arms that are too deep, and those that hold the object with them.
+  // Frees the arms that are too deep, and those that hold the object with them; also a free arm
+  // into which the object has moved.
   void FreeAround(int t, const BodyCollisionDetector::Frame& near) {
     const auto reach = static_cast<int>(std::lround(kGiveWay_s / kKnot_s));
     const bool both = clip_.holding_hand[t] == (kHoldsRight | kHoldsLeft);
     for (Arm& arm : arms_) {
-      if ((both ? near.depth_m : near.arm_depth_m[arm.index]) <= kTouching_m) continue;
+      if ((both ? near.depth_m : near.arm_depth_m[arm.index]) <= kTouching_m &&
+          near.in_object_m[arm.index] <= options_.deep_m) {
+        continue;
+      }
       const int knot = arm.spline.Place(t).first;
       for (int k = std::max(0, knot - reach); k < std::min(arm.spline.Size(), knot + 4 + reach);
            ++k) {
@@ -295,13 +299,12 @@ class BodyKeeper {
       std::vector<BodyCollisionDetector::Frame> found = Measure(moved_, looked, within_m);
       double worst = 0.0;
       for (std::size_t k = 0; k < found.size(); ++k) {
-        worst = std::max(worst, found[k].depth_m);
-        for (const Arm& arm : arms_) {
-          if (IsFree(arm, looked[k])) worst = std::max(worst, found[k].in_object_m[arm.index]);
-        }
+        const double deepest_m =
+            std::max({found[k].depth_m, found[k].in_object_m[0], found[k].in_object_m[1]});
+        worst = std::max(worst, deepest_m);
         nearest_[looked[k]] = found[k].nearest_m;
         near_table_[looked[k]] = found[k].near_table;
-        if (found[k].depth_m > options_.deep_m) FreeAround(looked[k], found[k]);
+        if (deepest_m > options_.deep_m) FreeAround(looked[k], found[k]);
         near[place[k]] = std::move(found[k]);
       }
       if (worst < 0.75 * options_.deep_m) break;
