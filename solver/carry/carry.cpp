@@ -504,9 +504,15 @@ class Carrier {
 
 // Whether another grasp may carry the object without these faults.
 bool GraspIsAtFault(const CarryReport& report, const CarryOptions& options) {
-  if (!report.grasp.made || options.given || report.sound) return false;
+  if (!report.grasp.made || options.given) return false;
   if (report.status == CarryStatus::kNoGrasp) return options.place.has_value();
+  if (report.sound) return false;
   return !report.grasp.clean || (!options.keep_motion && IsThroughBody(report.clearance));
+}
+
+int Rank(const CarryReport& report) {
+  if (report.status != CarryStatus::kCarried) return 0;
+  return report.sound ? 3 : report.grasp.clean ? 2 : 1;
 }
 
 // Whether the object of a clip is this one: the same surface if the clip's mesh is known (as given
@@ -560,9 +566,9 @@ CarryReport CarryObject(const Clip& clip, const ClipBody& body, const PreparedOb
   for (std::uint64_t k = 1; k <= kMoreSearches && GraspIsAtFault(report, options); ++k) {
     again.seed = MixSeed(options.seed, k);
     CarryReport other = Carrier(clip, body, object, again, progress).Run();
-    const bool better = other.sound || (other.grasp.clean && !report.grasp.clean);
-    const bool carried = other.status == CarryStatus::kCarried;
-    if (other.status == CarryStatus::kStopped || (better && carried)) report = std::move(other);
+    if (other.status == CarryStatus::kStopped || Rank(other) > Rank(report)) {
+      report = std::move(other);
+    }
   }
   return report;
 }
