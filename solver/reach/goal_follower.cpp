@@ -27,6 +27,9 @@ constexpr double kFrame_s = 1.0 / wandr::kFramesPerSecond;
 constexpr std::array<int, 4> kLooksAhead = {12, 18, 26, 40};  // frames; goal in reach
 constexpr std::array<int, 4> kWalksFor = {0, 15, 30,
                                           60};  // frames beyond the walking time; distant goal
+// Meters by which the network's goal lies farther away than the real one, of a person who lags: a
+// network whose goal is in reach does not begin to step, but leans after it.
+constexpr std::array<double, 3> kBeyond = {0.0, 0.8, 1.6};
 constexpr int kPushFrames = 9;
 constexpr double kFarthest = 20.0;  // meters
 
@@ -74,25 +77,36 @@ struct GoalFollower::Loop {
     shoulder = placed.joints.col(kRightShoulder);
     if (steps++ > 0) walk += 0.15 * ((shoulder - before) / kFrame_s - walk);
     const auto away = [&](double frames) {
-      return (goal.After(frames) - shoulder - frames * kFrame_s * walk).norm();
+      Vector3d at = goal.After(frames);
+      at.z() = std::max(at.z(), double{FollowCost::kHanging});  // people bend for what is lower
+      return (at - shoulder - frames * kFrame_s * walk).norm();
     };
     const double soon = std::min(away(0.0), away(kRaise));
-    if (soon < kWithin) raises = true;
-    if (soon > kBeyond) raises = false;
+    if (soon < kRaisesWithin) raises = true;
+    if (soon > kLowersBeyond) raises = false;
     raised = std::clamp(raised + (raises ? 1.0 : -0.7) / kRaise, 0.0, 1.0);
     way_left = (goal.After(0.0) - placed.joints.col(kPelvis)).head<2>().norm() - 0.8;
   }
 
-  // For every candidate: latents, and the goal some frames ahead.
+  // For every candidate: latents, and the goal some frames ahead, or beyond it.
   void Draw() {
+    constexpr double kLagging = 0.1;  // meters behind the stance, where the network is fully lured
     const Eigen::Index size = network.LatentSize(), all = latents.rows();
     best.head(all - size) = best.tail(all - size).eval();
     best.tail(size).setZero();
     plans.resize(static_cast<std::size_t>(options.candidates));
     ahead.resize(plans.size());
+    beyond.resize(plans.size());
+    const Vector3d pelvis = here.pose.translation.cast<double>() + measures.rest_joints.col(0);
+    Vector3d way = goal.After(0.0) - pelvis;
+    way.z() = 0.0;
+    const double lags = std::clamp((way.norm() - FollowCost::kFar) / kLagging, 0.0, 1.0);
+    way /= std::max(way.norm(), 1e-6);
     for (int i = 0; i < options.candidates; ++i) {
       ahead[i] = i == 0 ? best_ahead : LooksAhead(i);
-      plans[i] = {{goal.After(ahead[i]), ahead[i]}};
+      beyond[i] =
+          i == 0 ? best_beyond : lags * kBeyond[static_cast<std::size_t>(i / 4) % kBeyond.size()];
+      plans[i] = {{goal.After(ahead[i]) + beyond[i] * way, ahead[i]}};
       auto z = latents.col(i);
       if (i == 0) {
         z = best;
@@ -139,6 +153,7 @@ struct GoalFollower::Loop {
     if (chosen < 0) return;  // not finite: pose unchanged
     best = latents.col(chosen);
     best_ahead = ahead[chosen];
+    best_beyond = beyond[chosen];
     here.pose = rollout.Poses(1)[chosen];
     here.previous_delta = first.col(chosen);
   }
@@ -201,7 +216,7 @@ struct GoalFollower::Loop {
   static constexpr double kYield = 0.5;    // fraction of a foot's drag fed back per frame
   static constexpr double kWalking = 1.1;  // m/s
   // Meters from the shoulder: the arm is raised within, and lowered beyond.
-  static constexpr double kWithin = 0.75, kBeyond = 1.0;
+  static constexpr double kRaisesWithin = 0.75, kLowersBeyond = 1.0;
   static constexpr double kRaise = 16.0;  // frames
 
   FollowOptions options;
@@ -217,7 +232,9 @@ struct GoalFollower::Loop {
   Eigen::VectorXf best;
   Eigen::MatrixXf first;
   int best_ahead = kLooksAhead[1];
+  double best_beyond = 0.0;  // meters
   std::vector<int> ahead;
+  std::vector<double> beyond;
   std::vector<wandr::RolloutStart<float>> starts;
   std::vector<wandr::GoalPlan> plans;
   GoalPrediction goal;

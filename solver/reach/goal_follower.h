@@ -69,7 +69,8 @@ struct FollowOptions {
 /// The arm reaches for goals that are or will come within reach; to more distant goals the person
 /// walks upright with swinging arms (SwingArms) and raises the arm in time. In every frame the
 /// network is rolled out with several latent samples, including the last frame's best, and with
-/// intentions of different lookahead; the motion of least cost (FollowCost) gives the next pose.
+/// intentions of different lookahead, some to a place beyond the goal, so that people step after a
+/// goal instead of leaning; the motion of least cost (FollowCost) gives the next pose.
 /// Then feet are pinned (FootPinner), and trunk and arm move the wrist to the goal as far as it is
 /// in reach (PlaceWrist), along a separate path of limited speed, so that the hand does not jump
 /// when the goal does. Network and body form a closed loop: the drag of pinned feet is fed back to
@@ -103,6 +104,9 @@ class GoalFollower {
 /// walking.
 class FollowCost {
  public:
+  static constexpr float kNear = 0.30f, kFar = 0.42f;  ///< the stance: meters from goal to pelvis
+  static constexpr float kHanging = 0.8f;              ///< meters: height of a hanging wrist
+
   explicit FollowCost(const wandr::BoneOffsets<float>& bones, float sole_z) : bones_(bones) {
     // Heights of ankles and balls while standing.
     wandr::Pose<float> rest;
@@ -123,23 +127,24 @@ class FollowCost {
     const auto& joints = now.joints;
     const Eigen::Vector3f pelvis = joints.col(kPelvis), way = goal - pelvis;
     const float away = way.head<2>().norm();
-    const bool low = goal.z() < 0.8f;
+    // How far the goal is below a hanging wrist: people bend and crouch that far.
+    const float below = std::max(0.0f, kHanging - goal.z());
+    const float bends = reaches > 0.0f ? std::min(1.0f, below / 0.2f) : 0.0f;
     float cost = reaches * std::sqrt((joints.col(kRightWrist) - goal).squaredNorm() + 0.0025f);
     cost += 1.5f * std::max(0.0f, away - kFar) + 1.5f * std::max(0.0f, kNear - away);
     const Eigen::Vector3f forward = wandr::HeadingOf<float>(now.world[0]).Forward();
     if (away > 0.2f) cost += 0.15f * (1.0f - forward.head<2>().dot(way.head<2>()) / away);
     cost += 0.1f * Carries(before, now, cost);
     const Eigen::Vector3f neck = joints.col(kNeck), trunk = (neck - pelvis).normalized();
-    cost += (low && reaches > 0.0f ? 0.4f : 4.0f) * std::max(0.0f, 0.99f - trunk.z());
+    cost += (4.0f - 3.6f * bends) * std::max(0.0f, 0.99f - trunk.z());
     cost += 2.0f * std::max(0.0f, OffFeet(joints, 0.5f * (neck + pelvis)) - 0.08f);
-    if (!low) cost += 2.0f * std::max(0.0f, pelvis_ - 0.05f - pelvis.z());
+    cost += 2.0f * std::max(0.0f, pelvis_ - 0.05f - below - pelvis.z());
     cost += 0.3f * std::max(0.0f, 30.0f * (pelvis - before.joints.col(0)).norm() - kFastest);
     return cost;
   }
 
  private:
-  static constexpr float kNear = 0.30f, kFar = 0.42f;  // meters from goal to pelvis
-  static constexpr float kFastest = 1.5f;              // m/s
+  static constexpr float kFastest = 1.5f;  // m/s
 
   // Support error of the better foot; ground penetration is added to `cost`.
   float Carries(const wandr::BodyKinematics<float>& before, const wandr::BodyKinematics<float>& now,

@@ -54,7 +54,7 @@ PAPER_METHODS = [("paper: VAE + opt", 0.03, 0.04, 2.170), ("paper: WANDR", 0.32,
 # What networks are told of the goal: with an adaptive deadline it is kept in mind afterwards.
 DEADLINES = {"adaptive": {"min_frames_left": 10.0, "hold_last_goal": True}, "fixed": {}}
 AXES = {"by_angle": "angle", "by_height": "height", "by_distance": "distance", "by_start": "start"}
-KINDS = ["turns", "jumps", "pushes"]
+KINDS = ["turns", "jumps", "pushes", "lines"]
 
 
 # --- The protocol ---
@@ -726,7 +726,8 @@ def draw_track(kind, start, seed, frames):
 
     Begins half a meter ahead of the person; every 2 s it turns anew, at up to 90 degrees a second,
     and heads for another height of 0.7 to 1.5 m at up to 0.4 m/s. 'turns': 1 m/s; 'jumps': 0.5 m/s,
-    and 1 m at once every 5 s; 'pushes': 0.5 m/s, and the body is pushed by 0.3 m every 5 s."""
+    and 1 m at once every 5 s; 'pushes': 0.5 m/s, and the body is pushed by 0.3 m every 5 s; 'lines':
+    straight on, at one speed of 0.2 to 0.6 m/s."""
     draws = iter(_study.uniforms(8 + frames // 20, seed, 7 + KINDS.index(kind)))
 
     def between(low, high):
@@ -736,18 +737,18 @@ def draw_track(kind, start, seed, frames):
     azimuth = math.atan2(ahead[1], ahead[0])
     goal = [start["pelvis"][k] + 0.5 * ahead[k] for k in range(3)]
     goal[2] = between(0.7, 1.5)
-    speed = 1.0 if kind == "turns" else 0.5
+    speed = 1.0 if kind == "turns" else between(0.2, 0.6) if kind == "lines" else 0.5
     turn, height = 0.0, goal[2]
     goals, pushes, events = [], {}, []
     for t in range(frames):
         if t % 60 == 0:
-            turn = between(-0.5, 0.5) * math.pi
+            turn = 0.0 if kind == "lines" else between(-0.5, 0.5) * math.pi
             height = between(0.7, 1.5)
         azimuth += turn / RATE
         goal[0] += speed / RATE * math.cos(azimuth)
         goal[1] += speed / RATE * math.sin(azimuth)
         goal[2] += min(max(height - goal[2], -0.4 / RATE), 0.4 / RATE)
-        if kind != "turns" and t > 0 and t % EVENT_EVERY == 0:
+        if kind in ("jumps", "pushes") and t > 0 and t % EVENT_EVERY == 0:
             way = between(0.0, 2.0 * math.pi)
             by = (math.cos(way), math.sin(way), 0.0)
             if kind == "jumps":
@@ -870,7 +871,7 @@ def main(arguments):
                              "of each kind [6]")
     parser.add_argument("--track", action="store_true",
                         help="follow moving goals frame by frame for 20 s: at 1 m/s with turns, with "
-                             "jumps of 1 m, with pushes of 0.3 m")
+                             "jumps of 1 m, with pushes of 0.3 m, slowly along lines")
     options = parser.parse_args(arguments)
     unknown = set(options.methods or []) - {*METHODS, "all"}
     if unknown or (options.track and options.methods):

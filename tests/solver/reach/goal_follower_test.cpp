@@ -63,6 +63,28 @@ TEST_F(FollowedGoal, TheHandIsAtAGoalThatMovesSlowly) {
   EXPECT_EQ(report.track.states.cols(), 121);
 }
 
+TEST_F(FollowedGoal, PeopleStepAfterASlowGoalAndDoNotLean) {
+  std::vector<Vector3d> goals;
+  for (int t = 0; t < 240; ++t)
+    goals.emplace_back(0.0, -0.6 - 0.25 * std::max(0, t - 30) / 30.0, 1.3);
+  const FollowReport report = FollowTrack(person, network, goals, {}, {});
+  EXPECT_LT(report.worst_m, 0.3);  // a person who waits and leans loses the goal by a meter
+  const auto& joints = report.track.joints;
+  for (Eigen::Index t = 0; t < joints.cols(); ++t) {
+    const Eigen::Vector3f feet =
+        0.5f * (joints.block<3, 1>(3 * kLeftAnkle, t) + joints.block<3, 1>(3 * kRightAnkle, t));
+    const Eigen::Vector3f body = joints.block<3, 1>(3 * kNeck, t) - feet;
+    EXPECT_GT(body.z(), 0.88f * body.norm()) << t;  // 28 degrees
+  }
+}
+
+TEST_F(FollowedGoal, PeopleCrouchForALowGoal) {
+  const std::vector<Vector3d> goals(120, Vector3d(0.2, -0.6, 0.25));
+  const FollowReport report = FollowTrack(person, network, goals, {}, {});
+  EXPECT_LT(report.distance_m.back(), 0.03);
+  EXPECT_LT(report.lowest_pelvis_m, 0.6);
+}
+
 TEST_F(FollowedGoal, AnArmIsRaisedWhenTheGoalComesIntoReach) {
   const std::vector<Vector3d> goals(240, Vector3d(0.5, -3.5, 1.2));
   const FollowReport report = FollowTrack(person, network, goals, {}, {});
