@@ -5,6 +5,7 @@ import csv
 import dataclasses
 import json
 import pickle
+import shutil
 import types
 from pathlib import Path
 
@@ -543,6 +544,20 @@ def test_wandr_writes_weights_log_and_curves_and_resumes(corpus_folder, tmp_path
     assert (out / "latest.safetensors").read_bytes() == weights
     assert train("wandr", corpus_folder, "-o", tmp_path / "again", "--iterations", 1, "--from", out / "best.safetensors",
                  "--device", "cpu", "--frames", 64, "-q") == 0
+
+
+def test_published_wandr_logs_rollouts_that_begin_late(corpus_folder, tmp_path, monkeypatch):
+    assert run.means([{"total": 1.0}, {"total": 3.0, "rollout": 4.0}]) == {"total": 2.0, "rollout": 4.0}
+    clips = tmp_path / "clips"
+    clips.mkdir()
+    for k in range(4):
+        for clip in corpus_folder.glob("*.npz"):
+            shutil.copy(clip, clips / f"{clip.stem}_{k}.npz")
+    monkeypatch.setattr(published, "EPOCHS_A_FRAME", 1)  # rollouts of 2 frames from the third epoch on
+    out = tmp_path / "out"
+    assert train("wandr", clips, "-o", out, "--paper", "--epochs", 6, "--device", "cpu", "-q") == 0
+    rows = list(csv.DictReader(open(out / "training_log.csv")))
+    assert float(next(row for row in rows if row["kind"] == "train")["rollout"]) > 0.0
 
 
 def test_imos_and_recognizer_write_what_the_library_reads(action_folder, tmp_path, capsys):

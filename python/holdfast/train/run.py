@@ -170,6 +170,15 @@ def flat(line):
 FIRST = ["kind", "iteration", "seconds"]
 
 
+def means(some):
+    """Mean of each loss over the steps that have it."""
+    values = {}
+    for losses in some:
+        for key, loss in losses.items():
+            values.setdefault(key, []).append(loss)
+    return {key: sum(v) / len(v) for key, v in values.items()}
+
+
 def write_log(path, lines):
     """training_log.csv: one line each 50 iterations and kind of them, and for each evaluation."""
     columns = FIRST + sorted({name for line in lines for name in line} - set(FIRST))
@@ -295,8 +304,7 @@ def train(trainer, options, name, fingerprint, notes, panels, text_of):
             if trainer.iteration % 50 == 0 or last:
                 for kind, some in sorted(sums.items(), reverse=True):
                     lines.append({"kind": kind, "iteration": trainer.iteration,
-                                  "seconds": round(time.monotonic() - began, 3), **further,
-                                  **{key: sum(x[key] for x in some) / len(some) for key in some[0]}})
+                                  "seconds": round(time.monotonic() - began, 3), **further, **means(some)})
                 sums = {}
                 if not options.quiet:
                     progress("iterations", trainer.iteration, trainer.iterations)
@@ -315,6 +323,7 @@ def train(trainer, options, name, fingerprint, notes, panels, text_of):
                     break
             if time.monotonic() - saved > 120.0 or last:
                 save_checkpoint(checkpoint, trainer, fingerprint)
+                write_log(log, lines)
                 saved = time.monotonic()
     save_checkpoint(checkpoint, trainer, fingerprint)
     report()
