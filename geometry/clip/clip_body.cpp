@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "geometry/body/default_hand.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/error.h"
 
@@ -41,16 +42,20 @@ Eigen::VectorXd BetasFor(const Clip& clip, const BodyModel& body, std::vector<st
   if (clip.betas.size() == 0 || clip.betas.isZero(0.0)) return {};
   // Files of other programs do not name the model's file, only its family.
   const std::string& family = clip.surface_model_type;
-  const bool same_family = body.Kind() == ModelKind::kSmplx   ? body.Name().starts_with("SMPLX_")
-                           : body.Kind() == ModelKind::kSmplh ? family == "smplh"
-                                                              : family.starts_with("mano");
+  const bool same_family = body.Kind() == ModelKind::kSmplx ? body.Name().starts_with("SMPLX_")
+                           : body.Kind() == ModelKind::kSmplh
+                               ? family == "smplh"
+                               : family.starts_with("mano") && body.NumShape() > 0;
   const bool same_space =
       clip.body_model == body.Name() || (clip.body_model.empty() && same_family);
   if (!same_space) {
     notes.push_back(
         fmt::format("the clip's betas belong to {0}, not to {1}: the mean shape of {1} is used "
                     "(give another model with --body MODEL.npz)",
-                    clip.body_model.empty() ? "SMPL-X" : clip.body_model, body.Name()));
+                    !clip.body_model.empty() ? clip.body_model
+                    : IsHandAlone(clip)      ? "MANO"
+                                             : "SMPL-X",
+                    body.Name()));
     return {};
   }
   if (std::string note = body.ShapeNote(); !note.empty()) notes.push_back(std::move(note));
@@ -68,8 +73,24 @@ bool IsHandAlone(const Clip& clip) { return clip.surface_model_type.starts_with(
 
 void MarkHandAlone(Clip& clip) { clip.surface_model_type = "mano"; }
 
+Side SideOfHandAlone(const Clip& clip) {
+  const auto bends = [&](Side side) {
+    return std::ranges::any_of(clip.pose, [&](const JointPose& pose) {
+      return !pose.middleCols<kJointsPerHand>(HandBegin(side)).isZero(0.0);
+    });
+  };
+  const bool left = bends(Side::kLeft), right = bends(Side::kRight);
+  if (left != right) return left ? Side::kLeft : Side::kRight;
+  const bool held_left =
+      std::ranges::any_of(clip.holding_hand, [](std::uint8_t bits) { return bits == kHoldsLeft; });
+  return held_left ? Side::kLeft : Side::kRight;
+}
+
 ClipBody BodyOfClip(const std::string& source, const Clip& clip,
                     std::shared_ptr<const BodyModel> model, std::vector<std::string>& notes) {
+  if (IsHandAlone(clip) && model == BodyModel::Default()) {
+    model = DefaultHand(SideOfHandAlone(clip));
+  }
   RequireSameKind(source, clip, *model);
   const Eigen::Index vertices = clip.v_template.cols();
   if (vertices > 0 && vertices == model->NumVertices()) {

@@ -22,8 +22,9 @@ struct ClipBody {
 
 /// Returns the body of the person in a clip: `model` with the clip's v_template, the subject's own
 /// surface, if it has the model's vertex count; otherwise with the clip's betas, if they are the
-/// model's. Unused data and the reason are appended to `notes`. Throws Error, with `source` as
-/// location, for a hand-only clip and a whole body, or vice versa.
+/// model's. A hand-only clip and the embedded body give the embedded hand (DefaultHand). Unused
+/// data and the reason are appended to `notes`. Throws Error, with `source` as location, for a
+/// hand-only clip and another whole body, or vice versa.
 ClipBody BodyOfClip(const std::string& source, const Clip& clip,
                     std::shared_ptr<const BodyModel> model, std::vector<std::string>& notes);
 
@@ -31,6 +32,9 @@ ClipBody BodyOfClip(const std::string& source, const Clip& clip,
 bool IsHandAlone(const Clip& clip);
 /// Marks a clip as hand-only by its surface_model_type ("mano").
 void MarkHandAlone(Clip& clip);
+/// Returns the side of a hand-only clip: that of the fingers that bend, else of the hand that
+/// holds, else right.
+Side SideOfHandAlone(const Clip& clip);
 
 /// Throws Error if the model lacks one of the hands in `bits` (kHoldsRight, kHoldsLeft).
 void RequireHands(const BodyModel& model, std::uint8_t bits);

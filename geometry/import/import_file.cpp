@@ -16,6 +16,7 @@
 #include "geometry/import/fields.h"
 #include "geometry/import/file_kind.h"
 #include "geometry/import/grab_sequence.h"
+#include "geometry/import/hand_sets.h"
 #include "geometry/import/imos_result.h"
 #include "geometry/import/joint_fields.h"
 #include "geometry/import/mano_parameters.h"
@@ -103,6 +104,88 @@ ImportedClip ImportPerson(const DataFile& file, const Fields& fields,
   return imported;
 }
 
+// The person of that number in a file of one frame: EasyMocap's lists have an `id` in each.
+Fields PersonIn(const DataFile& file, int person) {
+  if (file.Format() == DataFormat::kNpz) return Fields(file);
+  const DataValue root = file.Root();
+  if (root.Kind() != DataKind::kList || root.Size() < 2) return Fields(file);
+  for (std::size_t i = 0; i < root.Size(); ++i) {
+    const Fields one(root[i]);
+    const auto id = one.Find("id");
+    if (id && id->Kind() == DataKind::kInteger && id->Number() == person) return one;
+  }
+  throw Error(file.Path().string(),
+              fmt::format("has {} people, none with id {}", root.Size(), person),
+              "Choose another with --person");
+}
+
+// OMOMO (Li et al. 2023): {0: {...}, 1: {...}}, a person of SMPL-X and an object in each sequence.
+bool IsOmomo(const DataFile&, const Fields& fields) {
+  const std::vector<std::string> names = fields.Names();
+  if (names.empty()) return false;
+  const DataValue first = fields[names[0]];
+  if (first.Kind() != DataKind::kDict) return false;
+  const Fields one(first);
+  return one.Has("obj_rot") && one.Has("obj_trans") && one.Has("pose_body") && one.Has("seq_name");
+}
+
+ImportedClip ImportOmomo(const DataFile& file, const Fields& fields,
+                         const ParameterOptions& options) {
+  const std::vector<std::string> names = fields.Names();
+  if (static_cast<std::size_t>(options.person) >= names.size()) {
+    throw Error(file.Path().string(), fmt::format("has {} sequences", names.size()),
+                "Choose one with --person, counted from 0");
+  }
+  const Fields sequence = fields.In(names[options.person]);
+  const std::string name = TextOf(sequence, "seq_name");
+  ParameterOptions known = options;
+  if (!known.source_frame_rate) known.source_frame_rate = 30.0;
+  ParameterCollector collector(known);
+  collector.Add(sequence);
+  ImportedClip imported = collector.Collect(true);
+  imported.format = fmt::format("OMOMO, sequence '{}'", name);
+  if (names.size() > 1) {
+    imported.notes.push_back(fmt::format("sequence {} of {} is used (choose with --person)",
+                                         options.person, names.size()));
+  }
+  const Eigen::Index frames = imported.clip.trans.cols();
+  ObjectTrack track;
+  track.orient = ReadObjectRotations(sequence["obj_rot"], imported, frames);
+  track.trans = ReadFrameRows(sequence["obj_trans"], 3);
+  RequireFrames(sequence.Where(), "obj_rot", track.orient.cols(), frames);
+  RequireFrames(sequence.Where(), "obj_trans", track.trans.cols(), frames);
+  // "sub3_largebox_003"
+  const std::size_t begin = name.find('_'), end = name.rfind('_');
+  if (begin != std::string::npos && end > begin)
+    track.name = name.substr(begin + 1, end - begin - 1);
+  imported.object_mesh = FindInDataSet(
+      file.Path(), fmt::format("captured_objects/{}_cleaned_simplified.obj", track.name), options);
+  if (const auto scale = sequence.Find("obj_scale"); scale && scale->HoldsNumbers()) {
+    const std::vector<double> scales = scale->Array().AsDoubles();
+    imported.object_mesh_scale = scales.empty() ? 1.0 : scales[0];
+    const bool constant = std::ranges::all_of(
+        scales, [&](double s) { return std::abs(s - scales[0]) <= 1e-3 * std::abs(scales[0]); });
+    if (!constant) {
+      imported.notes.push_back("warning: obj_scale varies: that of the first frame is used");
+    }
+  }
+  if (imported.object_mesh.empty()) {
+    imported.notes.push_back(fmt::format(
+        "the mesh of the object {} was not found (give it with --object-mesh, or the folder of the "
+        "data set with --data-root)",
+        track.name));
+  }
+  imported.conventions.push_back("object: x = s R x + t");
+  imported.clip.object = std::move(track);
+  imported.dropped.clear();
+  constexpr std::array<std::string_view, 9> kUsed = {"seq_name", "root_orient", "pose_body",
+                                                     "trans",    "betas",       "gender",
+                                                     "obj_rot",  "obj_trans",   "obj_scale"};
+  DropUnused(sequence, kUsed, imported);
+  SettleWorld(imported, options, UpAxis::kZ, false);
+  return imported;
+}
+
 // Data file formats: the first importer that recognizes a file reads it. A new format needs one
 // line here and one file in this folder.
 struct Importer {
@@ -132,6 +215,9 @@ constexpr Importer kImporters[] = {
      TellsByFields<LooksLikeParameters>, FromFields<ImportParameters>},
     {"MANO parameters (the smplx package's names)", TellsByFields<LooksLikeMano>,
      FromFields<ImportMano>},
+    {"hands with objects: HO-3D, DexYCB, OakInk, TACO, GigaHands", TellsByFields<LooksLikeHandSet>,
+     FromFields<ImportHandSet>},
+    {"OMOMO", IsOmomo, ImportOmomo},
     {"a list of such parameters, one per frame", IsListOfParameters, ImportList},
     {"such parameters by person", IsPeople, ImportPerson},
     {"Motion-X (frames, 322), poses (frames, 165 or 156)", IsArray, ImportArray},
@@ -180,10 +266,16 @@ ImportedClip ImportFolder(const fs::path& folder, const ParameterOptions& option
   }
   std::vector<std::string> notes;
   const std::vector<fs::path> files = FindFrameFiles(folder, options.person, notes);
+  if (LooksLikeHandSet(Fields(DataFile(files[0]).Root()))) {
+    ImportedClip imported = ImportHandFrames(files, options);
+    imported.format += fmt::format(", a folder of {} files", files.size());
+    Append(imported.notes, std::move(notes));
+    return imported;
+  }
   ParameterCollector collector(options);
   for (const fs::path& path : files) {
     const DataFile file(path);
-    collector.Add(Fields(file));
+    collector.Add(PersonIn(file, options.person));
   }
   ImportedClip imported = collector.Collect();
   imported.format = fmt::format("SMPL-X parameters, a folder of {} files", files.size());

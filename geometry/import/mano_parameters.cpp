@@ -223,28 +223,38 @@ Eigen::MatrixXd FingerAngles::Read(const DataValue& value, Side side, ImportedCl
     matrices_ = true;
     return ReadRotations(value, kFingers, imported, frames);
   }
-  lacks_mean_[RowOf(side)] = true;
   if (numbers == kHandDofs) {
-    angles_ = true;
-    return ReadRotations(value, kFingers, imported, frames);
+    return OfAngles(ReadRotations(value, kFingers, imported, frames), side);
   }
+  return OfCoefficients(ReadFrameRows(value, numbers), side, value.Where());
+}
+
+Eigen::MatrixXd FingerAngles::OfAngles(const Eigen::MatrixXd& rows, Side side) {
+  lacks_mean_[RowOf(side)] = true;
+  angles_ = true;
+  return rows;
+}
+
+Eigen::MatrixXd FingerAngles::OfCoefficients(const Eigen::MatrixXd& rows, Side side,
+                                             const std::string& where) {
+  lacks_mean_[RowOf(side)] = true;
   const std::optional<HandSpace>& space = spaces_[RowOf(side)];
   if (!space) {
-    throw Error(value.Where(),
+    throw Error(where,
                 fmt::format("holds {} coefficients of the {} hand's principal components, which "
                             "are stored only in the body model",
-                            numbers, SideName(side)),
+                            rows.rows(), SideName(side)),
                 "Give that model with --hand-model SMPLX_NEUTRAL.npz (or MANO_LEFT.pkl and "
                 "MANO_RIGHT.pkl), or ignore the fingers with --hands none");
   }
-  if (numbers > space->components.rows()) {
-    throw Error(value.Where(),
-                fmt::format("holds {} coefficients, the model has {} components", numbers,
+  if (rows.rows() > space->components.rows()) {
+    throw Error(where,
+                fmt::format("holds {} coefficients, the model has {} components", rows.rows(),
                             space->components.rows()),
                 "Give the model that the file was made with");
   }
-  coefficients_ = std::max(coefficients_, numbers);
-  return space->components.topRows(numbers).transpose() * ReadFrameRows(value, numbers);
+  coefficients_ = std::max(coefficients_, static_cast<int>(rows.rows()));
+  return space->components.topRows(rows.rows()).transpose() * rows;
 }
 
 void FingerAngles::AddMean(std::vector<JointPose>& pose) {

@@ -63,6 +63,10 @@ class FingerAngles {
   Eigen::MatrixXd Read(const DataValue& value, Side side, ImportedClip& imported,
                        Eigen::Index frames = 0);
 
+  /// The same of rows (45 x T) that hold angles, or coefficients of all components.
+  Eigen::MatrixXd OfAngles(const Eigen::MatrixXd& rows, Side side);
+  Eigen::MatrixXd OfCoefficients(const Eigen::MatrixXd& rows, Side side, const std::string& where);
+
   /// Whether anything read may lack the mean hand; matrices are complete.
   bool MayLackMean() const { return lacks_mean_[0] || lacks_mean_[1]; }
   /// Whether any coefficients were read.

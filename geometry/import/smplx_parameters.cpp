@@ -15,6 +15,7 @@
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/import/world_frame.h"
 #include "geometry/io/container/text_scanner.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -37,20 +38,28 @@ constexpr std::array<std::string_view, 3> kJawNames = {"jaw_pose", "pose_jaw", "
 constexpr std::array<std::string_view, 2> kLeftEyeNames = {"leye_pose", "smplx_leye_pose"};
 constexpr std::array<std::string_view, 2> kRightEyeNames = {"reye_pose", "smplx_reye_pose"};
 constexpr std::array<std::string_view, 1> kBothEyesNames = {"pose_eye"};
-constexpr std::array<std::string_view, 7> kTrans = {
-    "transl", "trans", "smplx_transl", "cam_trans", "translation", "root_trans", "global_transl"};
-constexpr std::array<std::string_view, 5> kBetas = {"betas", "shape", "smplx_shape", "smplx_betas",
-                                                    "beta"};
-constexpr std::array<std::string_view, 3> kFull = {"fullpose", "full_pose", "smplx_fullpose"};
+constexpr std::array<std::string_view, 8> kTrans = {
+    "trans_world",  // WHAM's, beside that in the camera's frame
+    "transl",      "trans",      "smplx_transl", "cam_trans",
+    "translation", "root_trans", "global_transl"};
+constexpr std::array<std::string_view, 6> kBetas = {"betas",       "shape", "smplx_shape",
+                                                    "smplx_betas", "beta",  "shapes"};
+constexpr std::array<std::string_view, 4> kFull = {"fullpose", "full_pose", "smplx_fullpose",
+                                                   "pose_world"};
+// EasyMocap: a rotation about the origin and a translation, outside of the model.
+constexpr std::string_view kEasyTurn = "Rh", kEasyPlace = "Th", kEasyPose = "poses";
+constexpr std::array<std::string_view, 3> kEasy = {kEasyTurn, kEasyPlace, kEasyPose};
 constexpr std::array<std::string_view, 4> kExpression = {"expression", "exp", "smplx_expr",
                                                          "face_expr"};
 constexpr std::array<std::string_view, 5> kFrameRate = {"mocap_frame_rate", "mocap_framerate",
                                                         "frame_rate", "framerate", "fps"};
-constexpr std::array<std::string_view, 7> kInside = {
-    "smplx", "smplx_params", "params", "body_params", "pred_smplx_params", "smplx_param", "body"};
+constexpr std::array<std::string_view, 8> kInside = {
+    "smplx", "smplx_params",      "params", "body_params", "pred_smplx_params", "smplx_param",
+    "body",  "smpl_params_global"};  // GVHMR's, in the world
 
 constexpr int kVposerLatent = 32;
 constexpr int kSmplBodyJoints = 23;
+constexpr int kSmplNumbers = 3 * (1 + kSmplBodyJoints);
 
 // Concatenates columns; each part is copied only once.
 Eigen::MatrixXd Joined(const std::vector<Eigen::MatrixXd>& parts) {
@@ -72,7 +81,17 @@ void NoteAssumedRate(ImportedClip& imported) {
                   imported.clip.frame_rate));
 }
 
+bool IsEasyMocap(const Fields& fields) {
+  return fields.Has(kEasyTurn) && fields.Has(kEasyPlace) && fields.Has(kEasyPose);
+}
+
 bool HasParameters(const Fields& fields) {
+  if (IsEasyMocap(fields)) {
+    const DataValue pose = fields[kEasyPose];
+    if (!pose.HoldsNumbers()) return false;
+    const std::vector<std::size_t> shape = pose.Array().array.shape;
+    return !shape.empty() && shape.back() == kSmplNumbers;
+  }
   return (fields.FirstOf(kBody) && fields.FirstOf(kRoot)) ||
          (fields.FirstOf(kFull) && fields.FirstOf(kTrans));
 }
@@ -228,6 +247,26 @@ void ParameterCollector::AddTrans(const Fields& fields, Index frames) {
   trans_.push_back(std::move(rows));
 }
 
+// x = Rh v + Th, of vertices posed by the model: about the origin, not about the pelvis.
+void ParameterCollector::AddEasyMocap(const Fields& fields, std::vector<JointPose>& pose) {
+  is_smpl_ = true;
+  const DataValue value = fields[kEasyPose];
+  const Eigen::MatrixXd rows = ReadFrameRows(value, kSmplNumbers);
+  const Index frames = rows.cols();
+  const Eigen::MatrixXd turns = ReadRotations(fields[kEasyTurn], 1, imported_, frames);
+  Eigen::MatrixXd places = ReadFrameRows(fields[kEasyPlace], 3);
+  RequireFrames(fields.Where(), kEasyTurn, turns.cols(), frames);
+  RequireFrames(fields.Where(), kEasyPlace, places.cols(), frames);
+  pose = RestPoses(frames, value, 3 * kNumBodyJoints);
+  SetJoints(pose, 0, rows.topRows(3 * kNumBodyJoints), value.Where());
+  for (Index t = 0; t < frames; ++t) {
+    const Eigen::Matrix3d turn = ExpSO3(turns.col(t));
+    pose[t].col(0) = LogSO3(turn * ExpSO3(pose[t].col(0)));
+    places.col(t) += turn * kSmplhRestPelvis - kSmplhRestPelvis;
+  }
+  trans_.push_back(std::move(places));
+}
+
 void ParameterCollector::Add(const Fields& packed) {
   const std::optional<Fields> found = FindParameters(packed);
   if (!found) {
@@ -260,6 +299,14 @@ void ParameterCollector::Add(const Fields& packed) {
       }
     }
     AddHands(fields, pose);
+  } else if (IsEasyMocap(fields)) {
+    AddEasyMocap(fields, pose);
+  } else if (const auto smpl = full->Array(); !NumbersPerRotation(smpl, kNumJoints, told) &&
+                                              NumbersPerRotation(smpl, 1 + kSmplBodyJoints, told)) {
+    is_smpl_ = true;
+    const Eigen::MatrixXd rows = ReadRotations(*full, 1 + kSmplBodyJoints, imported_, told);
+    pose = RestPoses(rows.cols(), *full, 3 * kNumBodyJoints);
+    SetJoints(pose, 0, rows.topRows(3 * kNumBodyJoints), full->Where());
   } else {
     const Eigen::MatrixXd rows = ReadRotations(*full, kNumJoints, imported_, told);
     pose.assign(static_cast<std::size_t>(rows.cols()), JointPose::Zero());
@@ -269,7 +316,7 @@ void ParameterCollector::Add(const Fields& packed) {
       for (JointPose& p : pose) p.rightCols(2 * kJointsPerHand).setZero();
     }
   }
-  AddTrans(fields, static_cast<Index>(pose.size()));
+  if (!IsEasyMocap(fields)) AddTrans(fields, static_cast<Index>(pose.size()));
   Clip& clip = imported_.clip;
   clip.pose.insert(clip.pose.end(), pose.begin(), pose.end());
   if (clip.NumFrames() > kMaxImportFrames) {
@@ -290,7 +337,7 @@ void ParameterCollector::ListDropped(const Fields& packed, const Fields& fields)
     for (const Names names :
          {Names(kRoot), Names(kBody), Names(kLeftHand), Names(kRightHand), Names(kBothHands),
           Names(kJawNames), Names(kLeftEyeNames), Names(kRightEyeNames), Names(kBothEyesNames),
-          Names(kTrans), Names(kBetas), Names(kFull), Names(kFrameRate)}) {
+          Names(kTrans), Names(kBetas), Names(kFull), Names(kFrameRate), Names(kEasy)}) {
       if (std::ranges::find(names, name) != names.end()) return true;
     }
     return name == "gender" || name == "flat_hand_mean";

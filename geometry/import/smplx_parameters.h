@@ -51,6 +51,7 @@ class ParameterCollector {
  private:
   Eigen::MatrixXd ReadBody(const DataValue& value, Eigen::Index frames);
   void AddHands(const Fields& fields, std::vector<JointPose>& pose);
+  void AddEasyMocap(const Fields& fields, std::vector<JointPose>& pose);
   void AddBetas(const Fields& fields);
   void AddTrans(const Fields& fields, Eigen::Index frames);
   void ListDropped(const Fields& packed, const Fields& fields);

@@ -6,7 +6,9 @@
 #include <fmt/format.h>
 #include <Eigen/Geometry>
 
+#include "geometry/body/default_hand.h"
 #include "geometry/body/skeleton.h"
+#include "geometry/clip/clip_body.h"
 #include "geometry/conventions/loose_motion.h"
 #include "geometry/conventions/posture.h"
 #include "geometry/error.h"
@@ -91,15 +93,13 @@ void SettleWorld(ImportedClip& imported, const ParameterOptions& options,
                     UpAxisName(*up), posture.up_is_certain ? "" : ", though not in all frames"));
   }
   if (*up != UpAxis::kZ) {
-    if (clip.surface_model_type == "mano" && !options.body->LoneHand()) {
-      throw Error("--up",
-                  "a hand alone rotates about its wrist, whose position only its own model has",
-                  "Give that model with --body MANO_RIGHT.pkl (or MANO_LEFT.pkl)");
-    }
-    TurnWorld(clip, ZUpFrom(*up), PelvisOf(clip, *options.body));
+    const bool own_hand = IsHandAlone(clip) && !options.body->LoneHand();
+    const std::shared_ptr<const BodyModel> body =
+        own_hand ? DefaultHand(SideOfHandAlone(clip)) : options.body;
+    TurnWorld(clip, ZUpFrom(*up), PelvisOf(clip, *body));
     imported.conventions.push_back(
-        fmt::format("the file's world is {}-up: rotated to z-up about the pelvis of the rest pose",
-                    UpAxisName(*up)));
+        fmt::format("the file's world is {}-up: rotated to z-up about the {} of the rest pose",
+                    UpAxisName(*up), IsHandAlone(clip) ? "wrist" : "pelvis"));
   } else {
     imported.conventions.push_back("the file's world is z-up, as a clip's");
   }

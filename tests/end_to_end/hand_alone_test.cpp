@@ -151,17 +151,26 @@ TEST_F(HandAloneTest, GoesBackOntoTheBody) {
                 1, "right hand");
 }
 
+TEST_F(HandAloneTest, WithoutAModelTheEmbeddedHandServes) {
+  folder_.Run("convert demo_drink --to-body MANO_RIGHT.npz -o hand.npz");
+  folder_.Run("fit hand.npz mug --end 30 -o held");
+  EXPECT_THAT(folder_.Run("score held").out, HasSubstr("30, right"));
+  folder_.Run("refine held -o refined");
+  folder_.Run("transfer held --object cube -o cube");
+  folder_.Run("render held -o held.png");
+  folder_.Run("export held -o held.glb");
+}
+
 TEST_F(HandAloneTest, SaysWhatNeedsABody) {
   folder_.Run("convert demo_drink --to-body MANO_RIGHT.npz -o hand.npz");
   const std::pair<const char*, const char*> kFaults[] = {
       {"fit demo_drink mug --body MANO_RIGHT.npz -o a", "is a whole-body motion"},
-      {"fit hand.npz mug -o a", "is a motion of a hand alone"},
       {"fit hand.npz mug --body MANO_RIGHT.npz --hand left -o a", "has no left hand"},
       {"fit hand.npz mug --body MANO_RIGHT.npz --hand both -o a", "has no left hand"},
       {"offhand hand.npz mug --body MANO_RIGHT.npz -o a", "has no left hand"},
+      {"offhand hand.npz mug -o a", "has no left hand"},
       {"grasp mug --body MANO_LEFT.npz --hand right -o a.npz", "has no right hand"},
       {"grasp mug --body MANO_LEFT.npz --hand both -o a.npz", "has no right hand"},
-      {"render hand.npz -o a.png", "is a motion of a hand alone"},
       {"render demo_drink --body MANO_RIGHT.npz -o a.png", "is a whole-body motion"}};
   for (const auto& [command, said] : kFaults) folder_.Fails(command, 1, said);
 }

@@ -129,7 +129,7 @@ namespace {
 
 constexpr std::size_t kGzipPieceBytes = std::size_t{64} << 10;
 constexpr std::size_t kAlwaysBytes = std::size_t{48} << 20;
-constexpr int kGzipOnly = 16;  // added to zlib's window size
+constexpr int kGzipOrZlib = 32;  // added to zlib's window size
 constexpr std::string_view kMagic = "\x1f\x8b";
 
 // Calls `take` with consecutive unpacked pieces until it returns false. A file may consist of
@@ -141,7 +141,8 @@ void Unpack(const ByteSource& source, Take&& take) {
                  "Fetch the file again");
   };
   z_stream state{};
-  if (inflateInit2(&state, MAX_WBITS + kGzipOnly) != Z_OK) throw damaged("no memory to unpack it");
+  if (inflateInit2(&state, MAX_WBITS + kGzipOrZlib) != Z_OK)
+    throw damaged("no memory to unpack it");
   const std::unique_ptr<z_stream, decltype(&inflateEnd)> end_inflate(&state, &inflateEnd);
   std::vector<std::byte> packed(kGzipPieceBytes), piece(kGzipPieceBytes);
   std::uint64_t at = 0;

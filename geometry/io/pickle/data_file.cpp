@@ -61,6 +61,12 @@ void RefuseKnownOthers(std::string_view head, const std::string& name) {
   }
 }
 
+// joblib.dump(compress=...) packs whole pickles with zlib.
+bool BeginsAsZlib(std::string_view head) {
+  if (head.size() < 2 || head[0] != 'x') return false;
+  return ('x' * 256 + static_cast<unsigned char>(head[1])) % 31 == 0;
+}
+
 bool BeginsAsJson(std::string_view head) {
   if (head.starts_with("\xef\xbb\xbf")) head.remove_prefix(3);
   const auto at = head.find_first_not_of(" \t\r\n");
@@ -179,7 +185,7 @@ struct DataFile::Content {
     path = source.Name();
     file_bytes = source.Size();
     std::string head = source.Head(kHeadBytes);
-    if (head.starts_with("\x1f\x8b")) {
+    if (head.starts_with("\x1f\x8b") || BeginsAsZlib(head)) {
       unpacked = OwnBytes(ReadGzip(source, GzipLimit()));
       source = ByteSource(unpacked.view, path.string());
       head = source.Head(kHeadBytes);

@@ -14,6 +14,7 @@ namespace holdfast {
 namespace {
 
 constexpr std::string_view kArrayClass = "numpy.ndarray";
+constexpr std::string_view kJoblibClass = "joblib.numpy_pickle.NumpyArrayWrapper";
 constexpr std::size_t kMaxItemSize = std::size_t{1} << 20;
 // Approximate size of a node in the map of dtypes.
 constexpr std::size_t kDtypeBytes = 96;
@@ -194,6 +195,41 @@ NodeIndex PickleNumpy::FromBuffer(const Arguments& arguments) {
     context_.scanner.FailDamaged("has an array of unknown state");
   }
   DataNode made = MakeArray(arguments[1], *shape, *order == "F", arguments[0]);
+  return context_.store.AddArray(std::move(*std::get<std::unique_ptr<ArrayNode>>(made)));
+}
+
+bool PickleNumpy::IsJoblibArray(NodeIndex index) const {
+  const ObjectNode* object = context_.ObjectAt(index);
+  return object != nullptr && !object->is_class && object->class_name == kJoblibClass;
+}
+
+NodeIndex PickleNumpy::JoblibArray(NodeIndex instance, PickleScanner& scanner) {
+  const ObjectNode* object = context_.ObjectAt(instance);
+  const auto field = [&](std::string_view name) -> std::optional<NodeIndex> {
+    const DictNode* fields = object->fields ? context_.DictAt(*object->fields) : nullptr;
+    if (fields == nullptr) return std::nullopt;
+    for (const auto& [key, value] : fields->entries) {
+      if (context_.TextAt(key) == name) return value;
+    }
+    return std::nullopt;
+  };
+  const auto shape = field("shape"), order = field("order"), dtype = field("dtype");
+  const auto sizes = shape ? context_.SizesAt(*shape) : std::nullopt;
+  const auto layout = order ? context_.TextAt(*order) : std::nullopt;
+  if (!sizes || !layout || !dtype) scanner.FailDamaged("has an array of joblib of unknown state");
+  const ElementType& element = ElementAt(*dtype);
+  if (element.kind == 'O') {
+    scanner.FailRefused("holds an array of Python objects in joblib's form",
+                        "Save what is needed as arrays (numpy.savez)");
+  }
+  if (const auto aligned = field("numpy_array_alignment_bytes");
+      aligned && !context_.IsNone(*aligned)) {
+    scanner.Take(scanner.Byte());
+  }
+  const auto needed = CheckedProduct(*sizes, element.size);
+  if (!needed) scanner.FailDamaged("has an array of impossible shape");
+  const NodeIndex bytes = context_.store.AddBytesView(scanner.Take(*needed));
+  DataNode made = MakeArray(*dtype, *sizes, *layout == "F", bytes);
   return context_.store.AddArray(std::move(*std::get<std::unique_ptr<ArrayNode>>(made)));
 }
 

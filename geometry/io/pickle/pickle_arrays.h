@@ -39,6 +39,12 @@ class PickleNumpy {
   /// _frombuffer(bytes, dtype, shape, order)
   NodeIndex FromBuffer(const Arguments& arguments);
 
+  /// Whether this is an instance of joblib's NumpyArrayWrapper, whose array follows its state.
+  bool IsJoblibArray(NodeIndex index) const;
+  /// The array of an instance whose state was just set: a count of padding bytes and these (in
+  /// newer versions), then the numbers.
+  NodeIndex JoblibArray(NodeIndex instance, PickleScanner& scanner);
+
  private:
   struct Layout {
     ElementType element;

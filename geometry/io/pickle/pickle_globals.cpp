@@ -80,6 +80,9 @@ constexpr AllowedGlobal kAllowed[] = {
     {"numpy", "float64", kClassOnly, "f8"},
     {"numpy", "object_", kClassOnly, "O8"},
 
+    // joblib: its fields describe the array whose bytes follow (PickleMachine)
+    {"joblib.numpy_pickle", "NumpyArrayWrapper", kJoblibArray},
+
     // scipy.sparse
     {"scipy.sparse.csc", "csc_matrix", kInstance},
     {"scipy.sparse.csc", "csc_array", kInstance},

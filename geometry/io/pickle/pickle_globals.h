@@ -32,6 +32,7 @@ enum class GlobalRole {
   kFromBuffer,      ///< numpy's _frombuffer(bytes, dtype, shape, order)
   kScalar,          ///< numpy's scalar(dtype, bytes)
   kDtype,           ///< numpy.dtype(text)
+  kJoblibArray,     ///< joblib's NumpyArrayWrapper: an array whose bytes follow its state
   kTorchStorage,    ///< class of a storage; `element` is its type
   kTorchTensor,     ///< _rebuild_tensor(storage, offset, size, stride, ...)
   kTorchTensor3,    ///< the same with an untyped storage and a dtype as the seventh argument

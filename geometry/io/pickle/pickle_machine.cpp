@@ -151,6 +151,7 @@ NodeIndex PickleCalls::Call(NodeIndex callee, NodeIndex arguments) {
   const Arguments& given = *context_.ItemsAt(arguments);
   switch (global->role) {
     case GlobalRole::kInstance:
+    case GlobalRole::kJoblibArray:
       return Instance(callee, arguments);
     case GlobalRole::kList:
       return ListOf(given);

@@ -31,6 +31,7 @@ class PickleCalls {
   /// To be called after the pickle's end.
   void Finish() { torch_.Bind(); }
   bool IsObjectScalar(NodeIndex value) const { return numpy_.IsObjectScalar(value); }
+  PickleNumpy& Numpy() { return numpy_; }
 
  private:
   using Arguments = std::vector<NodeIndex>;

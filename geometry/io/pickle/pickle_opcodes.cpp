@@ -280,6 +280,8 @@ bool PickleMachine::RunCall(unsigned char opcode) {
     case 'b': {
       const NodeIndex state = Pop();
       calls_.SetState(Top(), state);
+      // joblib writes the numbers of an array into the pickle, behind its description.
+      if (calls_.Numpy().IsJoblibArray(Top())) Top() = calls_.Numpy().JoblibArray(Top(), scanner_);
       return true;
     }
     case 'P':

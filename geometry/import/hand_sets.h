@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "geometry/import/fields.h"
+
+namespace holdfast {
+
+/// Whether these are parameters of a MANO hand, with or without its object, in the names of HO-3D,
+/// DexYCB, OakInk, TACO or EasyMocap (GigaHands): one frame, all frames, or a dict with one dict
+/// for each frame ("00001", ...).
+bool LooksLikeHandSet(const Fields& fields);
+
+/// Imports such a file, or the files of one sequence in their order, as a clip of a hand alone with
+/// its object. In frames without a hand the nearest one is kept, with a warning that names them.
+/// Throws Error where finger coefficients need a MANO file, and for files without any hand.
+ImportedClip ImportHandSet(const Fields& fields, const std::filesystem::path& path,
+                           const ParameterOptions& options);
+ImportedClip ImportHandFrames(const std::vector<std::filesystem::path>& frames,
+                              const ParameterOptions& options);
+
+}  // namespace holdfast
