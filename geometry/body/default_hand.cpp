@@ -17,7 +17,7 @@ namespace {
 
 // Wrist joint of MANO_RIGHT's mean shape, meters; the left one's x is negative.
 constexpr double kManoWrist[3] = {0.0957, 0.0064, 0.0062};
-constexpr double kLeastWeight = 0.01;  // of the hand, on its vertices
+constexpr double kMinWeight = 0.01;  // of the hand, on its vertices
 
 bool IsOfHand(int joint, Side side) { return joint == WristJoint(side) || IsFinger(joint, side); }
 
@@ -28,7 +28,7 @@ std::vector<int> VerticesOfHand(const BodySurface& body, Side side) {
     for (const auto& [joint, weight] : body.Weights(v)) {
       if (IsOfHand(joint, side)) on_hand += weight;
     }
-    if (on_hand > kLeastWeight) ids.push_back(v);
+    if (on_hand > kMinWeight) ids.push_back(v);
   }
   return ids;
 }

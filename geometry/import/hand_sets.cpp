@@ -58,6 +58,18 @@ constexpr HandSet kSets[] = {
      "the cameras' common frame, assumed to be z-up", UpAxis::kZ},
 };
 constexpr int kPoseNumbers = 48;  // a root and 15 joints
+// Arrays without names.
+constexpr HandSet kAngles = {"MANO poses, one array",
+                             "",
+                             "",
+                             "",
+                             HandRoot::kWrist,
+                             false,
+                             "the file's world, assumed to be z-up",
+                             UpAxis::kZ};
+constexpr HandSet kCoefficients = {
+    "HO-Cap, DexYCB: MANO coefficients, one array", "",        "", "", HandRoot::kWrist, true,
+    "the file's world, assumed to be z-up",         UpAxis::kZ};
 
 constexpr std::array<std::string_view, 2> kSideNames = {"right", "left"};
 
@@ -208,6 +220,39 @@ class HandSetCollector {
     NameUnused(fields);
   }
 
+  // (T, 48), (T, 51) or (2, T, 51).
+  void AddArray(const DataValue& value) {
+    const NpyMember member = value.Array();
+    const std::vector<std::size_t>& shape = member.array.shape;
+    const auto width = static_cast<Eigen::Index>(shape.back());
+    set_ = width == kPoseNumbers ? &kAngles : &kCoefficients;
+    const std::vector<double> all = member.AsDoubles();
+    Eigen::MatrixXd rows = Eigen::Map<const Eigen::MatrixXd>(
+        all.data(), width, static_cast<Eigen::Index>(all.size()) / width);
+    if (!rows.allFinite()) throw Error(value.Where(), "is not finite", "Check the file");
+    if (shape.size() == 3) {
+      side_ = WantedSide().value_or(Side::kRight);
+      Note(fmt::format(
+          "the array has the right and the left hand: the {} one is used (--hands rhand "
+          "or lhand)",
+          SideName(*side_)));
+      const Eigen::Index frames = rows.cols() / 2;
+      rows = (*side_ == Side::kRight ? rows.leftCols(frames) : rows.rightCols(frames)).eval();
+    }
+    if (width == kPoseNumbers) {
+      Note("warning: the array holds poses only: no translation of the hand");
+    }
+    for (Eigen::Index t = 0; t < rows.cols(); ++t) {
+      if (width > kPoseNumbers && IsGap(rows.col(t))) {
+        AddGap();
+        continue;
+      }
+      poses_.emplace_back(rows.col(t).head(kPoseNumbers));
+      trans_.emplace_back(width > kPoseNumbers ? Eigen::Vector3d(rows.col(t).tail<3>())
+                                               : Eigen::Vector3d::Zero());
+    }
+  }
+
   ImportedClip Collect() {
     const Side side = DecideSide();
     FillGaps();
@@ -281,14 +326,14 @@ class HandSetCollector {
     return Side::kRight;
   }
 
-  // nullopt for a frame without a hand.
+  void AddGap() {
+    poses_.push_back(std::nullopt);
+    trans_.emplace_back(0.0, 0.0, 0.0);
+  }
+
   void AddHand(const Fields& fields) {
     const DataValue pose = fields[set_->pose];
-    if (!pose.HoldsNumbers()) {
-      poses_.push_back(std::nullopt);
-      trans_.emplace_back(0.0, 0.0, 0.0);
-      return;
-    }
+    if (!pose.HoldsNumbers()) return AddGap();
     const bool packed = set_->trans.empty();
     const Eigen::MatrixXd rows = ReadFrameRows(pose, packed ? kPoseNumbers + 3 : kPoseNumbers);
     const Eigen::Index frames = rows.cols();
@@ -302,10 +347,8 @@ class HandSetCollector {
     }
     for (Eigen::Index t = 0; t < frames; ++t) {
       Eigen::VectorXd numbers = rows.col(t).head(kPoseNumbers);
-      // DexYCB stores zeros where the hand is not in the picture.
-      if (packed && rows.col(t).isZero(0.0)) {
-        poses_.push_back(std::nullopt);
-        trans_.emplace_back(0.0, 0.0, 0.0);
+      if (packed && IsGap(rows.col(t))) {
+        AddGap();
         continue;
       }
       if (turned.cols() > 0) {
@@ -315,6 +358,11 @@ class HandSetCollector {
       poses_.emplace_back(std::move(numbers));
       trans_.emplace_back(trans.col(t));
     }
+  }
+
+  // DexYCB stores zeros where the hand is not in the picture, HO-Cap -1.
+  static bool IsGap(const Eigen::VectorXd& numbers) {
+    return (numbers.array() == numbers[0]).all() && (numbers[0] == 0.0 || numbers[0] == -1.0);
   }
 
   // Poses of an object in row-major matrices (3 x 4, 4 x 4), or as (x, y, z, w) and a position.
@@ -485,6 +533,21 @@ ImportedClip ImportHandSet(const Fields& fields, const fs::path& path,
                            const ParameterOptions& options) {
   HandSetCollector collector(path, options);
   collector.Add(fields);
+  return collector.Collect();
+}
+
+bool LooksLikeHandArray(const DataValue& value) {
+  if (value.Kind() != DataKind::kArray) return false;
+  const std::vector<std::size_t> shape = value.Array().array.shape;
+  if (shape.size() == 3) return shape[0] == 2 && shape[1] > 0 && shape[2] == kPoseNumbers + 3;
+  return shape.size() == 2 && shape[0] > 0 &&
+         (shape[1] == kPoseNumbers || shape[1] == kPoseNumbers + 3);
+}
+
+ImportedClip ImportHandArray(const DataValue& value, const fs::path& path,
+                             const ParameterOptions& options) {
+  HandSetCollector collector(path, options);
+  collector.AddArray(value);
   return collector.Collect();
 }
 

@@ -13,11 +13,17 @@ namespace holdfast {
 /// for each frame ("00001", ...).
 bool LooksLikeHandSet(const Fields& fields);
 
+/// Whether this is an array of MANO parameters without names: (T, 48) angles, (T, 51) or (2, T, 51)
+/// coefficients and a translation of one hand, or of the right and the left hand (HO-Cap).
+bool LooksLikeHandArray(const DataValue& value);
+
 /// Imports such a file, or the files of one sequence in their order, as a clip of a hand alone with
 /// its object. In frames without a hand the nearest one is kept, with a warning that names them.
 /// Throws Error where finger coefficients need a MANO file, and for files without any hand.
 ImportedClip ImportHandSet(const Fields& fields, const std::filesystem::path& path,
                            const ParameterOptions& options);
+ImportedClip ImportHandArray(const DataValue& value, const std::filesystem::path& path,
+                             const ParameterOptions& options);
 ImportedClip ImportHandFrames(const std::vector<std::filesystem::path>& frames,
                               const ParameterOptions& options);
 

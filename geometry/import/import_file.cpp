@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "geometry/body/body_kinematics.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
@@ -26,6 +27,7 @@
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/retarget/skeleton_map.h"
+#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -59,7 +61,9 @@ bool IsArray(const DataFile& file, const Fields&) {
 }
 
 ImportedClip ImportArray(const DataFile& file, const Fields&, const ParameterOptions& options) {
-  return ImportParameterArray(file.Root(), options);
+  const DataValue root = file.Root();
+  if (LooksLikeHandArray(root)) return ImportHandArray(root, file.Path(), options);
+  return ImportParameterArray(root, options);
 }
 
 bool IsListOfParameters(const DataFile& file, const Fields&) {
@@ -186,6 +190,62 @@ ImportedClip ImportOmomo(const DataFile& file, const Fields& fields,
   return imported;
 }
 
+// MDM (Tevet et al. 2023), *_smpl_params.npy: thetas (24, 6, T), rows of matrices, y up, 20 Hz.
+bool IsMdm(const DataFile&, const Fields& fields) {
+  return fields.Has("thetas") && fields.Has("root_translation") && fields["thetas"].HoldsNumbers();
+}
+
+ImportedClip ImportMdm(const DataFile&, const Fields& fields, const ParameterOptions& options) {
+  constexpr std::size_t kJoints = 24, kNumbers = 6;
+  const NpyMember member = fields["thetas"].Array(), place = fields["root_translation"].Array();
+  const std::vector<std::size_t>& shape = member.array.shape;
+  const bool known = shape.size() == 3 && shape[0] == kJoints && shape[1] == kNumbers;
+  if (!known || place.array.shape != std::vector<std::size_t>{3, shape[2]}) {
+    throw Error(member.where,
+                fmt::format("has shape {}, with {} for root_translation", member.ShapeText(),
+                            place.ShapeText()),
+                "Give (24, 6, T) and (3, T), as MDM's joints2smpl writes them");
+  }
+  const std::vector<double> thetas = member.AsDoubles(), roots = place.AsDoubles();
+  const std::size_t frames = shape[2];
+  ImportedClip imported;
+  Clip& clip = imported.clip;
+  clip.pose.assign(frames, JointPose::Zero());
+  clip.trans.resize(3, static_cast<Eigen::Index>(frames));
+  for (std::size_t t = 0; t < frames; ++t) {
+    for (std::size_t j = 0; j < kNumBodyJoints; ++j) {
+      Eigen::Matrix<double, 6, 1> six;
+      for (std::size_t k = 0; k < kNumbers; ++k) six[k] = thetas[(j * kNumbers + k) * frames + t];
+      const Eigen::Vector3d first = six.head<3>(), second = six.tail<3>();
+      const double off = first.normalized().dot(second.normalized());
+      if (!six.allFinite() || !(first.norm() > 1e-3) || !(std::abs(off) < 0.99)) {
+        throw Error(member.where, fmt::format("has no rotation for joint {} of frame {}", j, t),
+                    "Check the file");
+      }
+      Eigen::Matrix3d rows;
+      rows.row(0) = first.normalized();
+      rows.row(1) = (second - rows.row(0).dot(second) * rows.row(0).transpose()).normalized();
+      rows.row(2) = rows.row(0).cross(rows.row(1));
+      clip.pose[t].col(static_cast<Eigen::Index>(j)) = LogSO3(rows);
+    }
+    for (std::size_t c = 0; c < 3; ++c) {
+      clip.trans(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(t)) =
+          roots[c * frames + t];
+    }
+  }
+  imported.format = "MDM's SMPL parameters";
+  clip.surface_model_type = "smpl";
+  clip.frame_rate = options.source_frame_rate.value_or(20.0);
+  imported.conventions.push_back("6D rotations are two rows of a matrix; 20 Hz as in HumanML3D");
+  imported.notes.push_back("fingers are not in the file: the relaxed hand is used");
+  for (JointPose& pose : clip.pose) pose = AddHandMean(*options.body, pose);
+  constexpr std::array<std::string_view, 4> kUsed = {"thetas", "root_translation", "length",
+                                                     "text"};
+  DropUnused(fields, kUsed, imported);
+  SettleWorld(imported, options, UpAxis::kY, true);
+  return imported;
+}
+
 // Data file formats: the first importer that recognizes a file reads it. A new format needs one
 // line here and one file in this folder.
 struct Importer {
@@ -218,9 +278,12 @@ constexpr Importer kImporters[] = {
     {"hands with objects: HO-3D, DexYCB, OakInk, TACO, GigaHands", TellsByFields<LooksLikeHandSet>,
      FromFields<ImportHandSet>},
     {"OMOMO", IsOmomo, ImportOmomo},
+    {"MDM's SMPL parameters", IsMdm, ImportMdm},
     {"a list of such parameters, one per frame", IsListOfParameters, ImportList},
     {"such parameters by person", IsPeople, ImportPerson},
-    {"Motion-X (frames, 322), poses (frames, 165 or 156)", IsArray, ImportArray},
+    {"Motion-X (frames, 322), poses (frames, 165 or 156), MANO (frames, 48), HO-Cap (2, frames, "
+     "51)",
+     IsArray, ImportArray},
 };
 
 // Names in the first of a list of dicts, which stands for all.

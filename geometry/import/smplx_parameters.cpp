@@ -53,9 +53,15 @@ constexpr std::array<std::string_view, 4> kExpression = {"expression", "exp", "s
                                                          "face_expr"};
 constexpr std::array<std::string_view, 5> kFrameRate = {"mocap_frame_rate", "mocap_framerate",
                                                         "frame_rate", "framerate", "fps"};
-constexpr std::array<std::string_view, 8> kInside = {
-    "smplx", "smplx_params",      "params", "body_params", "pred_smplx_params", "smplx_param",
-    "body",  "smpl_params_global"};  // GVHMR's, in the world
+constexpr std::array<std::string_view, 9> kInside = {"smplx",
+                                                     "smplx_params",
+                                                     "params",
+                                                     "body_params",
+                                                     "pred_smplx_params",
+                                                     "smplx_param",
+                                                     "body",
+                                                     "smpl_params_global",  // GVHMR's, in the world
+                                                     "results"};            // ROMP's
 
 constexpr int kVposerLatent = 32;
 constexpr int kSmplBodyJoints = 23;

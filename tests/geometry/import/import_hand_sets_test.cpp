@@ -84,6 +84,17 @@ TEST(ImportHandSets, TranslationsOfOakInkAndTacoAreOfTheWrist) {
   ExpectSet("taco", Import(Fixture("hand_sets/taco/left_hand.pkl")).clip, Side::kLeft);
 }
 
+TEST(ImportHandSets, ArraysWithoutNamesAreHands) {
+  ImportFileOptions options;
+  options.parameters.hand_models = {Fixture("parameters/MANO_RIGHT.pkl")};
+  const ImportedFile hocap = Import(Fixture("hand_sets/hocap/poses_m.npy"), options);
+  ExpectSet("hocap", hocap.clip, Side::kRight);
+  EXPECT_TRUE(Mentions(hocap.notes, "no hand in 1 of 4 frames (3)"));
+  const ImportedFile mano = Import(Fixture("hand_sets/mano_poses.npy"));
+  ExpectSet("mano", mano.clip, Side::kRight);
+  EXPECT_TRUE(Mentions(mano.notes, "no translation"));
+}
+
 TEST(ImportHandSets, EasyMocapTurnsAboutTheOrigin) {
   const ImportedFile right = Import(Fixture("hand_sets/gigahands.json"));
   ExpectSet("gigahands", right.clip, Side::kRight);
@@ -104,17 +115,17 @@ TEST(ImportHandSets, EasyMocapTurnsAboutTheOrigin) {
 }
 
 TEST(ImportHandSets, PicklesOfJoblibAreArrays) {
-  const DataFile file(Fixture("hand_sets/joblib.pkl"));
+  const DataFile file(Fixture("pickle/joblib.pkl"));
   EXPECT_THAT(file["fortran"].Array().AsDoubles(), ::testing::ElementsAre(0, 1, 2, 3, 4, 5));
   EXPECT_THAT(file["ids"].Array().AsIntegers(), ::testing::ElementsAre(0, 1, 2, 3));
   EXPECT_THAT(file["again"].Array().AsIntegers(), ::testing::ElementsAre(0, 1, 2, 3));
   EXPECT_THAT(file["half"].Array().AsDoubles(), ::testing::ElementsAre(1.5));
   EXPECT_EQ(file["empty"].Array().array.shape, (std::vector<std::size_t>{0, 3}));
   EXPECT_EQ(file["plain"][2].Text(), "text");
-  EXPECT_THAT(ErrorText([] { DataFile(Fixture("hand_sets/joblib_objects.pkl")); }),
+  EXPECT_THAT(ErrorText([] { DataFile(Fixture("pickle/joblib_objects.pkl")); }),
               HasSubstr("array of Python objects in joblib's form"));
   // Cut off anywhere, the file is refused.
-  std::ifstream whole(Fixture("hand_sets/joblib.pkl"), std::ios::binary);
+  std::ifstream whole(Fixture("pickle/joblib.pkl"), std::ios::binary);
   const std::string bytes{std::istreambuf_iterator<char>(whole), {}};
   for (std::size_t size = 1; size < bytes.size(); size += 7) {
     const std::span part(reinterpret_cast<const std::byte*>(bytes.data()), size);
@@ -140,6 +151,13 @@ TEST(ImportHandSets, OmomoAndEstimatorsOfBodies) {
   const Clip wham = Import(Fixture("hand_sets/wham.pkl"), options).clip;
   EXPECT_LT(MaxDifference(wham.trans, ExpectedOfSet("wham.trans")), 1e-9);
   EXPECT_LT(MaxDifference(Joints(wham, 0, 22), ExpectedOfSet("wham.pose")), 1e-9);
+  const Clip romp = Import(Fixture("hand_sets/romp.npz"), options).clip;
+  EXPECT_LT(MaxDifference(romp.trans, ExpectedOfSet("wham.trans")), 1e-9);
+  EXPECT_LT(MaxDifference(Joints(romp, 0, 22), ExpectedOfSet("wham.pose")), 1e-9);
+  const ImportedFile mdm = Import(Fixture("hand_sets/sample00_rep00_smpl_params.npy"), options);
+  EXPECT_LT(MaxDifference(mdm.clip.trans, ExpectedOfSet("wham.trans")), 1e-9);
+  EXPECT_LT(LargestTurn(Joints(mdm.clip, 0, 22), ExpectedOfSet("wham.pose")), 1e-6);
+  EXPECT_EQ(mdm.clip.frame_rate, 20);
   const Clip gvhmr = Import(Fixture("hand_sets/gvhmr.pkl"), options).clip;
   EXPECT_LT(MaxDifference(Joints(gvhmr, 1, 21), ExpectedOfSet("gvhmr.pose_body")), 1e-6);
 }
