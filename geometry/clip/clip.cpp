@@ -32,10 +32,20 @@ namespace {
 constexpr const char* kObjectChecksum = "object_checksum";
 
 // Arrays of a clip's file: those of AMASS's SMPL-X layout, and Holdfast's own.
-constexpr std::array kAmassArrays = {
-    "mocap_frame_rate",  "mocap_time_length", "trans", "root_orient", "pose_body", "pose_jaw",
-    "pose_eye",          "pose_hand",         "poses", "betas",       "num_betas", "gender",
-    "surface_model_type"};
+constexpr std::array kAmassArrays = {"mocap_frame_rate",
+                                     "mocap_framerate",
+                                     "mocap_time_length",
+                                     "trans",
+                                     "root_orient",
+                                     "pose_body",
+                                     "pose_jaw",
+                                     "pose_eye",
+                                     "pose_hand",
+                                     "poses",
+                                     "betas",
+                                     "num_betas",
+                                     "gender",
+                                     "surface_model_type"};
 constexpr std::array kOwnArrays = {"body_model",     "subject",      "action",       "object_trans",
                                    "object_orient",  "object_name",  "object_mesh",  "table_trans",
                                    "table_orient",   "table_name",   "table_mesh",   "v_template",
@@ -291,7 +301,10 @@ void AddArrays(const Clip& clip, NpzWriter& writer) {
     }
     add_rows(key, static_cast<std::size_t>(3 * count), part);
   };
-  writer.AddFloat64("mocap_frame_rate", {}, {clip.frame_rate});
+  // AMASS spells it in both ways.
+  for (const char* name : {"mocap_frame_rate", "mocap_framerate"}) {
+    writer.AddFloat64(name, {}, {clip.frame_rate});
+  }
   add_rows("trans", 3, clip.trans);
   add_joints("root_orient", 0, 1);
   add_joints("pose_body", 1, 21);

@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <fstream>
+#include <limits>
+#include <map>
 #include <optional>
 #include <string>
 #include <utility>
@@ -22,6 +25,8 @@
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/import/smplx_parameters.h"
 #include "geometry/import/world_frame.h"
+#include "geometry/io/container/byte_source.h"
+#include "geometry/io/container/text_scanner.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {
@@ -67,6 +72,8 @@ constexpr HandSet kAngles = {"MANO poses, one array",
                              false,
                              "the file's world, assumed to be z-up",
                              UpAxis::kZ};
+constexpr HandSet kHot3d = {
+    "HOT3D", "", "", "", HandRoot::kWrist, true, "the world of the headset, z up", UpAxis::kZ};
 constexpr HandSet kCoefficients = {
     "HO-Cap, DexYCB: MANO coefficients, one array", "",        "", "", HandRoot::kWrist, true,
     "the file's world, assumed to be z-up",         UpAxis::kZ};
@@ -220,6 +227,57 @@ class HandSetCollector {
     NameUnused(fields);
   }
 
+  // One {"timestamp_ns": ..., "hand_poses": {"0": {"pose", "wrist_xform", "betas"}, ...}} per
+  // frame.
+  void AddHot3d(const DataValue& root) {
+    set_ = &kHot3d;
+    side_ = WantedSide().value_or(Side::kRight);
+    const std::string_view key = *side_ == Side::kRight ? "1" : "0";
+    std::vector<double> times;
+    bool other = false;
+    for (std::size_t t = 0; t < root.Size(); ++t) {
+      const Fields frame(root[t]);
+      times.push_back(frame["timestamp_ns"].Number());
+      const Fields hands = frame.In("hand_poses");
+      other = other || hands.Has(key == "1" ? "0" : "1");
+      if (!hands.Has(key)) {
+        AddGap();
+        continue;
+      }
+      const Fields hand = hands.In(key), wrist = hand.In("wrist_xform");
+      if (!hand.Has("pose")) {
+        throw Error(hand.Where(), "holds joint angles of UmeTrack's hand, not of MANO",
+                    "Give mano_hand_pose_trajectory.jsonl");
+      }
+      const std::vector<double> fingers = hand["pose"].Array().AsDoubles();
+      const Eigen::Vector4d q = ReadFrameRows(wrist["q_wxyz"], 4).col(0);
+      if (!(q.norm() > 0.5 && q.norm() < 2.0)) {
+        throw Error(wrist.Where(), "has no rotation", "Give a quaternion of length 1, w first");
+      }
+      Eigen::VectorXd numbers(3 + static_cast<Eigen::Index>(fingers.size()));
+      const Eigen::Quaterniond turn(q[0], q[1], q[2], q[3]);
+      numbers << LogSO3(turn.normalized().toRotationMatrix()),
+          Eigen::Map<const Eigen::VectorXd>(fingers.data(), numbers.size() - 3);
+      if (!poses_.empty() && numbers.size() != PoseSize(numbers.size())) {
+        throw Error(hand.Where(), "has another number of coefficients than the frames before it",
+                    "Check the file");
+      }
+      poses_.emplace_back(std::move(numbers));
+      trans_.emplace_back(ReadFrameRows(wrist["t_xyz"], 3).col(0));
+      if (betas_.size() == 0 && hand.Has("betas")) betas_ = ReadBetas(hand["betas"]).col(0);
+    }
+    if (other) {
+      Note(fmt::format("the file has both hands: the {} one is used (--hands rhand or lhand)",
+                       SideName(*side_)));
+    }
+    if (times.size() > 1) {
+      const double seconds = 1e-9 * (times.back() - times.front());
+      const double rate = static_cast<double>(times.size() - 1) / seconds;
+      if (rate >= 1.0 && rate <= 10000.0) rate_ = std::round(rate);
+    }
+    AddDynamicObjects(times);
+  }
+
   // (T, 48), (T, 51) or (2, T, 51).
   void AddArray(const DataValue& value) {
     const NpyMember member = value.Array();
@@ -229,7 +287,6 @@ class HandSetCollector {
     const std::vector<double> all = member.AsDoubles();
     Eigen::MatrixXd rows = Eigen::Map<const Eigen::MatrixXd>(
         all.data(), width, static_cast<Eigen::Index>(all.size()) / width);
-    if (!rows.allFinite()) throw Error(value.Where(), "is not finite", "Check the file");
     if (shape.size() == 3) {
       side_ = WantedSide().value_or(Side::kRight);
       Note(fmt::format(
@@ -243,7 +300,7 @@ class HandSetCollector {
       Note("warning: the array holds poses only: no translation of the hand");
     }
     for (Eigen::Index t = 0; t < rows.cols(); ++t) {
-      if (width > kPoseNumbers && IsGap(rows.col(t))) {
+      if (width > kPoseNumbers ? IsGap(rows.col(t)) : !rows.col(t).allFinite()) {
         AddGap();
         continue;
       }
@@ -262,15 +319,16 @@ class HandSetCollector {
     clip.pose.assign(poses_.size(), JointPose::Zero());
     clip.trans.resize(3, frames);
     if (betas_.size() > 0) SetBetas(betas_, imported_);
-    Eigen::MatrixXd numbers(kPoseNumbers, frames);
+    const auto finger_numbers = poses_[0]->size() - 3;
+    Eigen::MatrixXd numbers(3 + finger_numbers, frames);
     for (Eigen::Index t = 0; t < frames; ++t) numbers.col(t) = *poses_[t];
     FingerAngles fingers(options_);
     const bool relaxed = options_.hands == ImportedHands::kNone;
-    if (relaxed) numbers.bottomRows<kHandDofs>().setZero();
     const Eigen::MatrixXd angles =
-        set_->coefficients && !relaxed
-            ? fingers.OfCoefficients(numbers.bottomRows<kHandDofs>(), side, path_.string())
-            : fingers.OfAngles(numbers.bottomRows<kHandDofs>(), side);
+        relaxed ? fingers.OfAngles(Eigen::MatrixXd::Zero(kHandDofs, frames), side)
+        : set_->coefficients
+            ? fingers.OfCoefficients(numbers.bottomRows(finger_numbers), side, path_.string())
+            : fingers.OfAngles(numbers.bottomRows(finger_numbers), side);
     SetJoints(clip.pose, HandBegin(side), angles, path_.string());
     SetJoints(clip.pose, 0, numbers.topRows<3>(), path_.string());
     const bool complete = options_.flat_hand_mean.value_or(!set_->coefficients);
@@ -286,13 +344,14 @@ class HandSetCollector {
       }
       clip.trans.col(t) = trans;
     }
+    if (set_->name == "TACO") AddTacoObject(side);
     PutObject();
     imported_.format = fmt::format("{}, {} hand", set_->name, SideName(side));
     imported_.conventions.push_back(fmt::format("positions are in {}", set_->frame));
     Append(imported_.conventions, fingers.Conventions());
     Append(imported_.notes, fingers.Notes());
-    clip.frame_rate = options_.source_frame_rate.value_or(30.0);
-    if (frames > 1 && !options_.source_frame_rate) {
+    clip.frame_rate = options_.source_frame_rate.value_or(rate_.value_or(30.0));
+    if (frames > 1 && !options_.source_frame_rate && !rate_) {
       Note(
           "warning: no frame rate in the file: assuming 30 Hz ('holdfast import --source-fps' "
           "overrides this)");
@@ -360,8 +419,9 @@ class HandSetCollector {
     }
   }
 
-  // DexYCB stores zeros where the hand is not in the picture, HO-Cap -1.
+  // DexYCB stores zeros where the hand is not in the picture, HO-Cap -1 or NaN.
   static bool IsGap(const Eigen::VectorXd& numbers) {
+    if (!numbers.allFinite()) return true;
     return (numbers.array() == numbers[0]).all() && (numbers[0] == 0.0 || numbers[0] == -1.0);
   }
 
@@ -443,6 +503,113 @@ class HandSetCollector {
     }
   }
 
+  // Numbers of the frames before, or `otherwise` if all were gaps.
+  Eigen::Index PoseSize(Eigen::Index otherwise) const {
+    for (const auto& pose : poses_) {
+      if (pose) return pose->size();
+    }
+    return otherwise;
+  }
+
+  // dynamic_objects.csv: a line for each object and time, with its position and quaternion.
+  void AddDynamicObjects(const std::vector<double>& times) {
+    std::error_code ignored;
+    fs::path csv;
+    const fs::path folder = fs::absolute(path_, ignored).parent_path();
+    for (const fs::path& at : {folder, folder.parent_path() / "ground_truth"}) {
+      if (csv.empty() && fs::is_regular_file(at / "dynamic_objects.csv", ignored)) {
+        csv = at / "dynamic_objects.csv";
+      }
+    }
+    if (csv.empty()) return Note("no dynamic_objects.csv beside the file: no object");
+    std::map<std::string, std::map<std::int64_t, Eigen::Isometry3d>> tracks;
+    const std::string text = ReadGzipText(csv);
+    std::size_t number = 0;
+    for (std::size_t at = 0; at < text.size(); ++number) {
+      const std::size_t end = std::min(text.find('\n', at), text.size());
+      std::vector<std::string_view> cells;
+      for (std::size_t begin = at; begin <= end;) {
+        const std::size_t comma = std::min(text.find(',', begin), end);
+        cells.push_back(std::string_view(text).substr(begin, comma - begin));
+        begin = comma + 1;
+      }
+      at = end + 1;
+      double n[8] = {};
+      bool good = cells.size() >= 9;
+      for (std::size_t k = 0; good && k < 8; ++k) good = ParseNumber(cells[k + 1], n[k]);
+      if (!good) {
+        if (number == 0 || cells.size() < 2) continue;  // the header, an empty line
+        throw Error(fmt::format("{}:{}", csv.string(), number + 1), "is not an object's pose",
+                    "Give object_uid, timestamp[ns], three numbers of the position, four of the "
+                    "quaternion, w first");
+      }
+      Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+      pose.linear() = Eigen::Quaterniond(n[4], n[5], n[6], n[7]).normalized().toRotationMatrix();
+      pose.translation() = Eigen::Vector3d(n[1], n[2], n[3]);
+      tracks[std::string(cells[0])][static_cast<std::int64_t>(n[0])] = pose;
+    }
+    // The object whose origin comes nearest to the wrist, on average.
+    double least = std::numeric_limits<double>::infinity();
+    for (const auto& [uid, poses] : tracks) {
+      double sum = 0.0;
+      int count = 0;
+      for (std::size_t t = 0; t < times.size(); ++t) {
+        const auto found = poses.find(static_cast<std::int64_t>(times[t]));
+        if (!poses_[t] || found == poses.end()) continue;
+        sum += (found->second.translation() - trans_[t]).norm();
+        ++count;
+      }
+      if (count == 0 || sum / count >= least) continue;
+      least = sum / count;
+      object_name_ = uid;
+    }
+    if (object_name_.empty()) return Note("dynamic_objects.csv has no object at the file's times");
+    if (tracks.size() > 1) {
+      Note(fmt::format("{} objects beside the file: {} is used, which is nearest to the hand",
+                       tracks.size(), object_name_));
+    }
+    const auto& poses = tracks[object_name_];
+    int missing = 0;
+    for (const double time : times) {
+      const auto found = poses.find(static_cast<std::int64_t>(time));
+      missing += found == poses.end();
+      auto nearest =
+          found != poses.end() ? found : poses.lower_bound(static_cast<std::int64_t>(time));
+      if (nearest == poses.end()) nearest = std::prev(poses.end());
+      object_.push_back(nearest->second);
+    }
+    if (missing > 0) {
+      Note(fmt::format("warning: no pose of the object in {} of {} frames: the next one is used",
+                       missing, times.size()));
+    }
+  }
+
+  // TACO's right hand uses the tool, its left hand holds the target; meshes are in centimeters.
+  void AddTacoObject(Side side) {
+    std::error_code ignored;
+    fs::path folder;
+    bool moved = false;
+    for (const fs::path& part : fs::absolute(path_, ignored).parent_path()) {
+      folder /= part == "Hand_Poses" ? "Object_Poses" : part;
+      moved = moved || part == "Hand_Poses";
+    }
+    const std::string begins = side == Side::kRight ? "tool_" : "target_";
+    for (fs::directory_iterator entry(folder, ignored), end; moved && !ignored && entry != end;
+         entry.increment(ignored)) {
+      const std::string stem = entry->path().stem().string();
+      if (!stem.starts_with(begins) || entry->path().extension() != ".npy") continue;
+      const DataFile file(entry->path());
+      object_ = PosesIn(file.Root());
+      object_name_ = stem.substr(begins.size());
+      imported_.object_mesh = FindInDataSet(
+          path_, fmt::format("object_models_released/{}_cm.obj", object_name_), options_);
+      imported_.object_mesh_scale = 0.01;
+      Note(fmt::format("the object is the {} of Object_Poses", stem.substr(0, begins.size() - 1)));
+      return;
+    }
+    Note("no Object_Poses beside Hand_Poses: no object");
+  }
+
   void FillGaps() {
     std::vector<int> with, without;
     for (int t = 0; t < static_cast<int>(poses_.size()); ++t) {
@@ -480,7 +647,8 @@ class HandSetCollector {
       track.trans.col(t) = object_[t].translation();
       track.orient.col(t) = LogSO3(object_[t].linear());
     }
-    for (const char* file : {"models/{}/textured_simple.obj", "models/{}/textured.obj"}) {
+    for (const char* file : {"models/{}/textured_simple.obj", "models/{}/textured.obj",
+                             "object_models/{}.glb", "assets/{}.glb"}) {
       if (!object_name_.empty() && imported_.object_mesh.empty()) {
         imported_.object_mesh =
             FindInDataSet(path_, fmt::format(fmt::runtime(file), object_name_), options_);
@@ -517,6 +685,7 @@ class HandSetCollector {
   std::vector<Eigen::Isometry3d> object_;
   Eigen::VectorXd betas_;
   std::string object_name_;
+  std::optional<double> rate_;  // Hz, if the file states it
   bool warned_of_objects_ = false;
   ImportedClip imported_;
 };
@@ -533,6 +702,19 @@ ImportedClip ImportHandSet(const Fields& fields, const fs::path& path,
                            const ParameterOptions& options) {
   HandSetCollector collector(path, options);
   collector.Add(fields);
+  return collector.Collect();
+}
+
+bool LooksLikeHot3d(const DataValue& root) {
+  if (root.Kind() != DataKind::kList || root.Size() == 0) return false;
+  const DataValue first = root[std::size_t{0}];
+  return first.Kind() == DataKind::kDict && first.Has("hand_poses") && first.Has("timestamp_ns");
+}
+
+ImportedClip ImportHot3d(const DataValue& root, const fs::path& path,
+                         const ParameterOptions& options) {
+  HandSetCollector collector(path, options);
+  collector.AddHot3d(root);
   return collector.Collect();
 }
 

@@ -246,6 +246,13 @@ ImportedClip ImportMdm(const DataFile&, const Fields& fields, const ParameterOpt
   return imported;
 }
 
+bool IsHot3d(const DataFile& file, const Fields&) {
+  return file.Format() == DataFormat::kJson && LooksLikeHot3d(file.Root());
+}
+ImportedClip ImportHot3dFile(const DataFile& file, const Fields&, const ParameterOptions& options) {
+  return ImportHot3d(file.Root(), file.Path(), options);
+}
+
 // Data file formats: the first importer that recognizes a file reads it. A new format needs one
 // line here and one file in this folder.
 struct Importer {
@@ -277,6 +284,7 @@ constexpr Importer kImporters[] = {
      FromFields<ImportMano>},
     {"hands with objects: HO-3D, DexYCB, OakInk, TACO, GigaHands", TellsByFields<LooksLikeHandSet>,
      FromFields<ImportHandSet>},
+    {"HOT3D mano_hand_pose_trajectory.jsonl", IsHot3d, ImportHot3dFile},
     {"OMOMO", IsOmomo, ImportOmomo},
     {"MDM's SMPL parameters", IsMdm, ImportMdm},
     {"a list of such parameters, one per frame", IsListOfParameters, ImportList},

@@ -81,7 +81,28 @@ TEST(ImportHandSets, DexYcbHoldsTheObjectThatItsMetaNames) {
 
 TEST(ImportHandSets, TranslationsOfOakInkAndTacoAreOfTheWrist) {
   ExpectSet("oakink", Import(Fixture("hand_sets/oakink.pkl")).clip, Side::kRight);
-  ExpectSet("taco", Import(Fixture("hand_sets/taco/left_hand.pkl")).clip, Side::kLeft);
+  const ImportedFile taco =
+      Import(Fixture("hand_sets/taco/Hand_Poses/(cut, knife, bowl)/20231027_001/left_hand.pkl"));
+  ExpectSet("taco", taco.clip, Side::kLeft);
+  EXPECT_EQ(taco.clip.object->name, "022");
+}
+
+TEST(ImportHandSets, Hot3dTakesTheObjectNearestToTheHand) {
+  ImportFileOptions options;
+  options.parameters.hand_models = {Fixture("parameters/MANO_RIGHT.pkl")};
+  const ImportedFile imported =
+      Import(Fixture("hand_sets/hot3d/mano_hand_pose_trajectory.jsonl"), options);
+  ExpectSet("hot3d", imported.clip, Side::kRight);
+  EXPECT_EQ(imported.clip.object->name, "near");
+  EXPECT_EQ(imported.clip.frame_rate, 60);
+  EXPECT_TRUE(Mentions(imported.notes, "no hand in 1 of 4 frames (3)"));
+  const TemporaryFolder folder;
+  std::ofstream(folder / "umetrack.jsonl")
+      << R"({"timestamp_ns": 1, "hand_poses": {"1": {"joint_angles": [0.1], "wrist_xform": {}}}})"
+      << "\n"
+      << R"({"timestamp_ns": 2, "hand_poses": {}})"
+      << "\n";
+  EXPECT_THAT(ImportFault(folder / "umetrack.jsonl"), HasSubstr("UmeTrack"));
 }
 
 TEST(ImportHandSets, ArraysWithoutNamesAreHands) {
