@@ -12,27 +12,23 @@ namespace holdfast {
 /// DexYCB, OakInk, TACO or EasyMocap (GigaHands): one frame, all frames, or a dict with one dict
 /// for each frame ("00001", ...).
 bool LooksLikeHandSet(const Fields& fields);
+/// Imports such a file, or the files of one sequence in their order (ClipOfHand).
+ImportedClip ImportHandSet(const Fields& fields, const std::filesystem::path& path,
+                           const ParameterOptions& options);
+ImportedClip ImportHandFrames(const std::vector<std::filesystem::path>& frames,
+                              const ParameterOptions& options);
 
 /// Whether this is an array of MANO parameters without names: (T, 48) angles, (T, 51) or (2, T, 51)
 /// coefficients and a translation of one hand, or of the right and the left hand (HO-Cap).
 bool LooksLikeHandArray(const DataValue& value);
-
-/// Whether this is a list of frames with `hand_poses` of HOT3D ("0": left, "1": right), of MANO or
-/// of UmeTrack, which ImportHot3d refuses.
-bool LooksLikeHot3d(const DataValue& root);
-/// Imports mano_hand_pose_trajectory.jsonl of HOT3D: 15 coefficients on top of the mean hand, and
-/// the object nearest to the hand of dynamic_objects.csv beside it or in ../ground_truth.
-ImportedClip ImportHot3d(const DataValue& root, const std::filesystem::path& path,
-                         const ParameterOptions& options);
-
-/// Imports such a file, or the files of one sequence in their order, as a clip of a hand alone with
-/// its object. In frames without a hand the nearest one is kept, with a warning that names them.
-/// Throws Error where finger coefficients need a MANO file, and for files without any hand.
-ImportedClip ImportHandSet(const Fields& fields, const std::filesystem::path& path,
-                           const ParameterOptions& options);
 ImportedClip ImportHandArray(const DataValue& value, const std::filesystem::path& path,
                              const ParameterOptions& options);
-ImportedClip ImportHandFrames(const std::vector<std::filesystem::path>& frames,
-                              const ParameterOptions& options);
+
+/// Whether this is a list of frames with `hand_poses` of HOT3D ("0": left, "1": right).
+bool LooksLikeHot3d(const DataValue& root);
+/// Imports mano_hand_pose_trajectory.jsonl of HOT3D, and of dynamic_objects.csv, beside it or in
+/// ../ground_truth, the object that is nearest to the hand. Throws Error for UmeTrack's angles.
+ImportedClip ImportHot3d(const DataValue& root, const std::filesystem::path& path,
+                         const ParameterOptions& options);
 
 }  // namespace holdfast

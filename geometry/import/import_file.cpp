@@ -8,11 +8,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include "geometry/body/body_kinematics.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/resample.h"
 #include "geometry/error.h"
 #include "geometry/import/amass.h"
+#include "geometry/import/body_sets.h"
 #include "geometry/import/data_set_files.h"
 #include "geometry/import/fields.h"
 #include "geometry/import/file_kind.h"
@@ -27,7 +27,6 @@
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/retarget/skeleton_map.h"
-#include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
@@ -123,129 +122,6 @@ Fields PersonIn(const DataFile& file, int person) {
               "Choose another with --person");
 }
 
-// OMOMO (Li et al. 2023): {0: {...}, 1: {...}}, a person of SMPL-X and an object in each sequence.
-bool IsOmomo(const DataFile&, const Fields& fields) {
-  const std::vector<std::string> names = fields.Names();
-  if (names.empty()) return false;
-  const DataValue first = fields[names[0]];
-  if (first.Kind() != DataKind::kDict) return false;
-  const Fields one(first);
-  return one.Has("obj_rot") && one.Has("obj_trans") && one.Has("pose_body") && one.Has("seq_name");
-}
-
-ImportedClip ImportOmomo(const DataFile& file, const Fields& fields,
-                         const ParameterOptions& options) {
-  const std::vector<std::string> names = fields.Names();
-  if (static_cast<std::size_t>(options.person) >= names.size()) {
-    throw Error(file.Path().string(), fmt::format("has {} sequences", names.size()),
-                "Choose one with --person, counted from 0");
-  }
-  const Fields sequence = fields.In(names[options.person]);
-  const std::string name = TextOf(sequence, "seq_name");
-  ParameterOptions known = options;
-  if (!known.source_frame_rate) known.source_frame_rate = 30.0;
-  ParameterCollector collector(known);
-  collector.Add(sequence);
-  ImportedClip imported = collector.Collect(true);
-  imported.format = fmt::format("OMOMO, sequence '{}'", name);
-  if (names.size() > 1) {
-    imported.notes.push_back(fmt::format("sequence {} of {} is used (choose with --person)",
-                                         options.person, names.size()));
-  }
-  const Eigen::Index frames = imported.clip.trans.cols();
-  ObjectTrack track;
-  track.orient = ReadObjectRotations(sequence["obj_rot"], imported, frames);
-  track.trans = ReadFrameRows(sequence["obj_trans"], 3);
-  RequireFrames(sequence.Where(), "obj_rot", track.orient.cols(), frames);
-  RequireFrames(sequence.Where(), "obj_trans", track.trans.cols(), frames);
-  // "sub3_largebox_003"
-  const std::size_t begin = name.find('_'), end = name.rfind('_');
-  if (begin != std::string::npos && end > begin)
-    track.name = name.substr(begin + 1, end - begin - 1);
-  imported.object_mesh = FindInDataSet(
-      file.Path(), fmt::format("captured_objects/{}_cleaned_simplified.obj", track.name), options);
-  if (const auto scale = sequence.Find("obj_scale"); scale && scale->HoldsNumbers()) {
-    const std::vector<double> scales = scale->Array().AsDoubles();
-    imported.object_mesh_scale = scales.empty() ? 1.0 : scales[0];
-    const bool constant = std::ranges::all_of(
-        scales, [&](double s) { return std::abs(s - scales[0]) <= 1e-3 * std::abs(scales[0]); });
-    if (!constant) {
-      imported.notes.push_back("warning: obj_scale varies: that of the first frame is used");
-    }
-  }
-  if (imported.object_mesh.empty()) {
-    imported.notes.push_back(fmt::format(
-        "the mesh of the object {} was not found (give it with --object-mesh, or the folder of the "
-        "data set with --data-root)",
-        track.name));
-  }
-  imported.conventions.push_back("object: x = s R x + t");
-  imported.clip.object = std::move(track);
-  imported.dropped.clear();
-  constexpr std::array<std::string_view, 9> kUsed = {"seq_name", "root_orient", "pose_body",
-                                                     "trans",    "betas",       "gender",
-                                                     "obj_rot",  "obj_trans",   "obj_scale"};
-  DropUnused(sequence, kUsed, imported);
-  SettleWorld(imported, options, UpAxis::kZ, false);
-  return imported;
-}
-
-// MDM (Tevet et al. 2023), *_smpl_params.npy: thetas (24, 6, T), rows of matrices, y up, 20 Hz.
-bool IsMdm(const DataFile&, const Fields& fields) {
-  return fields.Has("thetas") && fields.Has("root_translation") && fields["thetas"].HoldsNumbers();
-}
-
-ImportedClip ImportMdm(const DataFile&, const Fields& fields, const ParameterOptions& options) {
-  constexpr std::size_t kJoints = 24, kNumbers = 6;
-  const NpyMember member = fields["thetas"].Array(), place = fields["root_translation"].Array();
-  const std::vector<std::size_t>& shape = member.array.shape;
-  const bool known = shape.size() == 3 && shape[0] == kJoints && shape[1] == kNumbers;
-  if (!known || place.array.shape != std::vector<std::size_t>{3, shape[2]}) {
-    throw Error(member.where,
-                fmt::format("has shape {}, with {} for root_translation", member.ShapeText(),
-                            place.ShapeText()),
-                "Give (24, 6, T) and (3, T), as MDM's joints2smpl writes them");
-  }
-  const std::vector<double> thetas = member.AsDoubles(), roots = place.AsDoubles();
-  const std::size_t frames = shape[2];
-  ImportedClip imported;
-  Clip& clip = imported.clip;
-  clip.pose.assign(frames, JointPose::Zero());
-  clip.trans.resize(3, static_cast<Eigen::Index>(frames));
-  for (std::size_t t = 0; t < frames; ++t) {
-    for (std::size_t j = 0; j < kNumBodyJoints; ++j) {
-      Eigen::Matrix<double, 6, 1> six;
-      for (std::size_t k = 0; k < kNumbers; ++k) six[k] = thetas[(j * kNumbers + k) * frames + t];
-      const Eigen::Vector3d first = six.head<3>(), second = six.tail<3>();
-      const double off = first.normalized().dot(second.normalized());
-      if (!six.allFinite() || !(first.norm() > 1e-3) || !(std::abs(off) < 0.99)) {
-        throw Error(member.where, fmt::format("has no rotation for joint {} of frame {}", j, t),
-                    "Check the file");
-      }
-      Eigen::Matrix3d rows;
-      rows.row(0) = first.normalized();
-      rows.row(1) = (second - rows.row(0).dot(second) * rows.row(0).transpose()).normalized();
-      rows.row(2) = rows.row(0).cross(rows.row(1));
-      clip.pose[t].col(static_cast<Eigen::Index>(j)) = LogSO3(rows);
-    }
-    for (std::size_t c = 0; c < 3; ++c) {
-      clip.trans(static_cast<Eigen::Index>(c), static_cast<Eigen::Index>(t)) =
-          roots[c * frames + t];
-    }
-  }
-  imported.format = "MDM's SMPL parameters";
-  clip.surface_model_type = "smpl";
-  clip.frame_rate = options.source_frame_rate.value_or(20.0);
-  imported.conventions.push_back("6D rotations are two rows of a matrix; 20 Hz as in HumanML3D");
-  imported.notes.push_back("fingers are not in the file: the relaxed hand is used");
-  for (JointPose& pose : clip.pose) pose = AddHandMean(*options.body, pose);
-  constexpr std::array<std::string_view, 4> kUsed = {"thetas", "root_translation", "length",
-                                                     "text"};
-  DropUnused(fields, kUsed, imported);
-  SettleWorld(imported, options, UpAxis::kY, true);
-  return imported;
-}
-
 bool IsHot3d(const DataFile& file, const Fields&) {
   return file.Format() == DataFormat::kJson && LooksLikeHot3d(file.Root());
 }
@@ -285,8 +161,8 @@ constexpr Importer kImporters[] = {
     {"hands with objects: HO-3D, DexYCB, OakInk, TACO, GigaHands", TellsByFields<LooksLikeHandSet>,
      FromFields<ImportHandSet>},
     {"HOT3D mano_hand_pose_trajectory.jsonl", IsHot3d, ImportHot3dFile},
-    {"OMOMO", IsOmomo, ImportOmomo},
-    {"MDM's SMPL parameters", IsMdm, ImportMdm},
+    {"OMOMO", TellsByFields<LooksLikeOmomo>, FromFields<ImportOmomo>},
+    {"MDM's SMPL parameters", TellsByFields<LooksLikeMdm>, FromFields<ImportMdm>},
     {"a list of such parameters, one per frame", IsListOfParameters, ImportList},
     {"such parameters by person", IsPeople, ImportPerson},
     {"Motion-X (frames, 322), poses (frames, 165 or 156), MANO (frames, 48), HO-Cap (2, frames, "

@@ -1,0 +1,213 @@
+// SPDX-License-Identifier: MIT
+#include "geometry/import/hand_sequence.h"
+
+#include <algorithm>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <Eigen/SVD>
+
+#include "geometry/body/default_hand.h"
+#include "geometry/error.h"
+#include "geometry/import/data_set_files.h"
+#include "geometry/import/joint_fields.h"
+#include "geometry/import/mano_parameters.h"
+#include "geometry/import/world_frame.h"
+#include "geometry/rotation.h"
+
+namespace holdfast {
+namespace {
+
+Eigen::Isometry3d PoseOfMatrix(const Eigen::Matrix<double, 3, 4>& matrix, const std::string& where,
+                               std::size_t index) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix.leftCols<3>(),
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = svd.matrixU() * svd.matrixV().transpose();
+  pose.translation() = matrix.col(3);
+  if (!(svd.singularValues()[2] > 0.5 && svd.singularValues()[0] < 2.0) ||
+      pose.linear().determinant() < 0.0) {
+    throw Error(where, fmt::format("has no rotation in pose {}", index),
+                "Give rotation matrices of determinant 1");
+  }
+  return pose;
+}
+
+void FillGaps(HandSequence& sequence) {
+  std::vector<int> with, without;
+  for (int t = 0; t < static_cast<int>(sequence.frames.size()); ++t) {
+    (sequence.frames[t] ? with : without).push_back(t);
+  }
+  if (with.empty()) {
+    throw Error(
+        sequence.path.string(), fmt::format("has no frame with a {} hand", SideName(sequence.side)),
+        "Give frames in which the hand was annotated, or choose the other one with --hands");
+  }
+  for (const int t : without) {
+    sequence.frames[t] = sequence.frames[*std::ranges::min_element(
+        with, {}, [&](int other) { return std::abs(other - t); })];
+  }
+  if (without.empty()) return;
+  constexpr std::size_t kMaxNamed = 8;
+  const std::size_t count = without.size();
+  without.resize(std::min(count, kMaxNamed));
+  sequence.imported.notes.push_back(fmt::format(
+      "warning: no hand in {} of {} frames ({}{}): the nearest hand is kept there", count,
+      sequence.frames.size(), fmt::join(without, ", "), count > kMaxNamed ? ", ..." : ""));
+}
+
+void PutObject(HandSequence& sequence, const ParameterOptions& options) {
+  if (sequence.object.empty()) return;
+  const std::size_t frames = sequence.frames.size();
+  if (sequence.object.size() == 1) sequence.object.resize(frames, sequence.object[0]);
+  RequireFrames(sequence.path.string(), "the object", std::ssize(sequence.object),
+                static_cast<Eigen::Index>(frames));
+  ImportedClip& imported = sequence.imported;
+  ObjectTrack& track = imported.clip.object.emplace();
+  track.name = sequence.object_name.empty() ? "object" : sequence.object_name;
+  track.trans.resize(3, static_cast<Eigen::Index>(frames));
+  track.orient.resize(3, track.trans.cols());
+  for (Eigen::Index t = 0; t < track.trans.cols(); ++t) {
+    track.trans.col(t) = sequence.object[t].translation();
+    track.orient.col(t) = LogSO3(sequence.object[t].linear());
+  }
+  for (const std::string& mesh : sequence.meshes) {
+    if (imported.object_mesh.empty()) {
+      imported.object_mesh = FindInDataSet(sequence.path, mesh, options);
+    }
+  }
+  imported.object_mesh_scale = sequence.mesh_scale;
+  imported.conventions.push_back("object: x = R x + t");
+  if (!imported.object_mesh.empty()) return;
+  imported.notes.push_back(
+      fmt::format("the mesh of the {} was not found (give it with --object-mesh, or the folder of "
+                  "the data set with --data-root)",
+                  sequence.object_name.empty() ? "object" : "object " + sequence.object_name));
+}
+
+// Fingers (45 x T), without the mean hand.
+Eigen::MatrixXd FingersOfFrames(const HandSequence& sequence, const ParameterOptions& options,
+                                FingerAngles& fingers) {
+  const auto frames = static_cast<Eigen::Index>(sequence.frames.size());
+  if (options.hands == ImportedHands::kNone) {
+    return fingers.OfAngles(Eigen::MatrixXd::Zero(kHandDofs, frames), sequence.side);
+  }
+  const Eigen::Index numbers = sequence.frames[0]->fingers.size();
+  Eigen::MatrixXd rows(numbers, frames);
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    const Eigen::VectorXd& own = sequence.frames[t]->fingers;
+    if (own.size() != numbers) {
+      throw Error(sequence.path.string(),
+                  fmt::format("has {} numbers for the fingers in frame {}, {} in the first",
+                              own.size(), t, numbers),
+                  "Give the frames of one sequence");
+    }
+    rows.col(t) = own;
+  }
+  return sequence.layout.coefficients
+             ? fingers.OfCoefficients(rows, sequence.side, sequence.path.string())
+             : fingers.OfAngles(rows, sequence.side);
+}
+
+}  // namespace
+
+std::optional<Side> WantedHand(const ParameterOptions& options) {
+  if (options.hands == ImportedHands::kLeftAlone) return Side::kLeft;
+  if (options.hands == ImportedHands::kRightAlone) return Side::kRight;
+  return options.body->LoneHand();
+}
+
+Side HandOfTwo(const ParameterOptions& options, ImportedClip& imported) {
+  const Side side = WantedHand(options).value_or(Side::kRight);
+  imported.notes.push_back(fmt::format(
+      "the file has both hands: the {} one is used (--hands rhand or lhand)", SideName(side)));
+  return side;
+}
+
+void TakeBetas(const Fields& fields, std::string_view name, HandSequence& sequence) {
+  const auto value = fields.Find(name);
+  if (!value || !value->HoldsNumbers() || sequence.betas.size() > 0) return;
+  const Eigen::MatrixXd betas = ReadBetas(*value);
+  if (betas.cols() > 0) sequence.betas = betas.rowwise().mean();
+}
+
+std::vector<Eigen::Isometry3d> ReadRigidPoses(const DataValue& value) {
+  const NpyMember member = value.Array();
+  const std::vector<std::size_t>& shape = member.array.shape;
+  const std::size_t last = shape.empty() ? 0 : shape.back();
+  const std::size_t rows = shape.size() < 2 ? 0 : shape[shape.size() - 2];
+  const bool matrices = last == 4 && (rows == 3 || rows == 4);
+  if (!matrices && last != 7) {
+    throw Error(value.Where(),
+                fmt::format("has shape {}, which is not that of rigid poses", member.ShapeText()),
+                "Give matrices (..., 3, 4) or (..., 4, 4), or (..., 7): x, y, z, w and a position");
+  }
+  const std::vector<double> numbers = member.AsDoubles();
+  const std::size_t size = matrices ? 4 * rows : 7;
+  std::vector<Eigen::Isometry3d> poses;
+  for (std::size_t at = 0; at + size <= numbers.size(); at += size) {
+    const double* const n = numbers.data() + at;
+    if (matrices) {
+      poses.push_back(
+          PoseOfMatrix(Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(n),
+                       value.Where(), poses.size()));
+      continue;
+    }
+    const Eigen::Quaterniond turn(n[3], n[0], n[1], n[2]);
+    if (!(turn.norm() > 0.5 && turn.norm() < 2.0)) {
+      throw Error(value.Where(), fmt::format("has no rotation in pose {}", poses.size()),
+                  "Give quaternions of length 1, w last");
+    }
+    Eigen::Isometry3d& pose = poses.emplace_back(Eigen::Isometry3d::Identity());
+    pose.linear() = turn.normalized().toRotationMatrix();
+    pose.translation() = Eigen::Vector3d(n[4], n[5], n[6]);
+  }
+  return poses;
+}
+
+ImportedClip ClipOfHand(HandSequence sequence, const ParameterOptions& options) {
+  FillGaps(sequence);
+  const HandLayout& layout = sequence.layout;
+  const Side side = sequence.side;
+  ImportedClip& imported = sequence.imported;
+  Clip& clip = imported.clip;
+  const auto frames = static_cast<Eigen::Index>(sequence.frames.size());
+  clip.surface_model_type = "mano";
+  clip.pose.assign(sequence.frames.size(), JointPose::Zero());
+  clip.trans.resize(3, frames);
+  if (sequence.betas.size() > 0) SetBetas(sequence.betas, imported);
+
+  FingerAngles fingers(options);
+  SetJoints(clip.pose, HandBegin(side), FingersOfFrames(sequence, options, fingers),
+            sequence.path.string());
+  const bool complete = options.flat_hand_mean.value_or(!layout.coefficients);
+  if (!complete || options.hands == ImportedHands::kNone) fingers.AddMean(clip.pose);
+
+  const Eigen::Vector3d wrist =
+      PelvisOf(clip, options.body->LoneHand() ? *options.body : *DefaultHand(side));
+  for (Eigen::Index t = 0; t < frames; ++t) {
+    const HandFrame& frame = *sequence.frames[t];
+    clip.pose[t].col(0) = frame.orient;
+    clip.trans.col(t) = frame.trans;
+    if (layout.root == HandRoot::kWristPlaced) clip.trans.col(t) -= wrist;
+    if (layout.root == HandRoot::kOrigin) clip.trans.col(t) += ExpSO3(frame.turn) * wrist - wrist;
+  }
+  PutObject(sequence, options);
+  imported.format = fmt::format("{}, {} hand", layout.name, SideName(side));
+  imported.conventions.push_back(fmt::format("positions are in {}", layout.world));
+  Append(imported.conventions, fingers.Conventions());
+  Append(imported.notes, fingers.Notes());
+  const std::optional<double> rate =
+      options.source_frame_rate ? options.source_frame_rate : sequence.rate_hz;
+  clip.frame_rate = rate.value_or(30.0);
+  if (frames > 1 && !rate) {
+    imported.notes.push_back(
+        "warning: no frame rate in the file: assuming 30 Hz ('holdfast import --source-fps' "
+        "overrides this)");
+  }
+  SettleWorld(imported, options, layout.up, false);
+  return std::move(imported);
+}
+
+}  // namespace holdfast

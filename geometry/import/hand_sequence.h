@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: MIT
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+
+#include "geometry/import/fields.h"
+
+namespace holdfast {
+
+/// What the root of a MANO hand rotates about, and what its translation is.
+enum class HandRoot {
+  kWrist,        ///< MANO: x = R (v - J_0) + J_0 + t
+  kWristPlaced,  ///< manopth with center_idx = 0: t is the position of the wrist
+  kOrigin,       ///< EasyMocap: x = R_h v + t, with R_h outside of the model
+};
+
+/// How a data set stores hands.
+struct HandLayout {
+  std::string_view name;
+  HandRoot root = HandRoot::kWrist;
+  /// Fingers: principal components on top of the mean hand, else complete angles.
+  bool coefficients = false;
+  std::string_view world;  ///< description of the frame of its positions
+  UpAxis up = UpAxis::kZ;
+};
+
+struct HandFrame {
+  Eigen::Vector3d orient;  ///< of the root in the world, axis-angle
+  Eigen::VectorXd fingers;
+  Eigen::Vector3d trans;
+  Eigen::Vector3d turn = Eigen::Vector3d::Zero();  ///< R_h of kOrigin, axis-angle
+};
+
+/// The frames of one hand with its object, as read from a data set.
+struct HandSequence {
+  HandLayout layout;
+  std::filesystem::path path;
+  Side side = Side::kRight;
+  std::vector<std::optional<HandFrame>> frames;  ///< none: a frame without a hand
+  std::vector<Eigen::Isometry3d> object;         ///< none, one that stands, or one for each frame
+  std::string object_name;
+  /// Where the object's mesh may be, relative to the root of the data set.
+  std::vector<std::string> meshes;
+  double mesh_scale = 1.0;  ///< meters per unit of it
+  Eigen::VectorXd betas;
+  std::optional<double> rate_hz;  ///< if the file states it
+  ImportedClip imported;          ///< its notes, and what is left out
+};
+
+/// Side that the user asks for, by --hands or by the model of a hand; nullopt if neither says.
+std::optional<Side> WantedHand(const ParameterOptions& options);
+/// The hand to take from a file with both, with a note: the one asked for, else the right one.
+Side HandOfTwo(const ParameterOptions& options, ImportedClip& imported);
+
+/// Takes the shape from an array of betas, the mean of its rows, unless the sequence has one.
+void TakeBetas(const Fields& fields, std::string_view name, HandSequence& sequence);
+
+/// Rigid poses in row-major matrices (..., 3, 4) or (..., 4, 4), which become the nearest rotation,
+/// or in rows (..., 7) of a quaternion (x, y, z, w) and a position. Throws Error for other shapes
+/// and for what is no rotation.
+std::vector<Eigen::Isometry3d> ReadRigidPoses(const DataValue& value);
+
+/// Makes the clip of a hand alone. Frames without a hand get the nearest one, with a warning that
+/// names them. The world is turned by the layout's up axis. Throws Error for coefficients without
+/// --hand-model, for a sequence without any hand, and for an object with another number of frames.
+ImportedClip ClipOfHand(HandSequence sequence, const ParameterOptions& options);
+
+}  // namespace holdfast
