@@ -170,7 +170,7 @@ class Batch {
   std::vector<std::string> ArgumentsOf(const CLI::App& own, const JobLine& line) const {
     std::vector<std::string> words = JobArguments(own, line);
     words.insert(words.begin(), command_.name);
-    words.insert(words.end(), {"--output=" + ResultOf(line).string(), "--quiet", "--threads=1"});
+    words.insert(words.end(), {"--output=" + ResultOf(line).string(), "--log=none", "--threads=1"});
     if (own.get_option_no_throw("--force") != nullptr) words.push_back("--force");
     for (const auto& option : shared_) {
       const std::string key = option.front().substr(2, option.front().find('=') - 2);

@@ -58,13 +58,15 @@ void AddCommonOptions(CLI::App& command, CommonOptions& options, bool writes,
                       std::string_view examples) {
   command.add_flag("--json", options.json, "Print the summary as JSON");
   CLI::Option* const quiet =
-      command.add_flag("--quiet,-q", options.quiet, "Print no progress and no notes on stderr");
+      command.add_flag("--quiet,-q", options.quiet,
+                       "Print no progress and no notes on stderr; warnings and errors remain");
   command
       .add_flag("--verbose,-v", options.verbose,
                 "Print details on stderr: loaded files, time of each stage")
       ->excludes(quiet);
-  AddOption(command, "--log", options.log, "Format of stderr: text, or json (one object per line)",
-            CLI::IsMember({"text", "json"}));
+  AddOption(command, "--log", options.log,
+            "Format of stderr: text, json (one object per line), or none (errors only)",
+            CLI::IsMember({"text", "json", "none"}));
   AddOption(command, "--threads", options.threads,
             "Number of threads; 0: all cores available to the process", CLI::Range(0, 1024));
   AddOption(command, "--seed", options.seed, "Random seed");
@@ -184,7 +186,8 @@ void LogJson(std::string_view level, std::string_view event, const nlohmann::ord
 }
 
 void Note(const CommonOptions& options, std::string_view text) {
-  if (options.quiet) return;
+  const bool warns = text.starts_with("warning: ") || text.starts_with("note: warning: ");
+  if (options.log == "none" || (options.quiet && !warns)) return;
   // Notes from loading a file may include warnings.
   if (text.starts_with("note: warning: ")) text.remove_prefix(std::string_view("note: ").size());
   if (!LogsJson(options)) {
@@ -234,7 +237,7 @@ Progress::~Progress() {
 void Progress::Update(int done, int total) {
   done_ = done;
   total_ = total;
-  if (options_.quiet || total <= 0) return;
+  if (options_.quiet || options_.log == "none" || total <= 0) return;
   const bool json = LogsJson(options_);
   const auto now = Clock::now();
   const auto pause = std::chrono::milliseconds(json        ? 1000

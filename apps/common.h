@@ -42,9 +42,9 @@ struct Outcome {
 /// Options of all commands.
 struct CommonOptions {
   bool json = false;         ///< prints the summary as JSON on stdout
-  bool quiet = false;        ///< no progress or notes on stderr
+  bool quiet = false;        ///< no progress or notes on stderr, but warnings
   bool verbose = false;      ///< details on stderr
-  std::string log = "text";  ///< format of stderr: "text", or "json" with one object per line
+  std::string log = "text";  ///< of stderr: "text", "json" (one object per line), "none" (errors)
   bool force = false;        ///< overwrites existing files
   int threads = 0;           ///< 0: all cores
   std::uint64_t seed = 1;    ///< of all random draws
@@ -76,7 +76,8 @@ bool Interrupted();
 /// "error"), event and `fields`. Events are listed in docs/commands.md.
 void LogJson(std::string_view level, std::string_view event, const nlohmann::ordered_json& fields);
 
-/// Prints a note on stderr unless quiet. The prefix "warning: " makes it a warning.
+/// Prints a note on stderr unless quiet. The prefix "warning: " makes it a warning, which is
+/// printed in any case but with --log none.
 void Note(const CommonOptions& options, std::string_view text);
 
 /// Warns if a network's notes record a different rest pelvis (OldPelvisWarning).

@@ -79,7 +79,11 @@ std::string TextOf(const Fields& fields, std::string_view name) {
   const std::optional<DataValue> value = fields.Find(name);
   if (!value) return {};
   try {
-    return value->Text();
+    std::string text = value->Text();
+    // Names are printed: none may garble a terminal.
+    const bool garbles =
+        std::ranges::any_of(text, [](unsigned char c) { return c < ' ' || c == 127; });
+    return garbles ? std::string() : text;
   } catch (const Error&) {
     return {};  // descriptive texts only: never a reason to reject a motion
   }

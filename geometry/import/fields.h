@@ -46,7 +46,7 @@ class Fields {
   std::string where_;
 };
 
-/// Returns a text; empty if it does not exist or is not a text.
+/// Returns a text; empty if it does not exist, is not a text, or has control characters.
 std::string TextOf(const Fields& fields, std::string_view name);
 
 /// Returns "male", "female" or "neutral" for a text in any common spelling and for IMoS's numbers

@@ -118,10 +118,13 @@ std::optional<Side> WantedHand(const ParameterOptions& options) {
   return options.body->LoneHand();
 }
 
-Side HandOfTwo(const ParameterOptions& options, ImportedClip& imported) {
-  const Side side = WantedHand(options).value_or(Side::kRight);
-  imported.notes.push_back(fmt::format(
-      "the file has both hands: the {} one is used (--hands rhand or lhand)", SideName(side)));
+Side ChooseHand(bool has_right, bool has_left, const ParameterOptions& options,
+                ImportedClip& imported) {
+  const Side side = WantedHand(options).value_or(has_right ? Side::kRight : Side::kLeft);
+  if (has_right && has_left) {
+    imported.notes.push_back(fmt::format(
+        "the file has both hands: the {} one is used (--hands rhand or lhand)", SideName(side)));
+  }
   return side;
 }
 

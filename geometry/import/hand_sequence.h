@@ -56,8 +56,10 @@ struct HandSequence {
 
 /// Side that the user asks for, by --hands or by the model of a hand; nullopt if neither says.
 std::optional<Side> WantedHand(const ParameterOptions& options);
-/// The hand to take from a file with both, with a note: the one asked for, else the right one.
-Side HandOfTwo(const ParameterOptions& options, ImportedClip& imported);
+/// The hand to take from a file that has a right, a left or both hands: the one asked for, else the
+/// only one, else the right one, with a note.
+Side ChooseHand(bool has_right, bool has_left, const ParameterOptions& options,
+                ImportedClip& imported);
 
 /// Takes the shape from an array of betas, the mean of its rows, unless the sequence has one.
 void TakeBetas(const Fields& fields, std::string_view name, HandSequence& sequence);

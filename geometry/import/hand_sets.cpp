@@ -174,10 +174,13 @@ class HandSetReader {
   void Add(const Fields& fields) {
     const auto right = DictIn(fields, "right"), left = DictIn(fields, "left");
     if (right || left) {
-      side_ = right && left ? HandOfTwo(options_, sequence_.imported)
-              : right       ? Side::kRight
-                            : Side::kLeft;
-      return Add(*side_ == Side::kRight ? *right : *left);
+      side_ = ChooseHand(right.has_value(), left.has_value(), options_, sequence_.imported);
+      const std::optional<Fields>& own = *side_ == Side::kRight ? right : left;
+      if (!own) {
+        throw Error(fields.Where(), fmt::format("has no {} hand", SideName(*side_)),
+                    "Choose the other one with --hands");
+      }
+      return Add(*own);
     }
     if (const std::vector<std::string> frames = FrameNames(fields); !frames.empty()) {
       for (const std::string& frame : frames) Add(fields.In(frame));
@@ -379,10 +382,13 @@ ImportedClip ImportHandArray(const DataValue& value, const fs::path& path,
   Eigen::MatrixXd rows =
       Eigen::Map<const Eigen::MatrixXd>(numbers.data(), width, std::ssize(numbers) / width);
   if (member.array.shape.size() == 3) {
-    sequence.side = HandOfTwo(options, sequence.imported);
     const Eigen::Index frames = rows.cols() / 2;
-    rows = Eigen::MatrixXd(sequence.side == Side::kRight ? rows.leftCols(frames)
-                                                         : rows.rightCols(frames));
+    const Eigen::MatrixXd halves[] = {rows.leftCols(frames), rows.rightCols(frames)};
+    const auto shows = [](const Eigen::MatrixXd& half) {
+      return std::ranges::any_of(half.colwise(), [](const auto& row) { return !IsGap(row); });
+    };
+    sequence.side = ChooseHand(shows(halves[0]), shows(halves[1]), options, sequence.imported);
+    rows = halves[sequence.side == Side::kRight ? 0 : 1];
   } else {
     sequence.side = WantedHand(options).value_or(Side::kRight);
   }

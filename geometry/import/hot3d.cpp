@@ -59,7 +59,7 @@ std::map<std::string, Track> ReadTracks(const fs::path& path) {
       const std::size_t comma = std::min(line.find(',', begin), line.size());
       const std::string_view cell = line.substr(begin, comma - begin);
       begin = comma + 1;
-      if (cells == 0) uid = cell;
+      if (cells == 0) uid = Excerpt(cell, 64);
       if (cells > 0 && cells <= 8 && !ParseNumber(cell, n[cells - 1])) break;
     }
     if (cells < 9 || !(std::abs(n[0]) < kMaxTime_ns)) {
@@ -165,7 +165,12 @@ ImportedClip ImportHot3d(const DataValue& root, const fs::path& path,
   HandSequence sequence;
   sequence.layout = kHot3d;
   sequence.path = path;
-  sequence.side = HandOfTwo(options, sequence.imported);
+  bool has[2] = {false, false};  // left, right
+  for (std::size_t t = 0; t < root.Size(); ++t) {
+    const Fields hands = Fields(root[t]).In("hand_poses");
+    for (const int side : {0, 1}) has[side] = has[side] || hands.Has(std::to_string(side));
+  }
+  sequence.side = ChooseHand(has[1], has[0], options, sequence.imported);
   const std::string key = sequence.side == Side::kRight ? "1" : "0";
   Times times;
   for (std::size_t t = 0; t < root.Size(); ++t) {

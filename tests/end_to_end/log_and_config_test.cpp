@@ -81,8 +81,16 @@ TEST_F(Log, AsJsonHasNotesAndFaults) {
               HasSubstr("--output"));
 }
 
-TEST_F(Log, QuietLeavesNothingButFaults) {
+TEST_F(Log, QuietLeavesWarningsAndNoneFaultsOnly) {
   EXPECT_EQ(folder.Run(std::string(kFrames) + " -q --log json").err, "");
+  // Says that it assumes a right hand, and warns of the missing translation.
+  const std::string import =
+      "import " HOLDFAST_SOURCE_DIR "/tests/fixtures/hand_sets/mano_poses.npy -o hand.npz --force ";
+  EXPECT_THAT(folder.Run(import).err, HasSubstr("assuming 30 Hz"));
+  const std::string quiet = folder.Run(import + "-q").err;
+  EXPECT_THAT(quiet, HasSubstr("warning: the array holds poses only"));
+  EXPECT_THAT(quiet, ::testing::Not(HasSubstr("note: ")));
+  EXPECT_EQ(folder.Run(import + "--log none").err, "");
   folder.Fails(std::string(kFrames) + " -q -v", 2, "--quiet excludes --verbose");
 }
 

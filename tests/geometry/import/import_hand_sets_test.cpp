@@ -65,6 +65,16 @@ TEST(ImportHandSets, Ho3dIsAFolderOfFramesInOpenGlsCamera) {
   EXPECT_TRUE(Mentions(imported.notes, "mesh of the object 025_mug was not found"));
 }
 
+TEST(ImportHandSets, NamesThatGarbleATerminalAreDropped) {
+  const TemporaryFolder folder;
+  std::string pose = "0";
+  for (int k = 1; k < 48; ++k) pose += ", 0.1";
+  std::ofstream(folder / "one.json")
+      << R"({"handPose": [)" << pose << R"(], "handTrans": [0, 0, 0], "objRot": [0, 0, 0],)"
+      << R"( "objTrans": [0, 0, 0], "objName": "\u001b[31mred"})";
+  EXPECT_EQ(Import(folder / "one.json").clip.object->name, "object");
+}
+
 TEST(ImportHandSets, DexYcbHoldsTheObjectThatItsMetaNames) {
   ImportFileOptions options;
   const std::filesystem::path folder = Fixture("hand_sets/dexycb/841412060263");
@@ -97,6 +107,14 @@ TEST(ImportHandSets, Hot3dTakesTheObjectNearestToTheHand) {
   EXPECT_EQ(imported.clip.frame_rate, 60);
   EXPECT_TRUE(Mentions(imported.notes, "no hand in 1 of 4 frames (3)"));
   const TemporaryFolder folder;
+  std::ofstream(folder / "left.jsonl")
+      << R"({"timestamp_ns": 1, "hand_poses": {"0": {"pose": [0.1], "wrist_xform": )"
+      << R"({"q_wxyz": [1, 0, 0, 0], "t_xyz": [0, 0, 1]}}}})"
+      << "\n"
+      << R"({"timestamp_ns": 2, "hand_poses": {}})"
+      << "\n";
+  EXPECT_EQ(SideOfHandAlone(Import(folder / "left.jsonl", Of(ImportedHands::kNone)).clip),
+            Side::kLeft);
   std::ofstream(folder / "umetrack.jsonl")
       << R"({"timestamp_ns": 1, "hand_poses": {"1": {"joint_angles": [0.1], "wrist_xform": {}}}})"
       << "\n"

@@ -168,13 +168,13 @@ TEST(Inspect, AnArchiveOfOtherArrays) {
 
 TEST(Inspect, JsonLinesAreAListOfTheirValues) {
   const TemporaryFolder folder;
-  const std::string line = "{\"timestamp_ns\": 1, \"hand_poses\": {\"0\": {\"pose\": [0.1]}}}\n";
+  const std::string line = "{\"timestamp_ns\": 1, \"tracked\": {\"0\": {\"pose\": [0.1]}}}\n";
   WriteBytes(folder / "hands.jsonl", line + line + "\n" + line);
   const Inspection hands = Inspect(folder / "hands.jsonl");
   EXPECT_EQ(hands.identity.kind, FileKind::kJson);
   EXPECT_EQ(hands.Worst(), Verdict::kFault);
   EXPECT_THAT(All(hands), HasSubstr("list of 3"));
-  EXPECT_THAT(All(hands), HasSubstr("it has: timestamp_ns, hand_poses"));
+  EXPECT_THAT(All(hands), HasSubstr("it has: timestamp_ns, tracked"));
   EXPECT_THAT(All(hands), ::testing::Not(HasSubstr("cut off")));
   WriteBytes(folder / "cut.jsonl", line + line.substr(0, 30));
   EXPECT_THAT(All(Inspect(folder / "cut.jsonl")), HasSubstr("ends within its JSON"));
