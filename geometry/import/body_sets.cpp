@@ -52,13 +52,8 @@ void ReadOmomosObject(const Fields& sequence, const std::filesystem::path& path,
     }
   }
   imported.conventions.push_back("object: x = s R x + t");
-  imported.object_mesh = FindInDataSet(
-      path, fmt::format("captured_objects/{}_cleaned_simplified.obj", track.name), options);
-  if (!imported.object_mesh.empty()) return;
-  imported.notes.push_back(
-      fmt::format("the mesh of the object {} was not found (give it with --object-mesh, or the "
-                  "folder of the data set with --data-root)",
-                  track.name));
+  const std::string mesh = fmt::format("captured_objects/{}_cleaned_simplified.obj", track.name);
+  FindObjectMesh(path, {&mesh, 1}, options, imported);
 }
 
 }  // namespace

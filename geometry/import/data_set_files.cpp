@@ -157,6 +157,18 @@ fs::path FindInDataSet(const fs::path& from, const std::string& name,
   return {};
 }
 
+void FindObjectMesh(const fs::path& from, std::span<const std::string> names,
+                    const ParameterOptions& options, ImportedClip& imported) {
+  for (const std::string& name : names) {
+    if (imported.object_mesh.empty()) imported.object_mesh = FindInDataSet(from, name, options);
+  }
+  if (!imported.object_mesh.empty()) return;
+  imported.notes.push_back(
+      fmt::format("the mesh of the object '{}' was not found (give it with --object-mesh, or the "
+                  "folder of the data set with --data-root)",
+                  imported.clip.object->name));
+}
+
 void ReadSubject(const fs::path& from, const std::string& name, const ParameterOptions& options,
                  ImportedClip& imported) {
   const fs::path mesh = FindInDataSet(from, name, options);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,11 @@ namespace holdfast {
 /// the root with ".." are not followed.
 std::filesystem::path FindInDataSet(const std::filesystem::path& from, const std::string& name,
                                     const ParameterOptions& options);
+
+/// Takes the first of `names` that FindInDataSet finds as the mesh of the object, with a note if
+/// there is none.
+void FindObjectMesh(const std::filesystem::path& from, std::span<const std::string> names,
+                    const ParameterOptions& options, ImportedClip& imported);
 
 /// Reads the surface of a subject from the .ply that a GRAB file names into `imported.clip`:
 /// v_template, and betas from `<stem>_betas.npy` next to the .ply. Adds a note if there is none.

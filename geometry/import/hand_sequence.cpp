@@ -72,18 +72,9 @@ void PutObject(HandSequence& sequence, const ParameterOptions& options) {
     track.trans.col(t) = sequence.object[t].translation();
     track.orient.col(t) = LogSO3(sequence.object[t].linear());
   }
-  for (const std::string& mesh : sequence.meshes) {
-    if (imported.object_mesh.empty()) {
-      imported.object_mesh = FindInDataSet(sequence.path, mesh, options);
-    }
-  }
   imported.object_mesh_scale = sequence.mesh_scale;
   imported.conventions.push_back("object: x = R x + t");
-  if (!imported.object_mesh.empty()) return;
-  imported.notes.push_back(
-      fmt::format("the mesh of the {} was not found (give it with --object-mesh, or the folder of "
-                  "the data set with --data-root)",
-                  sequence.object_name.empty() ? "object" : "object " + sequence.object_name));
+  FindObjectMesh(sequence.path, sequence.meshes, options, imported);
 }
 
 // Fingers (45 x T), without the mean hand.

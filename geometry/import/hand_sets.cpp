@@ -171,32 +171,12 @@ class HandSetReader {
     sequence_.path = path;
   }
 
+  // A frame, all frames, or a dict of frames; of one hand, or of both by their names.
   void Add(const Fields& fields) {
-    const auto right = DictIn(fields, "right"), left = DictIn(fields, "left");
-    if (right || left) {
-      side_ = ChooseHand(right.has_value(), left.has_value(), options_, sequence_.imported);
-      const std::optional<Fields>& own = *side_ == Side::kRight ? right : left;
-      if (!own) {
-        throw Error(fields.Where(), fmt::format("has no {} hand", SideName(*side_)),
-                    "Choose the other one with --hands");
-      }
-      return Add(*own);
-    }
-    if (const std::vector<std::string> frames = FrameNames(fields); !frames.empty()) {
-      for (const std::string& frame : frames) Add(fields.In(frame));
-      return;
-    }
-    const NamedLayout* const set = LayoutOf(fields);
-    if (set == nullptr || (set_ != nullptr && set != set_)) {
-      throw Error(fields.Where(), "holds no hand in the form of the frames before it",
-                  "Give the frames of one sequence");
-    }
-    set_ = set;
-    const std::size_t before = sequence_.frames.size();
-    AddHand(fields);
-    AddObject(fields, sequence_.frames.size() - before);
-    TakeBetas(fields, set->betas, sequence_);
-    NameUnused(fields);
+    const Fields own = HandIn(fields);
+    const std::vector<std::string> frames = FrameNames(own);
+    if (frames.empty()) AddFrames(own);
+    for (const std::string& frame : frames) AddFrames(own.In(frame));
   }
 
   ImportedClip Finish() {
@@ -213,6 +193,30 @@ class HandSetReader {
 
  private:
   void Note(std::string text) { sequence_.imported.notes.push_back(std::move(text)); }
+
+  Fields HandIn(const Fields& fields) {
+    auto right = DictIn(fields, "right"), left = DictIn(fields, "left");
+    if (!right && !left) return fields;
+    side_ = ChooseHand(right.has_value(), left.has_value(), options_, sequence_.imported);
+    std::optional<Fields>& own = *side_ == Side::kRight ? right : left;
+    if (own) return *std::move(own);
+    throw Error(fields.Where(), fmt::format("has no {} hand", SideName(*side_)),
+                "Choose the other one with --hands");
+  }
+
+  void AddFrames(const Fields& fields) {
+    const NamedLayout* const set = LayoutOf(fields);
+    if (set == nullptr || (set_ != nullptr && set != set_)) {
+      throw Error(fields.Where(), "holds no hand in the form of the frames before it",
+                  "Give the frames of one sequence");
+    }
+    set_ = set;
+    const std::size_t before = sequence_.frames.size();
+    AddHand(fields);
+    AddObject(fields, sequence_.frames.size() - before);
+    TakeBetas(fields, set->betas, sequence_);
+    NameUnused(fields);
+  }
 
   Side DecideSide() {
     if (side_) return *side_;

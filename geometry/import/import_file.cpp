@@ -213,7 +213,7 @@ ImportedClip ImportFolder(const fs::path& folder, const ParameterOptions& option
   }
   std::vector<std::string> notes;
   const std::vector<fs::path> files = FindFrameFiles(folder, options.person, notes);
-  if (LooksLikeHandSet(Fields(DataFile(files[0]).Root()))) {
+  if (const DataFile first(files[0]); LooksLikeHandSet(Fields(first))) {
     ImportedClip imported = ImportHandFrames(files, options);
     imported.format += fmt::format(", a folder of {} files", files.size());
     Append(imported.notes, std::move(notes));

@@ -285,6 +285,7 @@ void ParameterCollector::Add(const Fields& packed) {
   const auto full = fields.Find(kFull);
   const auto root = fields.Find(kRoot);
   const auto body = fields.Find(kBody);
+  const bool easymocap = !(body && root) && IsEasyMocap(fields);
   // Number of frames that decides between two readings of a shape.
   Index told = 0;
   if (const auto trans = fields.Find(kTrans)) told = ReadFrameRows(*trans, 3).cols();
@@ -305,7 +306,7 @@ void ParameterCollector::Add(const Fields& packed) {
       }
     }
     AddHands(fields, pose);
-  } else if (IsEasyMocap(fields)) {
+  } else if (easymocap) {
     AddEasyMocap(fields, pose);
   } else if (const auto smpl = full->Array(); !NumbersPerRotation(smpl, kNumJoints, told) &&
                                               NumbersPerRotation(smpl, 1 + kSmplBodyJoints, told)) {
@@ -322,7 +323,7 @@ void ParameterCollector::Add(const Fields& packed) {
       for (JointPose& p : pose) p.rightCols(2 * kJointsPerHand).setZero();
     }
   }
-  if (!IsEasyMocap(fields)) AddTrans(fields, static_cast<Index>(pose.size()));
+  if (!easymocap) AddTrans(fields, static_cast<Index>(pose.size()));
   Clip& clip = imported_.clip;
   clip.pose.insert(clip.pose.end(), pose.begin(), pose.end());
   if (clip.NumFrames() > kMaxImportFrames) {

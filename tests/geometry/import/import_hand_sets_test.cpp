@@ -62,7 +62,25 @@ TEST(ImportHandSets, Ho3dIsAFolderOfFramesInOpenGlsCamera) {
   ExpectSet("ho3d", imported.clip, Side::kRight);
   EXPECT_EQ(imported.clip.object->name, "025_mug");
   EXPECT_TRUE(Mentions(imported.notes, "no hand in 1 of 4 frames (2)"));
-  EXPECT_TRUE(Mentions(imported.notes, "mesh of the object 025_mug was not found"));
+  EXPECT_TRUE(Mentions(imported.notes, "mesh of the object '025_mug' was not found"));
+}
+
+TEST(ImportHandSets, ADictThatHoldsItselfIsRefused) {
+  const TemporaryFolder folder;
+  const auto write = [&](const char* name, const std::string& hand, const std::string& itself) {
+    // {hand: {"handPose": None, "handTrans": None}, itself: the dict}
+    const auto text = [](const std::string& word) {
+      return "U" + std::string(1, static_cast<char>(word.size())) + word;
+    };
+    std::ofstream(folder / name, std::ios::binary)
+        << "\x80\x02}q" << '\0' << "(" << text(hand) << "}(" << text("handPose") << "N"
+        << text("handTrans") << "Nu" << text(itself) << "h" << '\0' << "u.";
+  };
+  write("frames.pkl", "1", "2");
+  EXPECT_THAT(ImportFault(folder / "frames.pkl"), HasSubstr("holds no hand in the form"));
+  write("sides.pkl", "right", "left");
+  EXPECT_THAT(ImportFault(folder / "sides.pkl", Of(ImportedHands::kLeftAlone)),
+              HasSubstr("holds no hand in the form"));
 }
 
 TEST(ImportHandSets, NamesThatGarbleATerminalAreDropped) {
