@@ -4,7 +4,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -13,12 +17,21 @@
 #include "geometry/import/data_set_files.h"
 #include "geometry/import/joint_fields.h"
 #include "geometry/import/rotation_arrays.h"
+#include "geometry/import/scene_objects.h"
 #include "geometry/import/smplx_parameters.h"
 #include "geometry/import/world_frame.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {
 namespace {
+
+namespace fs = std::filesystem;
+
+ParameterOptions WithRate(const ParameterOptions& options, double rate) {
+  ParameterOptions known = options;
+  if (!known.source_frame_rate) known.source_frame_rate = rate;
+  return known;
+}
 
 bool IsSequence(const Fields& fields) {
   return fields.Has("obj_rot") && fields.Has("obj_trans") && fields.Has("pose_body") &&
@@ -75,9 +88,7 @@ ImportedClip ImportOmomo(const Fields& fields, const std::filesystem::path& path
                 "Choose one with --person, counted from 0");
   }
   const Fields sequence = one ? fields : fields.In(names[options.person]);
-  ParameterOptions known = options;
-  if (!known.source_frame_rate) known.source_frame_rate = 30.0;
-  ParameterCollector collector(known);
+  ParameterCollector collector(WithRate(options, 30.0));
   collector.Add(sequence);
   ImportedClip imported = collector.Collect(true);
   imported.format = fmt::format("OMOMO, sequence '{}'", TextOf(sequence, "seq_name"));
@@ -91,6 +102,126 @@ ImportedClip ImportOmomo(const Fields& fields, const std::filesystem::path& path
                                                      "trans",    "betas",       "gender",
                                                      "obj_rot",  "obj_trans",   "obj_scale"};
   DropUnused(sequence, kUsed, imported);
+  SettleWorld(imported, options, UpAxis::kZ, false);
+  return imported;
+}
+
+namespace {
+
+// object_pose/S01T001.npy beside the folder of the body.
+fs::path HimosObjects(const fs::path& body) {
+  std::error_code ignored;
+  const fs::path path = fs::absolute(body, ignored).parent_path().parent_path() / "object_pose" /
+                        (body.stem().string() + ".npy");
+  return fs::is_regular_file(path, ignored) ? path : fs::path();
+}
+
+// seq/s1/object_transformations.pkl beside smplx_seq/s1.
+fs::path ParaHomesObjects(const fs::path& body) {
+  std::error_code ignored;
+  const fs::path folder = fs::absolute(body, ignored).parent_path();
+  const fs::path path =
+      folder.parent_path().parent_path() / "seq" / folder.filename() / "object_transformations.pkl";
+  return fs::is_regular_file(path, ignored) ? path : fs::path();
+}
+
+// "cup_base": scan/cup/simplified/base.obj.
+std::string ScanOf(const std::string& name) {
+  const std::size_t bar = std::min(name.rfind('_'), name.size());
+  return fmt::format("scan/{}/simplified/{}.obj", name.substr(0, bar),
+                     bar < name.size() ? name.substr(bar + 1) : "base");
+}
+
+void AddSceneObject(std::vector<SceneObject> objects, const fs::path& from,
+                    std::string (*mesh)(const std::string& name), const ParameterOptions& options,
+                    ImportedClip& imported) {
+  const std::optional<SceneObject> object =
+      ChooseObject(std::move(objects), WristPaths(imported.clip, *options.body), options.prop,
+                   from.string(), imported.notes);
+  if (!object) return;
+  const std::string path = mesh(object->name);
+  PutObject(*object, from, {&path, 1}, options, imported);
+}
+
+}  // namespace
+
+bool LooksLikeHimo(const DataFile& file, const Fields& fields) {
+  return fields.Has("lhand_pose") && LooksLikeParameters(fields) &&
+         !HimosObjects(file.Path()).empty();
+}
+
+ImportedClip ImportHimo(const DataFile& file, const Fields& fields,
+                        const ParameterOptions& options) {
+  ParameterCollector collector(WithRate(options, 30.0));
+  collector.Add(fields);
+  ImportedClip imported = collector.Collect(true);
+  imported.format = "HIMO";
+  const fs::path path = HimosObjects(file.Path());
+  const DataFile objects_file(path);
+  const Fields all(objects_file);
+  std::vector<SceneObject> objects;
+  const Eigen::Index frames = imported.clip.trans.cols();
+  for (const std::string& name : all.Names()) {
+    const Fields track = all.In(name);
+    const Eigen::MatrixXd turns = ReadObjectRotations(track["rot"], imported, frames);
+    const Eigen::MatrixXd places = ReadFrameRows(track["transl"], 3);
+    RequireFrames(track.Where(), "rot", turns.cols(), frames);
+    RequireFrames(track.Where(), "transl", places.cols(), frames);
+    SceneObject& object = objects.emplace_back(SceneObject{name, {}});
+    for (Eigen::Index t = 0; t < frames; ++t) {
+      object.poses.emplace_back(RigidTransform(ExpSO3(turns.col(t)), places.col(t)));
+    }
+  }
+  AddSceneObject(
+      std::move(objects), path,
+      [](const std::string& name) { return fmt::format("object_mesh/{}.obj", name); }, options,
+      imported);
+  SettleWorld(imported, options, UpAxis::kY, true);
+  return imported;
+}
+
+bool LooksLikeParaHome(const DataFile& file, const Fields& fields) {
+  std::error_code ignored;
+  return fields.Has("hand_pose") && LooksLikeParameters(fields) &&
+         fs::is_regular_file(file.Path().parent_path() / "smplx_params.pkl", ignored);
+}
+
+ImportedClip ImportParaHome(const DataFile& file, const Fields& fields,
+                            const ParameterOptions& options) {
+  ParameterCollector collector(WithRate(options, 30.0));
+  collector.Add(fields);
+  ImportedClip imported = collector.Collect(true);
+  imported.format = "ParaHome";
+  const DataFile person(file.Path().parent_path() / "smplx_params.pkl");
+  if (const auto beta = person.Root().Find("beta")) SetBetas(ReadBetas(*beta), imported);
+  if (const auto gender = person.Root().Find("gender")) {
+    if (const auto known = GenderOf(*gender)) imported.clip.gender = *known;
+  }
+  const fs::path path = ParaHomesObjects(file.Path());
+  if (path.empty()) {
+    imported.notes.push_back(
+        "seq/.../object_transformations.pkl of the set was not found: the clip has no object");
+  } else {
+    const DataFile objects_file(path);
+    const Fields all(objects_file);
+    std::map<std::string, SceneObject> objects;
+    const auto frames = static_cast<std::size_t>(imported.clip.NumFrames());
+    for (std::size_t t = 0; t < frames; ++t) {
+      const std::string frame = std::to_string(t);
+      if (!all.Has(frame)) continue;
+      const Fields poses = all.In(frame);
+      for (const std::string& name : poses.Names()) {
+        SceneObject& object = objects[name];
+        object.poses.resize(frames);
+        object.poses[t] = ReadRigidPoses(poses[name]).at(0);
+      }
+    }
+    std::vector<SceneObject> list;
+    for (auto& [name, object] : objects) {
+      list.push_back({name, std::move(object.poses)});
+    }
+    AddSceneObject(std::move(list), path, ScanOf, options, imported);
+  }
   SettleWorld(imported, options, UpAxis::kZ, false);
   return imported;
 }

@@ -63,6 +63,7 @@ struct FileFacts {
   std::optional<double> meters_per_unit;    ///< of positions; empty: the format's convention
   std::optional<UpAxis> up;  ///< empty: by the format's convention, else by the posture
   bool keep_ground = false;  ///< do not move the floor to z = 0
+  std::string prop;          ///< the object to use of a scene with several; empty: chosen
 };
 
 /// What the user specifies where a file of body parameters does not.

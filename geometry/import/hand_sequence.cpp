@@ -6,11 +6,9 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <Eigen/SVD>
 
 #include "geometry/body/default_hand.h"
 #include "geometry/error.h"
-#include "geometry/import/data_set_files.h"
 #include "geometry/import/joint_fields.h"
 #include "geometry/import/mano_parameters.h"
 #include "geometry/import/world_frame.h"
@@ -18,21 +16,6 @@
 
 namespace holdfast {
 namespace {
-
-Eigen::Isometry3d PoseOfMatrix(const Eigen::Matrix<double, 3, 4>& matrix, const std::string& where,
-                               std::size_t index) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix.leftCols<3>(),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = svd.matrixU() * svd.matrixV().transpose();
-  pose.translation() = matrix.col(3);
-  if (!(svd.singularValues()[2] > 0.5 && svd.singularValues()[0] < 2.0) ||
-      pose.linear().determinant() < 0.0) {
-    throw Error(where, fmt::format("has no rotation in pose {}", index),
-                "Give rotation matrices of determinant 1");
-  }
-  return pose;
-}
 
 void FillGaps(HandSequence& sequence) {
   std::vector<int> with, without;
@@ -55,26 +38,6 @@ void FillGaps(HandSequence& sequence) {
   sequence.imported.notes.push_back(fmt::format(
       "warning: no hand in {} of {} frames ({}{}): the nearest hand is kept there", count,
       sequence.frames.size(), fmt::join(without, ", "), count > kMaxNamed ? ", ..." : ""));
-}
-
-void PutObject(HandSequence& sequence, const ParameterOptions& options) {
-  if (sequence.object.empty()) return;
-  const std::size_t frames = sequence.frames.size();
-  if (sequence.object.size() == 1) sequence.object.resize(frames, sequence.object[0]);
-  RequireFrames(sequence.path.string(), "the object", std::ssize(sequence.object),
-                static_cast<Eigen::Index>(frames));
-  ImportedClip& imported = sequence.imported;
-  ObjectTrack& track = imported.clip.object.emplace();
-  track.name = sequence.object_name.empty() ? "object" : sequence.object_name;
-  track.trans.resize(3, static_cast<Eigen::Index>(frames));
-  track.orient.resize(3, track.trans.cols());
-  for (Eigen::Index t = 0; t < track.trans.cols(); ++t) {
-    track.trans.col(t) = sequence.object[t].translation();
-    track.orient.col(t) = LogSO3(sequence.object[t].linear());
-  }
-  imported.object_mesh_scale = sequence.mesh_scale;
-  imported.conventions.push_back("object: x = R x + t");
-  FindObjectMesh(sequence.path, sequence.meshes, options, imported);
 }
 
 // Fingers (45 x T), without the mean hand.
@@ -126,38 +89,21 @@ void TakeBetas(const Fields& fields, std::string_view name, HandSequence& sequen
   if (betas.cols() > 0) sequence.betas = betas.rowwise().mean();
 }
 
-std::vector<Eigen::Isometry3d> ReadRigidPoses(const DataValue& value) {
-  const NpyMember member = value.Array();
-  const std::vector<std::size_t>& shape = member.array.shape;
-  const std::size_t last = shape.empty() ? 0 : shape.back();
-  const std::size_t rows = shape.size() < 2 ? 0 : shape[shape.size() - 2];
-  const bool matrices = last == 4 && (rows == 3 || rows == 4);
-  if (!matrices && last != 7) {
-    throw Error(value.Where(),
-                fmt::format("has shape {}, which is not that of rigid poses", member.ShapeText()),
-                "Give matrices (..., 3, 4) or (..., 4, 4), or (..., 7): x, y, z, w and a position");
+bool ChooseObjectOfHand(std::vector<SceneObject> objects, const ParameterOptions& options,
+                        HandSequence& sequence) {
+  Eigen::Matrix3Xd hand = Eigen::Matrix3Xd::Zero(3, std::ssize(sequence.frames));
+  for (Eigen::Index t = 0; t < hand.cols(); ++t) {
+    const std::optional<HandFrame>& frame = sequence.frames[t];
+    hand.col(t) =
+        frame ? frame->trans : Eigen::Vector3d(hand.col(std::max<Eigen::Index>(t - 1, 0)));
   }
-  const std::vector<double> numbers = member.AsDoubles();
-  const std::size_t size = matrices ? 4 * rows : 7;
-  std::vector<Eigen::Isometry3d> poses;
-  for (std::size_t at = 0; at + size <= numbers.size(); at += size) {
-    const double* const n = numbers.data() + at;
-    if (matrices) {
-      poses.push_back(
-          PoseOfMatrix(Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(n),
-                       value.Where(), poses.size()));
-      continue;
-    }
-    const Eigen::Quaterniond turn(n[3], n[0], n[1], n[2]);
-    if (!(turn.norm() > 0.5 && turn.norm() < 2.0)) {
-      throw Error(value.Where(), fmt::format("has no rotation in pose {}", poses.size()),
-                  "Give quaternions of length 1, w last");
-    }
-    Eigen::Isometry3d& pose = poses.emplace_back(Eigen::Isometry3d::Identity());
-    pose.linear() = turn.normalized().toRotationMatrix();
-    pose.translation() = Eigen::Vector3d(n[4], n[5], n[6]);
-  }
-  return poses;
+  const std::optional<SceneObject> object =
+      ChooseObject(std::move(objects), {&hand, 1}, options.prop, sequence.path.string(),
+                   sequence.imported.notes);
+  if (!object) return false;
+  sequence.object_name = object->name;
+  for (const auto& pose : object->poses) sequence.object.push_back(*pose);
+  return true;
 }
 
 ImportedClip ClipOfHand(HandSequence sequence, const ParameterOptions& options) {
@@ -187,7 +133,14 @@ ImportedClip ClipOfHand(HandSequence sequence, const ParameterOptions& options) 
     if (layout.root == HandRoot::kWristPlaced) clip.trans.col(t) -= wrist;
     if (layout.root == HandRoot::kOrigin) clip.trans.col(t) += ExpSO3(frame.turn) * wrist - wrist;
   }
-  PutObject(sequence, options);
+  if (!sequence.object.empty()) {
+    if (sequence.object.size() == 1)
+      sequence.object.resize(sequence.frames.size(), sequence.object[0]);
+    RequireFrames(sequence.path.string(), "the object", std::ssize(sequence.object), frames);
+    imported.object_mesh_scale = sequence.mesh_scale;
+    PutObject({sequence.object_name, {sequence.object.begin(), sequence.object.end()}},
+              sequence.path, sequence.meshes, options, imported);
+  }
   imported.format = fmt::format("{}, {} hand", layout.name, SideName(side));
   imported.conventions.push_back(fmt::format("positions are in {}", layout.world));
   Append(imported.conventions, fingers.Conventions());

@@ -11,6 +11,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/import/fields.h"
+#include "geometry/import/scene_objects.h"
 
 namespace holdfast {
 
@@ -64,10 +65,10 @@ Side ChooseHand(bool has_right, bool has_left, const ParameterOptions& options,
 /// Takes the shape from an array of betas, the mean of its rows, unless the sequence has one.
 void TakeBetas(const Fields& fields, std::string_view name, HandSequence& sequence);
 
-/// Rigid poses in row-major matrices (..., 3, 4) or (..., 4, 4), which become the nearest rotation,
-/// or in rows (..., 7) of a quaternion (x, y, z, w) and a position. Throws Error for other shapes
-/// and for what is no rotation.
-std::vector<Eigen::Isometry3d> ReadRigidPoses(const DataValue& value);
+/// Chooses the object that the hand holds, by ChooseObject, of objects with one pose for each frame
+/// of the sequence. Returns whether there is one.
+bool ChooseObjectOfHand(std::vector<SceneObject> objects, const ParameterOptions& options,
+                        HandSequence& sequence);
 
 /// Makes the clip of a hand alone. Frames without a hand get the nearest one, with a warning that
 /// names them. The world is turned by the layout's up axis. Throws Error for coefficients without

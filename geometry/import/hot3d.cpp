@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <map>
 #include <string>
 #include <utility>
@@ -24,18 +23,6 @@ namespace fs = std::filesystem;
 constexpr HandLayout kHot3d = {"HOT3D", HandRoot::kWrist, true, "the world of the headset, z up",
                                UpAxis::kZ};
 constexpr double kMaxTime_ns = 9e15;  // whole numbers are exact below
-
-Eigen::Isometry3d PoseOf(const Eigen::Vector4d& wxyz, const Eigen::Vector3d& place,
-                         const std::string& where) {
-  if (!(wxyz.norm() > 0.5 && wxyz.norm() < 2.0)) {
-    throw Error(where, "has no rotation", "Give a quaternion of length 1, w first");
-  }
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() =
-      Eigen::Quaterniond(wxyz[0], wxyz[1], wxyz[2], wxyz[3]).normalized().toRotationMatrix();
-  pose.translation() = place;
-  return pose;
-}
 
 using Times = std::vector<std::int64_t>;
 using Track = std::map<std::int64_t, Eigen::Isometry3d>;
@@ -68,25 +55,12 @@ std::map<std::string, Track> ReadTracks(const fs::path& path) {
                   "quaternion, w first");
     }
     tracks[uid][static_cast<std::int64_t>(n[0])] =
-        PoseOf({n[4], n[5], n[6], n[7]}, {n[1], n[2], n[3]}, where);
+        PoseOfQuaternion({n[4], n[5], n[6], n[7]}, {n[1], n[2], n[3]}, where);
   }
   return tracks;
 }
 
-// Mean distance of the object's origin from the wrist; infinite if they never meet in time.
-double DistanceFromHand(const Track& track, const Times& times, const HandSequence& sequence) {
-  double sum = 0.0;
-  int count = 0;
-  for (std::size_t t = 0; t < times.size(); ++t) {
-    const auto found = track.find(times[t]);
-    if (!sequence.frames[t] || found == track.end()) continue;
-    sum += (found->second.translation() - sequence.frames[t]->trans).norm();
-    ++count;
-  }
-  return count > 0 ? sum / count : std::numeric_limits<double>::infinity();
-}
-
-void AddNearestObject(const Times& times, HandSequence& sequence) {
+void AddNearestObject(const Times& times, const ParameterOptions& options, HandSequence& sequence) {
   std::vector<std::string>& notes = sequence.imported.notes;
   std::error_code ignored;
   const fs::path folder = fs::absolute(sequence.path, ignored).parent_path();
@@ -98,39 +72,15 @@ void AddNearestObject(const Times& times, HandSequence& sequence) {
     notes.push_back("there is no dynamic_objects.csv beside the file: the clip has no object");
     return;
   }
-  const std::map<std::string, Track> tracks = ReadTracks(csv);
-  const Track* nearest = nullptr;
-  double least = std::numeric_limits<double>::infinity();
-  for (const auto& [uid, track] : tracks) {
-    const double distance = DistanceFromHand(track, times, sequence);
-    if (!(distance < least)) continue;
-    least = distance;
-    nearest = &track;
-    sequence.object_name = uid;
+  std::vector<SceneObject> objects;
+  for (const auto& [uid, track] : ReadTracks(csv)) {
+    SceneObject& object = objects.emplace_back(SceneObject{uid, {}});
+    for (const std::int64_t time : times) {
+      const auto at = track.find(time);
+      object.poses.push_back(at == track.end() ? std::nullopt : std::optional(at->second));
+    }
   }
-  if (nearest == nullptr) {
-    notes.push_back(fmt::format("{} has no object at the times of the hand", csv.string()));
-    return;
-  }
-  if (tracks.size() > 1) {
-    notes.push_back(
-        fmt::format("{} objects beside the file: {} is used, which is nearest to the "
-                    "hand",
-                    tracks.size(), sequence.object_name));
-  }
-  int missing = 0;
-  for (const std::int64_t time : times) {
-    auto at = nearest->lower_bound(time);
-    if (at == nearest->end() || at->first != time) ++missing;
-    if (at == nearest->end()) --at;
-    sequence.object.push_back(at->second);
-  }
-  if (missing > 0) {
-    notes.push_back(
-        fmt::format("warning: no pose of the object in {} of {} frames: the next one "
-                    "is used there",
-                    missing, times.size()));
-  }
+  if (!ChooseObjectOfHand(std::move(objects), options, sequence)) return;
   for (const char* folder_of_meshes : {"object_models", "assets"}) {
     sequence.meshes.push_back(fmt::format("{}/{}.glb", folder_of_meshes, sequence.object_name));
   }
@@ -144,8 +94,9 @@ std::optional<HandFrame> ReadHand(const Fields& hands, const std::string& key) {
                 "Give mano_hand_pose_trajectory.jsonl");
   }
   const Fields wrist = hand.In("wrist_xform");
-  const Eigen::Isometry3d pose = PoseOf(ReadFrameRows(wrist["q_wxyz"], 4).col(0),
-                                        ReadFrameRows(wrist["t_xyz"], 3).col(0), wrist.Where());
+  const Eigen::Isometry3d pose =
+      PoseOfQuaternion(ReadFrameRows(wrist["q_wxyz"], 4).col(0),
+                       ReadFrameRows(wrist["t_xyz"], 3).col(0), wrist.Where());
   const std::vector<double> fingers = hand["pose"].Array().AsDoubles();
   return HandFrame{LogSO3(pose.linear()),
                    Eigen::Map<const Eigen::VectorXd>(fingers.data(), std::ssize(fingers)),
@@ -187,7 +138,7 @@ ImportedClip ImportHot3d(const DataValue& root, const fs::path& path,
   const auto steps = static_cast<double>(times.size() - 1);
   const double rate = steps / (1e-9 * static_cast<double>(times.back() - times.front()));
   if (rate >= 1.0 && rate <= 10'000.0) sequence.rate_hz = std::round(rate);
-  AddNearestObject(times, sequence);
+  AddNearestObject(times, options, sequence);
   return ClipOfHand(std::move(sequence), options);
 }
 

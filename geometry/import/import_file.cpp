@@ -122,13 +122,6 @@ Fields PersonIn(const DataFile& file, int person) {
               "Choose another with --person");
 }
 
-bool IsHot3d(const DataFile& file, const Fields&) {
-  return file.Format() == DataFormat::kJson && LooksLikeHot3d(file.Root());
-}
-ImportedClip ImportHot3dFile(const DataFile& file, const Fields&, const ParameterOptions& options) {
-  return ImportHot3d(file.Root(), file.Path(), options);
-}
-
 // Data file formats: the first importer that recognizes a file reads it. A new format needs one
 // line here and one file in this folder.
 struct Importer {
@@ -148,19 +141,34 @@ ImportedClip FromFields(const DataFile& file, const Fields& fields,
   return kImport(fields, file.Path(), options);
 }
 
+// Those of JSON files.
+template <auto kLooksLike>
+bool TellsByRoot(const DataFile& file, const Fields&) {
+  return file.Format() == DataFormat::kJson && kLooksLike(file.Root());
+}
+template <auto kImport>
+ImportedClip FromRoot(const DataFile& file, const Fields&, const ParameterOptions& options) {
+  return kImport(file.Root(), file.Path(), options);
+}
+
 constexpr Importer kImporters[] = {
     {"GRAB sequence", TellsByFields<LooksLikeGrab>, FromFields<ImportGrab>},
     {"IMoS result", TellsByFields<LooksLikeImos>, FromFields<ImportImos>},
     {"Holdfast clip", IsClip, ImportClip},
     {"AMASS (SMPL-X, SMPL-H, SMPL)", TellsByFields<LooksLikeAmass>, FromFields<ImportAmass>},
     {"ARCTIC .smplx.npy, .mano.npy", LooksLikeArctic, FromFields<ImportArctic>},
+    {"HIMO", LooksLikeHimo, ImportHimo},
+    {"ParaHome smplx_pose.pkl", LooksLikeParaHome, ImportParaHome},
     {"SMPL-X parameters (.npz .pkl .npy .json .pt; names of the smplx package and others)",
      TellsByFields<LooksLikeParameters>, FromFields<ImportParameters>},
     {"MANO parameters (the smplx package's names)", TellsByFields<LooksLikeMano>,
      FromFields<ImportMano>},
     {"hands with objects: HO-3D, DexYCB, OakInk, TACO, GigaHands", TellsByFields<LooksLikeHandSet>,
      FromFields<ImportHandSet>},
-    {"HOT3D mano_hand_pose_trajectory.jsonl", IsHot3d, ImportHot3dFile},
+    {"HOT3D mano_hand_pose_trajectory.jsonl", TellsByRoot<LooksLikeHot3d>, FromRoot<ImportHot3d>},
+    {"ContactPose mano_fits_15.json", TellsByRoot<LooksLikeContactPose>,
+     FromRoot<ImportContactPose>},
+    {"OakInk2", TellsByFields<LooksLikeOakInk2>, FromFields<ImportOakInk2>},
     {"OMOMO", TellsByFields<LooksLikeOmomo>, FromFields<ImportOmomo>},
     {"MDM's SMPL parameters", TellsByFields<LooksLikeMdm>, FromFields<ImportMdm>},
     {"a list of such parameters, one per frame", IsListOfParameters, ImportList},
@@ -192,6 +200,16 @@ ImportedClip ImportDataFile(const fs::path& path, const ParameterOptions& option
     throw Error(path.string(), "holds the poses of an object, but of no person or hand",
                 "Give the file of the person beside it: the object is imported with it");
   }
+  if (has("armature") && has("objects")) {
+    throw Error(path.string(),
+                "holds bones of HUMOTO relative to a rest pose that only the .fbx beside it has",
+                "Export the .fbx as .glb in Blender and import that, with the object in --prop");
+  }
+  if (has("mhr_model_params") || has("pred_keypoints_3d")) {
+    throw Error(
+        path.string(), "holds a body of MHR (SAM 3D Body), which is not read",
+        "Convert it to SMPL-X with the tool in MHR's repository, and import its parameters");
+  }
   if (has("partbody_pose")) {
     throw Error(path.string(), "holds PIXIE's raw output, before decode()",
                 "Save the parameters after decode(): they have a body_pose");
@@ -210,6 +228,9 @@ ImportedClip ImportFolder(const fs::path& folder, const ParameterOptions& option
   if (fs::exists(folder / "clip.npz", ignored)) {
     throw Error(folder.string(), "is a result folder: its clip needs no import",
                 "Give the folder directly to fit, report, export or score");
+  }
+  if (const std::vector<fs::path> frames = FindH2oFrames(folder); !frames.empty()) {
+    return ImportH2o(frames, options);
   }
   std::vector<std::string> notes;
   const std::vector<fs::path> files = FindFrameFiles(folder, options.person, notes);
@@ -317,6 +338,9 @@ OptionTable OptionsOf(ImportFileOptions& options) {
                "convention, else detected from the posture");
   table.Flag("keep_ground", parameters.keep_ground,
              "Keep the heights; do not shift the feet to z = 0");
+  table.Text("prop", parameters.prop,
+             "Object to use of a scene with several, by its name (glTF: its node); if left out, "
+             "the moving one, the nearest to a hand if several move");
   table.Group("Motions with their own skeleton");
   table.Text(
       "map", motion.map,
@@ -328,8 +352,6 @@ OptionTable OptionsOf(ImportFileOptions& options) {
   table.Text("animation", motion.animation,
              "Animation of a glTF with several; if left out, the longest one of the character");
   table.Text("character", motion.character, "Character of a glTF with several");
-  table.Text("prop", motion.prop,
-             "Node of a glTF to use as the object; if left out, the only moving one");
   table.Group("Parameters of a body model");
   table.Choice("hands", parameters.hands,
                {{"body", ImportedHands::kOfBody},
@@ -390,7 +412,12 @@ ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) 
 }
 
 std::vector<std::string> ImportableFormats() {
-  std::vector<std::string> formats = {"BVH", "ASF/AMC", "glTF", "SkillMimic (.pt)",
+  std::vector<std::string> formats = {"BVH",
+                                      "ASF/AMC",
+                                      "glTF",
+                                      "SkillMimic and InterMimic (.pt)",
+                                      "Kimodo's SOMA skeleton (.npz)",
+                                      "H2O (a folder)",
                                       "a folder with one parameter file per frame"};
   for (const Importer& importer : kImporters) formats.emplace_back(importer.reads);
   return formats;

@@ -13,10 +13,10 @@
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/gltf/gltf_reader.h"
 #include "geometry/io/markers/marker_recording.h"
+#include "geometry/io/motion/array_motion.h"
 #include "geometry/io/motion/asf_amc.h"
 #include "geometry/io/motion/bvh.h"
 #include "geometry/io/motion/motion_file.h"
-#include "geometry/io/motion/skillmimic.h"
 #include "geometry/io/pickle/data_file.h"
 #include "geometry/retarget/skeleton_map.h"
 #include "geometry/rotation.h"
@@ -35,11 +35,11 @@ FileKind RecognizeMotion(std::string_view text) {
   return kind == FileKind::kUnknown && acclaim ? FileKind::kAsf : kind;
 }
 
-// A SkillMimic tensor is recognized by its shape, which is stored inside the archive.
-bool HoldsSkillMimic(const std::filesystem::path& path, std::string_view head) {
-  if (!MayBeSkillMimic(head)) return false;
+// Motions in arrays are recognized by names and shapes, which are stored inside the archive.
+bool HoldsArrayMotion(const std::filesystem::path& path, std::string_view head) {
+  if (!MayBeArrayMotion(head)) return false;
   try {
-    return LooksLikeSkillMimic(DataFile(path).Root());
+    return LooksLikeArrayMotion(DataFile(path));
   } catch (const Error&) {
     return false;  // another reader reports the fault
   }
@@ -49,7 +49,7 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
   std::vector<std::string> notes;
   std::string text = PlainText(ReadGzipText(path), notes);
   const std::string where = path.string();
-  const FileKind kind = HoldsSkillMimic(path, text) ? FileKind::kTorch : RecognizeMotion(text);
+  const FileKind kind = HoldsArrayMotion(path, text) ? FileKind::kTorch : RecognizeMotion(text);
   if (kind != FileKind::kGltf &&
       !(options.animation.empty() && options.character.empty() && options.prop.empty())) {
     throw Error(where, "holds one motion of one skeleton",
@@ -87,13 +87,14 @@ SourceMotion ReadAnyMotion(const std::filesystem::path& path, const ImportOption
       gltf.prop = options.prop;
       return ParseGltfMotion(std::move(text), where, path.parent_path(), gltf);
     }
-    case FileKind::kTorch: {  // of SkillMimic
-      SourceMotion motion = ReadSkillMimic(DataFile(path).Root());
+    case FileKind::kTorch: {  // in arrays
+      SourceMotion motion = ReadArrayMotion(DataFile(path));
       if (options.source_frame_rate) {
         motion.frame_rate = *options.source_frame_rate;
       } else {
-        motion.notes.push_back(fmt::format(
-            "no frame rate in the file: assuming SkillMimic's {:g} Hz", motion.frame_rate));
+        motion.notes.push_back(
+            fmt::format("no frame rate in the file: assuming {:g} Hz, that of {}",
+                        motion.frame_rate, motion.format));
       }
       return motion;
     }
@@ -145,7 +146,7 @@ bool LooksLikeMotionFile(const std::filesystem::path& path) {
   // Markers are recognized so that ReadMotion can report why they are not imported.
   std::vector<std::string> ignored;
   const std::string head = PlainText(ReadGzipHead(path, kMotionHeadBytes), ignored);
-  if (HoldsSkillMimic(path, head)) return true;
+  if (HoldsArrayMotion(path, head)) return true;
   const FileKind kind = RecognizeMotion(head);
   return kind != FileKind::kUnknown && kind != FileKind::kAsf;
 }

@@ -15,15 +15,15 @@
 namespace holdfast {
 
 struct ImportOptions : FileFacts {
-  double frame_rate = 30;                  ///< Hz, of the clip; 0 keeps the file's
-  std::string map;                         ///< JSON map of joint names; empty: recognized
-  std::string skeleton;                    ///< `.asf` of an `.amc`; empty: searched next to it
-  Eigen::VectorXd betas;                   ///< shape of the given body, stored in the clip
-  std::string animation, character, prop;  ///< choices within a glTF, see GltfMotionOptions
+  double frame_rate = 30;            ///< Hz, of the clip; 0 keeps the file's
+  std::string map;                   ///< JSON map of joint names; empty: recognized
+  std::string skeleton;              ///< `.asf` of an `.amc`; empty: searched next to it
+  Eigen::VectorXd betas;             ///< shape of the given body, stored in the clip
+  std::string animation, character;  ///< choices within a glTF, see GltfMotionOptions
 };
 
 struct ImportReport {
-  std::string format;    ///< "BVH", "ASF/AMC", "glTF" or "SkillMimic"
+  std::string format;    ///< "BVH", "ASF/AMC", "glTF", "SkillMimic" ...
   std::string skeleton;  ///< recognized naming, or the map's file name
   int source_joints = 0;
   int mapped_joints = 0;
@@ -41,7 +41,7 @@ struct ImportReport {
 inline constexpr const char* kFbxProblem =
     "FBX is not supported: convert to or from .glb with Blender";
 
-/// Whether the file begins like a motion that ReadMotion knows (BVH, AMC, glTF, SkillMimic),
+/// Whether the file begins like a motion that ReadMotion knows (BVH, AMC, glTF, arrays),
 /// whatever its name. Also true for markers and FBX, for which ReadMotion reports the reason.
 bool LooksLikeMotionFile(const std::filesystem::path& path);
 

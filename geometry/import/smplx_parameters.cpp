@@ -33,7 +33,8 @@ constexpr std::array<std::string_view, 4> kLeftHand = {"left_hand_pose", "lhand_
                                                        "smplx_lhand_pose", "smplx_left_hand_pose"};
 constexpr std::array<std::string_view, 4> kRightHand = {
     "right_hand_pose", "rhand_pose", "smplx_rhand_pose", "smplx_right_hand_pose"};
-constexpr std::array<std::string_view, 2> kBothHands = {"pose_hand", "poses_hand"};
+constexpr std::array<std::string_view, 3> kBothHands = {"pose_hand", "poses_hand",
+                                                        "hand_pose"};  // ParaHome's
 constexpr std::array<std::string_view, 3> kJawNames = {"jaw_pose", "pose_jaw", "smplx_jaw_pose"};
 constexpr std::array<std::string_view, 2> kLeftEyeNames = {"leye_pose", "smplx_leye_pose"};
 constexpr std::array<std::string_view, 2> kRightEyeNames = {"reye_pose", "smplx_reye_pose"};

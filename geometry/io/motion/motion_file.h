@@ -41,7 +41,7 @@ struct SourceMotion {
     Eigen::Matrix3Xd positions;                 ///< (3 x T) world, meters
   };
 
-  std::string format;                    ///< "BVH", "ASF/AMC", "glTF" or "SkillMimic"
+  std::string format;                    ///< "BVH", "ASF/AMC", "glTF", "SkillMimic" ...
   std::vector<std::string> joint_names;  ///< as in the file; equal names are kept
   std::vector<int> parents;              ///< -1 for the root
   Eigen::Matrix3Xd rest_offsets;         ///< (3 x J) from the parent, with all rotations zero

@@ -190,6 +190,77 @@ TEST(ImportHandSets, PicklesOfJoblibAreArrays) {
   }
 }
 
+TEST(ImportHandSets, H2oIsPutIntoTheFirstCamera) {
+  const std::filesystem::path folder = Fixture("hand_sets/h2o/subject1/h1/0/cam4");
+  const ImportedFile imported = Import(folder);
+  ExpectSet("h2o", imported.clip, Side::kRight);
+  EXPECT_EQ(imported.clip.object->name, "espresso");
+  EXPECT_TRUE(Mentions(imported.notes, "no hand in 1 of 4 frames (1)"));
+  EXPECT_LT(MaxDifference(Import(folder / "hand_pose_mano").clip.trans, imported.clip.trans),
+            1e-12);
+  EXPECT_EQ(SideOfHandAlone(Import(folder, Of(ImportedHands::kLeftAlone)).clip), Side::kLeft);
+  const TemporaryFolder broken;
+  std::filesystem::create_directory(broken / "hand_pose_mano");
+  std::ofstream(broken / "hand_pose_mano" / "000000.txt") << "1 2 3\n";
+  EXPECT_THAT(ImportFault(broken.Path()), HasSubstr("does not hold 124 numbers"));
+}
+
+TEST(ImportHandSets, ContactPoseIsAGraspInTheObjectsFrame) {
+  ImportFileOptions options;
+  options.parameters.hand_models = {Fixture("parameters/MANO_RIGHT.pkl")};
+  const std::filesystem::path path = Fixture("hand_sets/contactpose/mug/mano_fits_15.json");
+  const ImportedFile imported = Import(path, options);
+  ExpectSet("contactpose", imported.clip, Side::kRight);
+  EXPECT_EQ(imported.clip.object->name, "mug");
+  EXPECT_THAT(ImportFault(path, Of(ImportedHands::kLeftAlone)), HasSubstr("has no left hand"));
+}
+
+TEST(ImportHandSets, OakInk2GivesABodyOrAHandWithTheObjectThatMoves) {
+  const std::filesystem::path path = Fixture("hand_sets/oakink2.pkl");
+  const ImportedFile hand = Import(path, Of(ImportedHands::kLeftAlone));
+  ExpectSet("oakink2", hand.clip, Side::kLeft);
+  EXPECT_EQ(hand.clip.object->name, "O02@0015@00001");
+  EXPECT_EQ(hand.clip.frame_rate, 120);
+  EXPECT_TRUE(Mentions(hand.notes, "no pose of the object in 1 of 4 frames"));
+  const ImportedFile body = Import(path);
+  EXPECT_LT(MaxDifference(Joints(body.clip, 1, 54), ExpectedOfSet("oakink2.pose")), 1e-6);
+  EXPECT_LT(
+      MaxDifference(body.clip.trans.colwise() + kSmplxRestPelvis, ExpectedOfSet("oakink2.pelvis")),
+      1e-6);
+  const Eigen::MatrixXd posed = Posed(ExpectedOfSet("cube"), *body.clip.object);
+  EXPECT_LT(MaxDifference(posed.reshaped(24, 4), ExpectedOfSet("oakink2.object")), 1e-6);
+  ImportFileOptions options;
+  options.parameters.prop = "table";
+  EXPECT_EQ(Import(path, options).clip.object->name, "table");
+  options.parameters.prop = "chair";
+  EXPECT_THAT(ImportFault(path, options), HasSubstr("no object 'chair'"));
+}
+
+TEST(ImportHandSets, HimoAndParaHomeHaveTheirObjectsElsewhere) {
+  ImportFileOptions options;
+  options.parameters.keep_ground = true;
+  const ImportedFile himo = Import(Fixture("hand_sets/himo/smplx/S01T001.npz"), options);
+  EXPECT_EQ(himo.clip.object->name, "Knife");
+  const Eigen::MatrixXd cube = ExpectedOfSet("cube");
+  EXPECT_LT(
+      MaxDifference(Posed(cube, *himo.clip.object).reshaped(24, 5), ExpectedOfSet("himo.object")),
+      1e-6);
+  Eigen::MatrixXd joints(153, 5);
+  joints << Joints(himo.clip, 1, 21), Joints(himo.clip, kLeftHandBegin, 30);
+  EXPECT_LT(MaxDifference(joints, ExpectedOfSet("himo.pose")), 1e-9);
+
+  const ImportedFile home = Import(Fixture("hand_sets/parahome/smplx_seq/s1/smplx_pose.pkl"));
+  EXPECT_EQ(home.clip.object->name, "cup_base");
+  EXPECT_LT(MaxDifference(Posed(cube, *home.clip.object).reshaped(24, 5),
+                          ExpectedOfSet("parahome.object")),
+            1e-6);
+  joints << Joints(home.clip, 1, 21), Joints(home.clip, kLeftHandBegin, 30);
+  EXPECT_LT(MaxDifference(joints, ExpectedOfSet("parahome.pose")), 1e-6);
+  EXPECT_LT(MaxDifference(home.clip.trans, ExpectedOfSet("parahome.trans")), 1e-6);
+  EXPECT_EQ(home.clip.gender, "female");
+  EXPECT_EQ(home.clip.betas.size(), 20);
+}
+
 TEST(ImportHandSets, OmomoAndEstimatorsOfBodies) {
   ImportFileOptions options;
   options.parameters.person = 1;
@@ -217,6 +288,15 @@ TEST(ImportHandSets, OmomoAndEstimatorsOfBodies) {
   EXPECT_EQ(mdm.clip.frame_rate, 20);
   const Clip gvhmr = Import(Fixture("hand_sets/gvhmr.pkl"), options).clip;
   EXPECT_LT(MaxDifference(Joints(gvhmr, 1, 21), ExpectedOfSet("gvhmr.pose_body")), 1e-6);
+}
+
+TEST(ImportHandSets, HumotoAndMhrAreRefusedWithWhatIsMissing) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "humoto.json")
+      << R"({"armature": [{"mixamorig:Hips": [1, 0, 0, 0, 0, 0, 0]}], "objects": {"cup": []}})";
+  EXPECT_THAT(ImportFault(folder / "humoto.json"), HasSubstr(".glb"));
+  std::ofstream(folder / "mhr.json") << R"({"mhr_model_params": [1, 2], "pred_cam_t": [0, 0, 1]})";
+  EXPECT_THAT(ImportFault(folder / "mhr.json"), HasSubstr("MHR"));
 }
 
 TEST(DefaultHand, IsTheBodysHandWithItsWristWhereManosIs) {
