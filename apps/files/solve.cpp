@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: MIT
+#include <array>
 #include <chrono>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -8,11 +10,13 @@
 #include "apps/output.h"
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
+#include "geometry/import/file_kind.h"
 #include "geometry/io/markers/c3d.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
+#include "solver/markers/keypoint_hand.h"
 #include "solver/markers/marker_json.h"
 
 namespace holdfast::apps {
@@ -23,6 +27,7 @@ struct SolveCommand {
   std::string recording, still, table, body, output;
   std::string object, object_markers;
   SolveMarkersOptions solve;
+  KeypointOptions keypoints;
   double object_scale = 1.0;
 };
 
@@ -142,7 +147,107 @@ void WarnOfDoubts(const SolveCommand& options, const MarkerReport& report) {
   }
 }
 
+constexpr double kMaxShareOfOther = 0.8;  // of the residual of the next best reading
+
+UpAxis UpAxisOf(MarkerUp up) {
+  constexpr std::array kAxes = {UpAxis::kX,      UpAxis::kY,      UpAxis::kZ,
+                                UpAxis::kMinusX, UpAxis::kMinusY, UpAxis::kMinusZ};
+  return kAxes[static_cast<std::size_t>(up)];
+}
+
+// Whether a file holds arrays, which may be keypoints; markers are in other formats.
+bool HoldsArrays(const std::string& path) {
+  switch (Identify(path).kind) {
+    case FileKind::kNpy:
+    case FileKind::kNpz:
+    case FileKind::kPickle:
+    case FileKind::kTorch:
+    case FileKind::kJson:
+      return true;
+    default:
+      return false;
+  }
+}
+
+int SolveHand(const SolveCommand& options) {
+  for (const auto& [flag, value] : {std::pair("--static", &options.still),
+                                    {"--markers", &options.table},
+                                    {"--object", &options.object},
+                                    {"--object-markers", &options.object_markers},
+                                    {"--body", &options.body}}) {
+    if (value->empty()) continue;
+    throw Error(flag, "is for markers: keypoints of a hand need no such file",
+                "Leave it out; give an object to 'holdfast refine'");
+  }
+  ResultFolder folder(options.output, options.common.force);
+  KeypointOptions keypoints = options.keypoints;
+  if (options.solve.up) keypoints.up = UpAxisOf(*options.solve.up);
+  const std::vector<KeypointTable> tables = ReadHandKeypoints(options.recording);
+  StageProgress progress(options.common);
+  SolvedKeypoints solved;
+  try {
+    solved = SolveKeypoints(tables, keypoints, options.recording,
+                            [&](const char* stage, int done, int total) {
+                              progress.Update(stage, done, total);
+                              return !Interrupted();
+                            });
+  } catch (const WorkStopped&) {
+    return kInterrupted;
+  }
+  progress.End();
+  const KeypointReport& report = solved.report;
+  for (const std::string& note : report.notes) Note(options.common, "note: " + note);
+  const int frames = solved.clip.NumFrames();
+  if (report.gaps > 0) {
+    Note(options.common, fmt::format("warning: {}: no hand in {} of {} frames: filled between "
+                                     "their neighbors",
+                                     options.recording, report.gaps, frames));
+  }
+  if (report.other_rms_mm > 0 && report.rms_mm > kMaxShareOfOther * report.other_rms_mm) {
+    Note(options.common,
+         fmt::format("warning: {}: the {} hand in the order of {} fits hardly better than another "
+                     "reading ({:.1f} mm and {:.1f} mm): give --hand and --order",
+                     options.recording, SideName(report.side), report.order, report.rms_mm,
+                     report.other_rms_mm));
+  }
+  if (report.rms_mm > kDoubtfulRms_mm) {
+    Note(options.common,
+         fmt::format("warning: {}: keypoints are {:.0f} mm from the hand (root mean square), more "
+                     "than {:g} mm: they are in another order, in image coordinates, or no hand",
+                     options.recording, report.rms_mm, kDoubtfulRms_mm));
+  }
+  nlohmann::json metrics = JsonHead("holdfast/keypoints/1", options.common);
+  metrics["options"] = {{"recording", options.recording}};
+  metrics["options"].update(OptionsJson(OptionsOf(keypoints)));
+  metrics["frames"] = frames;
+  metrics["frame_rate_hz"] = solved.clip.frame_rate;
+  metrics["hand"] = SideName(report.side);
+  metrics["order"] = report.order;
+  metrics["meters_per_unit"] = report.meters_per_unit;
+  metrics["size_ratio"] = report.size_ratio;
+  metrics["rms_mm"] = report.rms_mm;
+  metrics["next_best_rms_mm"] = report.other_rms_mm;
+  metrics["frames_without_hand"] = report.gaps;
+  metrics["solve"] = {{"solve_ms", report.solve_ms},
+                      {"frames_per_s", 1e3 * frames / report.solve_ms}};
+  WriteClip(solved.clip, folder / "clip.npz");
+  folder.WriteMetrics(metrics);
+  folder.Commit();
+  nlohmann::json summary = metrics;
+  summary["output"] = options.output;
+  PrintResult(options.common, summary,
+              fmt::format("{}: {} frames at {:g} Hz of a {} hand, keypoints in the order of {}\n"
+                          "  keypoints are {:.1f} mm from the hand (root mean square); scaled by "
+                          "{:.3f} to the model's size\n"
+                          "  solved in {:.2f} s: {:.0f} frames a second\n",
+                          options.output, frames, solved.clip.frame_rate, SideName(report.side),
+                          report.order, report.rms_mm, 1.0 / report.size_ratio,
+                          1e-3 * report.solve_ms, 1e3 * frames / report.solve_ms));
+  return report.rms_mm > kMaxRms_mm ? kFitFault : kDone;
+}
+
 int Solve(SolveCommand options) {
+  if (HoldsArrays(options.recording)) return SolveHand(options);
   ResultFolder folder(options.output, options.common.force);
   const auto read = [&](const std::string& path) {
     MarkerRecording recording = ReadMarkers(path);
@@ -197,10 +302,13 @@ int Solve(SolveCommand options) {
 void AddSolveCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<SolveCommand>();
   CLI::App* command = app.add_subcommand(
-      "solve", "Fit a moving body to labeled optical markers (C3D, TRC, CSV, TSV)");
+      "solve",
+      "Fit a moving body to labeled optical markers (C3D, TRC, CSV, TSV), or a hand to keypoints");
   command
-      ->add_option("recording", options->recording,
-                   "Markers: C3D, TRC, Vicon CSV or Qualisys TSV, gzipped or not")
+      ->add_option(
+          "recording", options->recording,
+          "Markers: C3D, TRC, Vicon CSV or Qualisys TSV, gzipped or not; or keypoints of a "
+          "hand: (frames, 21, 3), .npy .npz .json .pkl .pt")
       ->required();
   command
       ->add_option("-o,--output", options->output,
@@ -223,13 +331,15 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
   command->add_option("--body", options->body,
                       "Body model in place of the embedded one: SMPL-X or SMPL-H, .npz or .pkl");
   AddOptions(*command, OptionsOf(options->solve));
+  AddOptions(*command, OptionsOf(options->keypoints));
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast solve drink.csv --static static.csv -o drinks\n"
       "  holdfast solve drink.csv --object mug --object-markers mug.csv -o mug_drinks\n"
       "  holdfast solve drink.csv --markers names.csv --posture standing -o stands\n"
+      "  holdfast solve keypoints.npy --up=-y -o hand\n"
       "docs/markers.md lists the known marker names. Joints without markers stay at rest and are\n"
-      "reported. Exit code 3: the marker residual is above 30 mm (root mean square).\n");
+      "reported. Exit code 3: the residual is above 30 mm (root mean square).\n");
   command->callback([options, &exit_code] { exit_code = Solve(*options); });
 }
 

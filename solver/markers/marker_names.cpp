@@ -137,7 +137,7 @@ std::string Lower(std::string_view text) {
   return lower;
 }
 
-std::vector<std::string> Fields(const std::string& line) {
+std::vector<std::string> CellsOf(const std::string& line) {
   std::vector<std::string> fields(1);
   for (const char c : line) {
     if (c == ',') {
@@ -257,7 +257,7 @@ MarkerTable MarkerTable::Read(const std::filesystem::path& path,
   for (std::string line; std::getline(in, line);) {
     const std::string where = fmt::format("{}:{}", path.string(), ++number);
     if (line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3);
-    const std::vector<std::string> fields = Fields(line);
+    const std::vector<std::string> fields = CellsOf(line);
     if (fields.size() == 1 && fields[0].empty()) continue;
     if (!columns) {
       columns = ColumnsOf(fields, where);
