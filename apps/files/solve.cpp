@@ -331,7 +331,7 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
   command->add_option("--body", options->body,
                       "Body model in place of the embedded one: SMPL-X or SMPL-H, .npz or .pkl");
   AddOptions(*command, OptionsOf(options->solve));
-  AddOptions(*command, OptionsOf(options->keypoints));
+  AddOptions(*command, OptionsOf(options->keypoints).Without({"up"}));
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast solve drink.csv --static static.csv -o drinks\n"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: MIT
 #include <algorithm>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -12,6 +13,7 @@
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/surface_distance.h"
+#include "solver/body_ik/smooth_body.h"
 #include "solver/carry/carry_json.h"
 #include "solver/carry/refine.h"
 
@@ -24,6 +26,7 @@ struct RefineCommand {
   std::string clip;
   std::string output;
   RefineOptions refine;
+  std::optional<double> smooth_hz;
 };
 
 nlohmann::json OrNull(const std::optional<double>& value) {
@@ -112,7 +115,8 @@ ClipInput LoadRefinable(const RefineCommand& options) {
   RequireMeters(options.clip, input.clip, *input.body);
   if (!input.clip.object) {
     throw Error(options.clip, "has no object trajectory to refine",
-                "Make one with 'holdfast fit', or give a clip with object_trans and object_orient");
+                "Make one with 'holdfast fit', or give a clip with object_trans and object_orient; "
+                "smooth a body without an object with --smooth");
   }
   if (!input.object) {
     throw Error(options.clip, "its object's mesh is missing: " + input.object_missing,
@@ -171,7 +175,60 @@ nlohmann::json PerFrameJson(const RefineReport& report) {
           {"distance_to_data_deg", report.distance.degrees}};
 }
 
+// A body without an object.
+int Smooth(const RefineCommand& options) {
+  ResultFolder folder(options.output, options.common.force);
+  const LoadedClip input = LoadClip(options.clip, LoadBody(options.input.body), options.common);
+  RequireMeters(options.clip, input.clip, *input.body.model);
+  SmoothOptions smooth;
+  smooth.cutoff_hz = *options.smooth_hz;
+  smooth.threads = NumThreads(options.common);
+  StageProgress progress(options.common);
+  SmoothedBody smoothed;
+  try {
+    smoothed = SmoothBody(input.clip, input.body, smooth, options.clip,
+                          [&](const char* stage, int done, int total) {
+                            progress.Update(stage, done, total);
+                            return !Interrupted();
+                          });
+  } catch (const WorkStopped&) {
+    return kInterrupted;
+  }
+  progress.End();
+  const SmoothReport& report = smoothed.report;
+  for (const std::string& note : report.notes) Note(options.common, "warning: " + note);
+  const auto json = [](const BodyJitter& jitter) {
+    return nlohmann::json{{"jerk_m_s3", jitter.jerk_m_s3}, {"foot_skate_mm_s", jitter.skate_mm_s}};
+  };
+  nlohmann::json metrics = JsonHead("holdfast/smooth/1", options.common);
+  metrics["options"] = {{"clip", options.clip}, {"smooth", smooth.cutoff_hz}};
+  metrics["before"] = json(report.before);
+  metrics["after"] = json(report.after);
+  metrics["moved_mm"] = report.moved_mm;
+  metrics["outliers"] = report.outliers;
+  metrics["feet_pinned"] = report.feet_pinned;
+  metrics["max_foot_correction_mm"] = 1e3 * report.max_foot_correction_m;
+  WriteClip(smoothed.clip, folder / "clip.npz");
+  folder.WriteMetrics(metrics);
+  folder.Commit();
+  nlohmann::json summary = metrics;
+  summary["output"] = options.output;
+  PrintResult(
+      options.common, summary,
+      fmt::format("{}/clip.npz: {} frames smoothed, cut-off at {:g} Hz\n"
+                  "                       before     after\n"
+                  "  jerk              {:8.1f}  {:8.1f}   m/s3 (mean of 22 joints)\n"
+                  "  feet in contact   {:8.1f}  {:8.1f}   mm/s\n"
+                  "  moved by {:.1f} mm (root mean square); outliers replaced: {}; feet {}\n",
+                  options.output, smoothed.clip.NumFrames(), smooth.cutoff_hz,
+                  report.before.jerk_m_s3, report.after.jerk_m_s3, report.before.skate_mm_s,
+                  report.after.skate_mm_s, report.moved_mm, report.outliers,
+                  report.feet_pinned ? "pinned" : "not pinned"));
+  return kDone;
+}
+
 int Refine(const RefineCommand& options) {
+  if (options.smooth_hz) return Smooth(options);
   ResultFolder folder(options.output, options.common.force);
   const ClipInput input = LoadRefinable(options);
   RefineOptions refine = options.refine;
@@ -220,17 +277,23 @@ void AddRefineCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<RefineCommand>();
   CLI::App* command = app.add_subcommand(
       "refine",
-      "Refine a clip with an object trajectory: reduce penetration, jitter and lost contact");
+      "Refine a clip with an object trajectory: reduce penetration, jitter and lost contact; or "
+      "smooth a body without one");
   command->add_option("clip", options->clip, kClipHelp)->required();
   command
       ->add_option("-o,--output", options->output,
                    "Output folder: clip.npz, object.ply, metrics.json with values before and after")
       ->required();
   AddClipInputOptions(*command, options->input);
+  AddOption(*command, "--smooth", options->smooth_hz,
+            "Smooth a body without an object instead: cut-off frequency, Hz; feet in contact with "
+            "the ground are pinned",
+            CLI::Range(0.1, 100.0));
   AddOptions(*command, OptionsOf(options->refine));
   AddCommonOptions(*command, options->common, true,
                    "  holdfast refine captured.npz --object mug.obj -o clean\n"
-                   "  holdfast refine held -o refined --hand right --json\n");
+                   "  holdfast refine held -o refined --hand right --json\n"
+                   "  holdfast refine estimated.npz -o smooth --smooth 5\n");
   command->callback([options, &exit_code] { exit_code = Refine(*options); });
 }
 

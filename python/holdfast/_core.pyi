@@ -259,8 +259,8 @@ class FitResult:
 
 def options(
     job: Literal[
-        "export", "fit", "grasp", "import_motion", "reach", "refine", "score", "solve_markers",
-        "synthesize", "transfer", "transfer_to_robot"
+        "export", "fit", "grasp", "import_motion", "reach", "refine", "score", "solve_keypoints",
+        "solve_markers", "synthesize", "transfer", "transfer_to_robot"
     ],
 ) -> dict[str, dict[str, Any]]: ...
 def fit(
@@ -450,6 +450,17 @@ def solve_markers(
     object_markers: Union[_Path, dict[str, Sequence[float]], None] = None,
     object_scale: float = 1.0,
     body: Optional[BodyModel] = None,
+    progress: _Progress = None,
+) -> tuple[Clip, dict[str, Any]]: ...
+
+def solve_keypoints(
+    keypoints: Union[_Path, ArrayLike],
+    *,
+    hand: str = "auto",
+    order: str = "auto",
+    meters_per_unit: Optional[float] = None,
+    up: str = "auto",
+    fps: float = 30.0,
     progress: _Progress = None,
 ) -> tuple[Clip, dict[str, Any]]: ...
 

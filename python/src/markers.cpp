@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/markers/marker_recording.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -14,9 +15,11 @@
 
 #include "geometry/error.h"
 #include "geometry/io/markers/c3d.h"
+#include "geometry/io/markers/hand_keypoints.h"
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
+#include "solver/markers/keypoint_hand.h"
 #include "solver/markers/marker_json.h"
 
 namespace holdfast::python {
@@ -189,6 +192,47 @@ py::tuple Solve(const py::object& recording, const py::object& still,
                         told);
 }
 
+// A hand's keypoints as an array, or from a file.
+std::vector<KeypointTable> KeypointsOf(const py::object& keypoints) {
+  if (IsPath(keypoints)) {
+    const auto path = keypoints.cast<std::filesystem::path>();
+    return RunAside([path] { return ReadHandKeypoints(path); });
+  }
+  const py::array_t<double> array = Floats(keypoints, "keypoints", {-1, -1, 3}, true);
+  const bool known = std::ranges::any_of(
+      KeypointOrders(), [&](const KeypointOrder& order) { return order.count == array.shape(1); });
+  if (array.shape(0) == 0 || !known) {
+    throw py::value_error(
+        fmt::format("keypoints: expected (T, N, 3) of N = 21, 25 or 26 points, got ({}, {}, 3)",
+                    array.shape(0), array.shape(1)));
+  }
+  KeypointTable table;
+  table.points = static_cast<int>(array.shape(1));
+  table.positions =
+      Eigen::Map<const Eigen::MatrixXd>(array.data(), 3 * array.shape(1), array.shape(0));
+  return {std::move(table)};
+}
+
+py::tuple SolveHand(const py::object& keypoints, const py::object& progress,
+                    const py::kwargs& given) {
+  KeypointOptions options;
+  SetOptions(given, OptionsOf(options));
+  const std::vector<KeypointTable> tables = KeypointsOf(keypoints);
+  const std::string where =
+      IsPath(keypoints) ? py::str(keypoints).cast<std::string>() : std::string("keypoints");
+  SolvedKeypoints solved;
+  RunWithProgress(progress, [&](const StagedProgress& go_on) {
+    solved = SolveKeypoints(tables, options, where, go_on);
+  });
+  const KeypointReport& report = solved.report;
+  const py::dict told("hand"_a = std::string(SideName(report.side)), "order"_a = report.order,
+                      "meters_per_unit"_a = report.meters_per_unit,
+                      "size_ratio"_a = report.size_ratio, "rms_mm"_a = report.rms_mm,
+                      "next_best_rms_mm"_a = report.other_rms_mm,
+                      "frames_without_hand"_a = report.gaps, "notes"_a = report.notes);
+  return py::make_tuple(std::make_shared<Clip>(std::move(solved.clip)), told);
+}
+
 void Write(const std::filesystem::path& path, const py::object& recording, bool force) {
   const MarkerRecording given = RecordingOf(recording, "recording");
   RequireNew(path, force);
@@ -238,6 +282,24 @@ void BindMarkers(py::module_& module) {
   module.def("solve_markers", &Solve, "recording"_a, py::kw_only(), "static"_a = py::none(),
              "table"_a = py::none(), "object"_a = py::none(), "object_markers"_a = py::none(),
              "object_scale"_a = 1.0, "body"_a = py::none(), "progress"_a = py::none(), doc.c_str());
+  KeypointOptions keypoints;
+  static const std::string hand_doc =
+      "Fits a hand to keypoints of a detector, a glove or a headset, frame by frame: finger angles "
+      "within their ranges, the wrist free.\n"
+      "\n"
+      "keypoints: (T, N, 3) of N = 21, 25 or 26 points, NaN if not seen, or a file of such an "
+      "array. progress: callable (stage, done, total); False stops. Returns (Clip, dict): a clip "
+      "of a hand alone, z up, meters, and 'hand' ('right', 'left'), 'order', 'meters_per_unit' of "
+      "the keypoints, 'size_ratio' of the hand to the model's, 'rms_mm' from the keypoints, "
+      "'next_best_rms_mm' of another side or order, 'frames_without_hand', 'notes'. Raises Error "
+      "for keypoints that fit no hand, Stopped.\n"
+      "\n"
+      "    clip, report = holdfast.solve_keypoints(landmarks, up='-y')\n"
+      "\n"
+      "Options:\n" +
+      OptionsText(OptionsOf(keypoints));
+  module.def("solve_keypoints", &SolveHand, "keypoints"_a, py::kw_only(), "progress"_a = py::none(),
+             hand_doc.c_str());
 }
 
 }  // namespace holdfast::python

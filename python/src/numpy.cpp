@@ -69,12 +69,13 @@ void RequireMemory(double rows, double columns, const std::string& name) {
       name, rows * columns, 1e-9 * bytes, 1e-9 * memory));
 }
 
-py::array_t<double> Floats(const py::handle& value, const char* name, const Shape& shape) {
+py::array_t<double> Floats(const py::handle& value, const char* name, const Shape& shape,
+                           bool gaps) {
   const py::array any = AnyArray(value, name, shape, "fiub", "numbers");
   const py::array_t<double, py::array::c_style | py::array::forcecast> array(any);
   const double* numbers = array.data();
   for (py::ssize_t i = 0; i < array.size(); ++i) {
-    if (std::isfinite(numbers[i])) continue;
+    if (std::isfinite(numbers[i]) || (gaps && std::isnan(numbers[i]))) continue;
     std::vector<py::ssize_t> at(shape.size());
     py::ssize_t rest = i;
     for (std::size_t k = shape.size(); k-- > 0;) {

@@ -27,9 +27,10 @@ std::string TypeText(const py::handle& value);
 
 /// Converts `value` to float64 in C order, copying only if necessary: numpy arrays, lists, tensors
 /// on the CPU. Throws ValueError or TypeError, naming the expected and actual value of `name`, for
-/// another shape, non-real or non-finite numbers, and arrays larger than a quarter of this
-/// computer's memory (views repeat numbers at no cost, copies do not).
-py::array_t<double> Floats(const py::handle& value, const char* name, const Shape& shape);
+/// another shape, non-real or non-finite numbers (NaN is taken if `gaps`), and arrays larger than a
+/// quarter of this computer's memory (views repeat numbers at no cost, copies do not).
+py::array_t<double> Floats(const py::handle& value, const char* name, const Shape& shape,
+                           bool gaps = false);
 
 /// Same, for integers.
 py::array_t<int> Integers(const py::handle& value, const char* name, const Shape& shape);

@@ -21,6 +21,7 @@
 #include "solver/carry/refine.h"
 #include "solver/carry/run_fit.h"
 #include "solver/carry/standing_grasp.h"
+#include "solver/markers/keypoint_hand.h"
 #include "solver/markers/solve_markers.h"
 #include "solver/reach/reach_options.h"
 #include "solver/robot/transfer_to_robot.h"
@@ -156,6 +157,7 @@ void BindOptions(py::module_& module) {
         TransferOptions transfer;
         ScoreOptions score;
         SolveMarkersOptions solve;
+        KeypointOptions keypoints;
         RobotTransferOptions robot;
         ExportOptions exported;
         ImportFileOptions import;
@@ -171,6 +173,7 @@ void BindOptions(py::module_& module) {
             {"transfer", OptionsOf(transfer)},
             {"score", OptionsOf(score)},
             {"solve_markers", OptionsOf(solve)},
+            {"solve_keypoints", OptionsOf(keypoints)},
             {"export", OptionsOf(exported)},
             {"render", OptionsOf(render)},
             {"report", OptionsOf(report)},
@@ -201,7 +204,7 @@ void BindOptions(py::module_& module) {
       "The options that a function takes by name: {name: {'default', 'flag' of the command line, "
       "'help', and 'choices' (list of str) or 'range' (min, max)}}. job: 'convert', 'export', "
       "'fit' (of offhand(), too), 'grasp' (of grasps(), too), 'import_motion', 'reach', 'refine', "
-      "'render', 'report', 'score', 'solve_markers', 'synthesize', 'transfer', "
+      "'render', 'report', 'score', 'solve_keypoints', 'solve_markers', 'synthesize', 'transfer', "
       "'transfer_to_robot'.\n"
       "\n"
       "    holdfast.options('fit')['contact_threshold_mm']['default']");

@@ -363,7 +363,13 @@ OptionTable OptionsOf(KeypointOptions& options) {
   table.Choice("order", options.order, orders, help);
   table.Number("meters_per_unit", "", options.meters_per_unit, {1e-6, 1e3},
                "that of a hand: m, cm or mm", "Length unit of the keypoints");
-  table.Number("rate", "Hz", options.rate_hz, {1.0, 1000.0}, "Frames per second of the keypoints");
+  std::vector<std::pair<std::string, std::optional<UpAxis>>> axes = {{"auto", std::nullopt}};
+  for (const UpAxis up :
+       {UpAxis::kX, UpAxis::kY, UpAxis::kZ, UpAxis::kMinusX, UpAxis::kMinusY, UpAxis::kMinusZ}) {
+    axes.emplace_back(UpAxisName(up), up);
+  }
+  table.Choice("up", options.up, axes, "Up axis of the keypoints; auto: z, with a note");
+  table.Number("fps", "", options.rate_hz, {1.0, 1000.0}, "Frames per second of the keypoints");
   return table;
 }
 

@@ -65,7 +65,7 @@ struct KeypointOptions {
   std::optional<double> meters_per_unit;  ///< empty: by the size of the hand
   double rate_hz = 30.0;
 };
-/// Options of `solve` for keypoints, without `up`, which markers have, too.
+/// Options of `solve` for keypoints. The program has one `--up` for them and for markers.
 OptionTable OptionsOf(KeypointOptions& options);
 
 struct KeypointReport {

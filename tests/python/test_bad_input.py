@@ -25,6 +25,7 @@ POINTS = (np.arange(21.0) - 10.0).reshape(7, 3) / 128.0
 PAIRS = np.full((7, 7), 0.125)
 BALLS = np.full((2, 4), 0.0625)
 MODEL = holdfast.BodyModel.load()
+HAND = (np.arange(63.0).reshape(1, 21, 3) % 7) / 64  # no hand, but of its size
 NEAR = holdfast.SignedDistance(CUBE)
 
 
@@ -94,11 +95,11 @@ def factors(value):  # one number is a factor: as arrays of one, it is wrong
     return np.full(1, value) if number else value
 
 
-Array = namedtuple("Array", "call good none dear", defaults=(False, False))
+Array = namedtuple("Array", "call good none dear gaps", defaults=(False, False, False))
 Mesh = namedtuple("Mesh", "call none dear", defaults=(False, False))
 Person = namedtuple("Person", "call none", defaults=(False,))
 # By the stub's function and argument. `none`: None is as good as anything. `dear`: what is right takes
-# long, so that only what is wrong is tried.
+# long, so that only what is wrong is tried. `gaps`: NaN is what was not seen.
 ROWS = {
     "ObjectTrack.trans": Array(lambda v: track(v), TRANS),
     "ObjectTrack.orient": Array(lambda v: track(orient=v), TRANS),
@@ -191,6 +192,8 @@ ROWS = {
             {"names": ["a", "b", "c"], "positions": np.eye(3)[None], "rate_hz": 50.0}, object=v,
             object_markers={"a": (1, 0, 0), "b": (0, 1, 0), "c": (0, 0, 1)}),
         none=True, dear=True),
+    "solve_keypoints.keypoints": Array(
+        lambda v: holdfast.solve_keypoints(v, hand="right", meters_per_unit=1.0)[0].poses, HAND, gaps=True),
     "grasp.object": Mesh(holdfast.grasp, dear=True),
     "grasp.at": Array(lambda v: holdfast.grasp("apple", at=v), POINT, none=True, dear=True),
     "grasp.region": Mesh(lambda v: holdfast.grasp("apple", region=v), none=True, dear=True),
@@ -276,7 +279,7 @@ def test_every_argument_has_a_row():
     assert taken_by_stub() == set(ROWS)
 
 
-def wrong(good, none):
+def wrong(good, none, gaps=False):
     """What no array argument takes, by what it is."""
     kinds = {
         "another axis": good[None, None, None],
@@ -299,6 +302,8 @@ def wrong(good, none):
         kinds["None"] = None
     if good.dtype.kind == "f":
         for name, number in {"NaN": np.nan, "infinite": np.inf, "-infinite": -np.inf}.items():
+            if gaps and name == "NaN":
+                continue
             kinds[name] = good.copy()
             kinds[name].flat[-1] = number
     else:
@@ -357,21 +362,21 @@ def refuse(call, value, what):
 
 
 def array_rows():
-    """(row, part, call, good, none, dear) of array arguments, meshes as vertices and faces."""
+    """(row, part, call, good, none, dear, gaps) of array arguments, meshes as vertices and faces."""
     for name, row in ROWS.items():
         if isinstance(row, Array):
-            yield pytest.param(row.call, row.good, row.none, row.dear, id=name)
+            yield pytest.param(row.call, row.good, row.none, row.dear, row.gaps, id=name)
         if isinstance(row, Mesh):
             dear = "mesh" if row.dear else False
             yield pytest.param(lambda v, call=row.call: call((v, CUBE[1])), CUBE[0], False, dear,
-                               id=name + "[0]")
+                               False, id=name + "[0]")
             yield pytest.param(lambda v, call=row.call: call((CUBE[0], v)), CUBE[1], False, dear,
-                               id=name + "[1]")
+                               False, id=name + "[1]")
 
 
-@pytest.mark.parametrize("call, good, none, dear", array_rows())
-def test_arrays(call, good, none, dear):
-    kinds = wrong(good, none)
+@pytest.mark.parametrize("call, good, none, dear, gaps", array_rows())
+def test_arrays(call, good, none, dear, gaps):
+    kinds = wrong(good, none, gaps)
     if dear == "mesh":  # meshes go through one door, which others try in full
         kinds = {what: kinds[what] for what in ("another axis", "objects", "too large", "None")}
     for what, value in kinds.items():

@@ -117,3 +117,22 @@ def test_choices_are_told():
     refused(ValueError, "posture", holdfast.solve_markers, tiny(), posture="lying")
     refused(ValueError, "up", holdfast.solve_markers, tiny(), up="w")
     refused(holdfast.Error, "nowhere", holdfast.read_markers, "nowhere.c3d")
+
+
+def test_keypoints_become_a_hand():
+    clip = holdfast.Clip.load("demo_drink")
+    joints = holdfast.BodyModel.load()(clip.poses, clip.trans, vertex_ids=np.array([], int))[1]
+    points = [joints[:, 21]]
+    for first in (52, 40, 43, 49, 46):  # thumb, index, middle, ring, little finger
+        base, middle, last = joints[:, first], joints[:, first + 1], joints[:, first + 2]
+        points += [base, middle, last, last + 0.8 * (last - middle)]
+    points = np.stack(points, axis=1)
+    points[3] = np.nan
+    seen = []
+    hand, report = holdfast.solve_keypoints(1000 * points, up="z", progress=lambda *at: seen.append(at))
+    assert report["hand"] == "right" and report["order"] == "mediapipe" and report["meters_per_unit"] == 0.001
+    assert report["rms_mm"] < 6 and report["frames_without_hand"] == 1 and not report["notes"] and seen
+    assert hand.model_type == "mano" and len(hand.poses) == len(clip.poses)
+    refused(ValueError, "hand", holdfast.solve_keypoints, points, hand="third")
+    refused(ValueError, "21", holdfast.solve_keypoints, points[:, :20])
+    refused(holdfast.Error, "no_such.npy", holdfast.solve_keypoints, "no_such.npy")

@@ -101,8 +101,8 @@ def keywords(name):
 
 
 @pytest.mark.parametrize("job", ["convert", "export", "fit", "grasp", "import_motion", "reach", "refine",
-                                 "render", "report", "score", "solve_markers", "synthesize", "transfer",
-                                 "transfer_to_robot"])
+                                 "render", "report", "score", "solve_keypoints", "solve_markers", "synthesize",
+                                 "transfer", "transfer_to_robot"])
 def test_stubs_have_the_options_of_the_table(job):
     table = holdfast.options(job)
     stub = keywords(job)
