@@ -16,6 +16,7 @@
 
 #include "generator/imos/recognition.h"
 #include "generator/imos/weights.h"
+#include "geometry/body/default_hand.h"
 #include "geometry/body/skeleton.h"
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_arrays.h"
@@ -24,10 +25,12 @@
 #include "geometry/io/container/safetensors.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "solver/actions/action_clip.h"
+#include "solver/markers/keypoint_hand.h"
 #include "solver/markers/marked_person.h"
 #include "tests/generator/test_body.h"
 #include "tests/support/action_scene.h"
 #include "tests/support/data_folder.h"
+#include "tests/support/npy.h"
 #include "tests/support/program.h"
 #include "tests/support/robot_files.h"
 #include "tests/support/temporary_folder.h"
@@ -87,6 +90,19 @@ class ExampleFiles {
   void Run(const std::string& arguments) {
     const ProgramResult result = RunHoldfast(made_.Path(), arguments);
     if (result.exit_code != 0) throw std::runtime_error(arguments + ": " + result.err);
+  }
+
+  // A relaxed hand in three frames, 21 points each.
+  static void WriteKeypoints(const Path& path) {
+    const HandModel model(DefaultHand(Side::kRight), {}, Side::kRight);
+    const HandAxes axes(model);
+    KeypointHand::Points points;
+    KeypointHand(axes).Evaluate(axes.PoseOf(axes.Relaxed()), points, nullptr);
+    std::vector<float> numbers;
+    for (int t = 0; t < 3; ++t) {
+      for (const double x : points.reshaped()) numbers.push_back(static_cast<float>(x));
+    }
+    WriteNpy(path, "(3, 21, 3)", numbers);
   }
 
   static std::function<void(const Path&)> Fixture(const std::string& name) {
@@ -289,6 +305,10 @@ class ExampleFiles {
          Run(fmt::format("solve {} -o solved", (made_.Path() / "drink.csv").string()));
        }},
       {"map.json", WriteMap},
+      {"keypoints.npy", WriteKeypoints},
+      {"estimated.npz",
+       [](const Path& path) { WriteClip(WalkingFigure(DefaultMeasures(), 90, 1.0), path); }},
+      {"hmr4d_results.pt", Fixture("hand_sets/gvhmr.pkl")},
       {"pass.npz", [this](const Path&) { Run("export demo_pass -o pass.npz"); }},
       {"smplifyx/results", Fixture("parameters/smplifyx")},
       {"visualize_samples/s10_mug_drink_1_0.npz", Fixture("torch/s10_mug_drink_1.npz")},

@@ -17,6 +17,7 @@
 #include "tests/support/data_folder.h"
 #include "tests/support/error_text.h"
 #include "tests/support/imported.h"
+#include "tests/support/npy.h"
 #include "tests/support/temporary_folder.h"
 
 namespace holdfast {
@@ -30,15 +31,8 @@ DataFile TableOf(const TemporaryFolder& folder, const std::vector<float>& values
                  std::size_t columns) {
   const fs::path path = folder / "table.npy";
   const std::size_t rows = values.size() / columns;
-  std::ofstream file(path, std::ios::binary);
-  std::string head = "{'descr': '<f4', 'fortran_order': False, 'shape': (" + std::to_string(rows) +
-                     ", " + std::to_string(columns) + "), }";
-  head.resize(117, ' ');
-  head += '\n';
-  file << "\x93NUMPY\x01" << '\0' << static_cast<char>(head.size()) << '\0' << head;
-  file.write(reinterpret_cast<const char*>(values.data()),
-             static_cast<std::streamsize>(4 * values.size()));
-  file.close();
+  testing::WriteNpy(path, "(" + std::to_string(rows) + ", " + std::to_string(columns) + ")",
+                    values);
   return DataFile(path);
 }
 
