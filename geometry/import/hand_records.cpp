@@ -48,32 +48,38 @@ std::vector<double> NumbersOf(const fs::path& path, std::size_t count) {
   return numbers;
 }
 
-Eigen::Isometry3d PoseOfNumbers(const double* matrix) {
-  Eigen::Isometry3d pose;
-  pose.matrix() = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(matrix);
-  return pose;
+Eigen::Isometry3d PoseOfNumbers(const double* matrix, const fs::path& path) {
+  return PoseOfMatrix(Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(matrix),
+                      path.string());
+}
+
+// The file of the same frame in another folder of the sequence; empty if there is none.
+fs::path Beside(const fs::path& hand_file, const char* folder) {
+  const fs::path path = hand_file.parent_path().parent_path() / folder / hand_file.filename();
+  std::error_code ignored;
+  return fs::is_regular_file(path, ignored) ? path : fs::path();
 }
 
 // Camera of a frame in the world; the identity if the set has no such file.
 Eigen::Isometry3d CameraOf(const fs::path& hand_file) {
-  const fs::path path = hand_file.parent_path().parent_path() / "cam_pose" / hand_file.filename();
-  std::error_code ignored;
-  if (!fs::is_regular_file(path, ignored)) return Eigen::Isometry3d::Identity();
-  return PoseOfNumbers(NumbersOf(path, 16).data());
+  const fs::path path = Beside(hand_file, "cam_pose");
+  if (path.empty()) return Eigen::Isometry3d::Identity();
+  return PoseOfNumbers(NumbersOf(path, 16).data(), path);
 }
 
 // obj_pose_rt/NNNNNN.txt: the object's number, and its pose in the camera.
 void AddH2osObject(const fs::path& hand_file, const Eigen::Isometry3d& world_from_camera,
-                   HandSequence& sequence) {
-  const fs::path path =
-      hand_file.parent_path().parent_path() / "obj_pose_rt" / hand_file.filename();
-  std::error_code ignored;
-  if (!fs::is_regular_file(path, ignored)) return;
+                   SceneObject& object) {
+  const fs::path path = Beside(hand_file, "obj_pose_rt");
+  if (path.empty()) {
+    object.poses.emplace_back();
+    return;
+  }
   const std::vector<double> numbers = NumbersOf(path, 17);
-  sequence.object.push_back(world_from_camera * PoseOfNumbers(numbers.data() + 1));
+  object.poses.emplace_back(world_from_camera * PoseOfNumbers(numbers.data() + 1, path));
   const double number = numbers[0];
   if (number >= 1 && number < static_cast<double>(kH2oObjects.size())) {
-    sequence.object_name = kH2oObjects[static_cast<std::size_t>(number)];
+    object.name = kH2oObjects[static_cast<std::size_t>(number)];
   }
 }
 
@@ -120,10 +126,11 @@ ImportedClip ImportH2o(const std::vector<fs::path>& frames, const ParameterOptio
   sequence.side = ChooseHand(has[1], has[0], options, sequence.imported);
   Eigen::VectorXd betas = Eigen::VectorXd::Zero(10);
   const Eigen::Isometry3d camera = CameraOf(sequence.path);
+  SceneObject object;
   for (std::size_t t = 0; t < frames.size(); ++t) {
     // The camera may be on the head: all frames are put into that of the first one.
     const Eigen::Isometry3d here = camera.inverse() * CameraOf(fs::absolute(frames[t]));
-    AddH2osObject(fs::absolute(frames[t]), here, sequence);
+    AddH2osObject(fs::absolute(frames[t]), here, object);
     const double* const n = rows[t].data() + (sequence.side == Side::kRight ? kH2oNumbers : 0);
     const Eigen::Map<const Eigen::VectorXd> numbers(n, kH2oNumbers);
     if (numbers[0] == 0) {
@@ -140,7 +147,9 @@ ImportedClip ImportH2o(const std::vector<fs::path>& frames, const ParameterOptio
   sequence.imported.notes.push_back(
       "the set does not state whether finger angles are complete: taken as complete "
       "(--flat-hand-mean no overrides this)");
-  sequence.meshes = {fmt::format("object/{0}/{0}.obj", sequence.object_name)};
+  if (ChooseObjectOfHand({std::move(object)}, options, sequence)) {
+    sequence.meshes = {fmt::format("object/{0}/{0}.obj", sequence.object_name)};
+  }
   return ClipOfHand(std::move(sequence), options);
 }
 

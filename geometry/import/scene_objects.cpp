@@ -18,21 +18,6 @@
 namespace holdfast {
 namespace {
 
-Eigen::Isometry3d PoseOfMatrix(const Eigen::Matrix<double, 3, 4>& matrix, const std::string& where,
-                               std::size_t index) {
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix.leftCols<3>(),
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = svd.matrixU() * svd.matrixV().transpose();
-  pose.translation() = matrix.col(3);
-  if (!(svd.singularValues()[2] > 0.5 && svd.singularValues()[0] < 2.0) ||
-      pose.linear().determinant() < 0.0) {
-    throw Error(where, fmt::format("has no rotation in pose {}", index),
-                "Give rotation matrices of determinant 1");
-  }
-  return pose;
-}
-
 // Whether an object is carried or turned, and not furniture.
 bool Moves(const SceneObject& object) {
   constexpr double kMoved_m = 0.05;
@@ -171,6 +156,20 @@ Eigen::MatrixXd ReadQuaternions(const DataValue& value, Eigen::Index joints) {
   return turns;
 }
 
+Eigen::Isometry3d PoseOfMatrix(const Eigen::Matrix<double, 3, 4>& matrix,
+                               const std::string& where) {
+  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(matrix.leftCols<3>(),
+                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = svd.matrixU() * svd.matrixV().transpose();
+  pose.translation() = matrix.col(3);
+  if (!(svd.singularValues()[2] > 0.5 && svd.singularValues()[0] < 2.0) ||
+      pose.linear().determinant() < 0.0) {
+    throw Error(where, "has no rotation", "Give rotation matrices of determinant 1");
+  }
+  return pose;
+}
+
 Eigen::Isometry3d PoseOfQuaternion(const Eigen::Vector4d& wxyz, const Eigen::Vector3d& place,
                                    const std::string& where) {
   if (!(wxyz.norm() > 0.5 && wxyz.norm() < 2.0)) {
@@ -199,14 +198,13 @@ std::vector<Eigen::Isometry3d> ReadRigidPoses(const DataValue& value) {
   std::vector<Eigen::Isometry3d> poses;
   for (std::size_t at = 0; at + size <= numbers.size(); at += size) {
     const double* const n = numbers.data() + at;
+    const std::string where = fmt::format("{}, pose {}", value.Where(), poses.size());
     if (matrices) {
       poses.push_back(
-          PoseOfMatrix(Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(n),
-                       value.Where(), poses.size()));
+          PoseOfMatrix(Eigen::Map<const Eigen::Matrix<double, 3, 4, Eigen::RowMajor>>(n), where));
       continue;
     }
-    poses.push_back(PoseOfQuaternion({n[3], n[0], n[1], n[2]}, {n[4], n[5], n[6]},
-                                     fmt::format("{}[{}]", value.Where(), poses.size())));
+    poses.push_back(PoseOfQuaternion({n[3], n[0], n[1], n[2]}, {n[4], n[5], n[6]}, where));
   }
   return poses;
 }

@@ -47,6 +47,10 @@ Eigen::MatrixXd ReadQuaternions(const DataValue& value, Eigen::Index joints);
 /// and for what is no rotation.
 std::vector<Eigen::Isometry3d> ReadRigidPoses(const DataValue& value);
 
+/// A pose from the first three rows of a matrix, with the nearest rotation. Throws Error (`where`)
+/// for one that is far from a rotation.
+Eigen::Isometry3d PoseOfMatrix(const Eigen::Matrix<double, 3, 4>& matrix, const std::string& where);
+
 /// A pose from a quaternion (w, x, y, z), which is normalized. Throws Error (`where`) for one whose
 /// length is far from 1.
 Eigen::Isometry3d PoseOfQuaternion(const Eigen::Vector4d& wxyz, const Eigen::Vector3d& place,

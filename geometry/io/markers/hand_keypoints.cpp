@@ -89,26 +89,54 @@ std::vector<KeypointTable> TablesOf(const std::vector<double>& numbers, const La
   return tables;
 }
 
-// A list of {"x", "y", "z"}, or of lists of them; as numbers with a shape.
-bool ReadPoints(const DataValue& value, int depth, std::vector<std::size_t>& shape,
-                std::vector<double>& numbers) {
-  constexpr int kDepth = 3;
-  if (value.Kind() != DataKind::kList || value.Size() == 0 || depth > kDepth) return false;
-  if (shape.size() <= static_cast<std::size_t>(depth)) shape.push_back(value.Size());
-  if (shape[static_cast<std::size_t>(depth)] != value.Size()) return false;
-  for (std::size_t i = 0; i < value.Size(); ++i) {
-    const DataValue item = value[i];
-    if (item.Kind() != DataKind::kDict) {
-      if (!ReadPoints(item, depth + 1, shape, numbers)) return false;
-      continue;
-    }
+// The numbers of one frame: points as {"x", "y", "z"} or as three numbers. nullopt for other
+// values.
+std::optional<std::vector<double>> PointsOf(const DataValue& frame) {
+  if (frame.HoldsNumbers()) {
+    const NpyMember member = frame.Array();
+    const std::vector<std::size_t>& shape = member.array.shape;
+    if (shape.size() != 2 || shape[1] != 3) return std::nullopt;
+    return member.AsDoubles();
+  }
+  std::vector<double> numbers;
+  for (std::size_t i = 0; i < frame.Size(); ++i) {
+    const DataValue point = frame[i];
+    if (point.Kind() != DataKind::kDict) return std::nullopt;
     for (const char* axis : {"x", "y", "z"}) {
-      const auto number = item.Find(axis);
-      if (!number || !number->HoldsNumbers()) return false;
+      const auto number = point.Find(axis);
+      if (!number || !number->HoldsNumbers()) return std::nullopt;
       numbers.push_back(number->Number());
     }
   }
-  return true;
+  return numbers;
+}
+
+// A list of frames, of which those without a hand are null or empty; or one frame.
+std::optional<std::vector<KeypointTable>> ReadList(const DataValue& value) {
+  if (value.Kind() != DataKind::kList || value.Size() == 0) return std::nullopt;
+  const bool one = value[std::size_t{0}].Kind() == DataKind::kDict;
+  std::vector<std::vector<double>> frames;
+  for (std::size_t t = 0; t < (one ? 1 : value.Size()); ++t) {
+    const DataValue frame = one ? value : value[t];
+    const bool empty =
+        frame.Kind() == DataKind::kNone || (frame.Kind() == DataKind::kList && frame.Size() == 0);
+    std::optional<std::vector<double>> points(std::in_place);
+    if (!empty) points = PointsOf(frame);
+    if (!points) return std::nullopt;
+    frames.push_back(*std::move(points));
+  }
+  std::size_t size = 0;
+  for (const std::vector<double>& frame : frames) size = std::max(size, frame.size());
+  std::vector<double> numbers;
+  for (const std::vector<double>& frame : frames) {
+    if (!frame.empty() && frame.size() != size) return std::nullopt;
+    if (frame.empty()) {
+      numbers.insert(numbers.end(), size, std::numeric_limits<double>::quiet_NaN());
+    }
+    numbers.insert(numbers.end(), frame.begin(), frame.end());
+  }
+  if (size % 3 != 0 || !IsCount(size / 3)) return std::nullopt;
+  return TablesOf(numbers, {1, frames.size(), size / 3}, value.Where());
 }
 
 std::optional<std::vector<KeypointTable>> ReadTables(const DataValue& value) {
@@ -118,13 +146,7 @@ std::optional<std::vector<KeypointTable>> ReadTables(const DataValue& value) {
     if (!layout) return std::nullopt;
     return TablesOf(member.AsDoubles(), *layout, member.where);
   }
-  std::vector<std::size_t> shape;
-  std::vector<double> numbers;
-  if (!ReadPoints(value, 0, shape, numbers)) return std::nullopt;
-  shape.push_back(3);
-  const std::optional<Layout> layout = LayoutOf(shape);
-  if (!layout) return std::nullopt;
-  return TablesOf(numbers, *layout, value.Where());
+  return ReadList(value);
 }
 
 }  // namespace

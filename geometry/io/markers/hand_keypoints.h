@@ -36,7 +36,8 @@ struct KeypointTable {
 /// Reads a table for each hand in the file: an array (T, N, 3), (T, 3N), (N, 3), or (T, H, N, 3)
 /// and (H, T, N, 3) of H = 2 hands, with N = 21, 25 or 26; by itself (.npy, .npz with one such
 /// array, .pkl, .pt, .json) or under a common name (keypoints, landmarks, joints ...); in JSON also
-/// lists of {"x", "y", "z"}. Throws Error for anything else, naming the arrays that exist.
+/// a list of frames, each a list of points or of {"x", "y", "z"}, null or empty without a hand.
+/// Throws Error for anything else, naming the arrays that exist.
 std::vector<KeypointTable> ReadHandKeypoints(const std::filesystem::path& path);
 
 }  // namespace holdfast

@@ -203,6 +203,14 @@ TEST(ImportHandSets, H2oIsPutIntoTheFirstCamera) {
   std::filesystem::create_directory(broken / "hand_pose_mano");
   std::ofstream(broken / "hand_pose_mano" / "000000.txt") << "1 2 3\n";
   EXPECT_THAT(ImportFault(broken.Path()), HasSubstr("does not hold 124 numbers"));
+  // Zeros are no rotation; a frame without the object keeps the nearest pose.
+  const TemporaryFolder changed;
+  std::filesystem::copy(folder, changed / "cam4", std::filesystem::copy_options::recursive);
+  std::filesystem::remove(changed / "cam4" / "obj_pose_rt" / "000002.txt");
+  EXPECT_TRUE(Mentions(Import(changed / "cam4").notes, "no pose of the object in 1 of 4 frames"));
+  std::ofstream(changed / "cam4" / "cam_pose" / "000001.txt")
+      << "0 0 0 0 0 0 0 0 0 0 0 0 0 0 0 1\n";
+  EXPECT_THAT(ImportFault(changed / "cam4"), HasSubstr("has no rotation"));
 }
 
 TEST(ImportHandSets, ContactPoseIsAGraspInTheObjectsFrame) {

@@ -198,12 +198,16 @@ TEST(ReadHandKeypoints, ArraysAndPointsOfJson) {
     return text + "]";
   };
   std::ofstream(folder / "points.json")
-      << "{\"landmarks\": [" << frame(0) << "," << frame(100) << "]}";
+      << "{\"landmarks\": [" << frame(0) << ", null, [], " << frame(100) << "]}";
   const std::vector<KeypointTable> tables = ReadHandKeypoints(folder / "points.json");
   ASSERT_EQ(tables.size(), 1);
-  ASSERT_EQ(tables[0].positions.cols(), 2);
-  EXPECT_EQ(tables[0].positions(3 * 20, 1), 120.0);
+  ASSERT_EQ(tables[0].positions.cols(), 4);
+  EXPECT_TRUE(std::isnan(tables[0].positions(0, 1)));
+  EXPECT_TRUE(std::isnan(tables[0].positions(62, 2)));
+  EXPECT_EQ(tables[0].positions(3 * 20, 3), 120.0);
   EXPECT_EQ(tables[0].positions(1, 0), 0.5);
+  std::ofstream(folder / "one.json") << frame(7);
+  EXPECT_EQ(ReadHandKeypoints(folder / "one.json").at(0).positions(0, 0), 7.0);
   std::ofstream(folder / "other.json") << R"({"a": [[1, 2, 3]], "b": 1})";
   EXPECT_THAT(testing::ErrorText([&] { ReadHandKeypoints(folder / "other.json"); }),
               HasSubstr("it has a, b"));
