@@ -79,6 +79,17 @@ std::vector<BodyFrame> BodyFrames(const Clip& clip, const Eigen::Matrix3Xd& rest
   return frames;
 }
 
+void SetBodyFrames(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd& rest_joints,
+                   Clip& clip) {
+  for (int t = 0; t < clip.NumFrames(); ++t) {
+    clip.trans.col(t) = frames[t].pelvis - rest_joints.col(0);
+    for (int j = 0; j < kNumBodyJoints; ++j) {
+      clip.pose[t].col(j) =
+          UnwrapAxisAngle(LogSO3(frames[t].local[j].toRotationMatrix()), clip.pose[t].col(j));
+    }
+  }
+}
+
 Clip ToClip(const std::vector<BodyFrame>& frames, double frame_rate,
             const Eigen::Matrix3Xd& rest_joints, const JointPose& hands) {
   Clip clip;

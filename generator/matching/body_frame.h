@@ -64,6 +64,11 @@ BodyFrame Interpolate(const BodyFrame& from, const BodyFrame& to, double share);
 /// Returns joints 0..21 of all frames of a clip. Fingers and face are dropped.
 std::vector<BodyFrame> BodyFrames(const Clip& clip, const Eigen::Matrix3Xd& rest_joints);
 
+/// Writes bodies back to their clip (BodyFrames): joints 0..21 and trans, rotations unwrapped
+/// towards the clip's previous values.
+void SetBodyFrames(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd& rest_joints,
+                   Clip& clip);
+
 /// Converts frames to a clip, rotations unwrapped over time, `hands` (joints 25..54) constant.
 Clip ToClip(const std::vector<BodyFrame>& frames, double frame_rate,
             const Eigen::Matrix3Xd& rest_joints, const JointPose& hands);

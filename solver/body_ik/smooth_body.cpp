@@ -19,7 +19,6 @@
 #include "generator/scripted/reach_motion.h"
 #include "geometry/error.h"
 #include "geometry/rotation.h"
-#include "solver/synthesis/synthesis.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/rotation_manifold.h"
 

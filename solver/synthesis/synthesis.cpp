@@ -238,17 +238,6 @@ void PinFeet(const Eigen::Matrix3Xd& rest_joints, const FeetTarget& target,
 
 }  // namespace
 
-void SetBodyFrames(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd& rest_joints,
-                   Clip& clip) {
-  for (int t = 0; t < clip.NumFrames(); ++t) {
-    clip.trans.col(t) = frames[t].pelvis - rest_joints.col(0);
-    for (int j = 0; j < kNumBodyJoints; ++j) {
-      clip.pose[t].col(j) =
-          UnwrapAxisAngle(LogSO3(frames[t].local[j].toRotationMatrix()), clip.pose[t].col(j));
-    }
-  }
-}
-
 std::vector<double> HandDistances(const std::vector<BodyPlacement>& placed) {
   const auto hand = [](const BodyPlacement& frame) -> Vector3d {
     return frame.WorldFromJoint(kSpine3).inverse() * frame.joints.col(kRightWrist);

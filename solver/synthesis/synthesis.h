@@ -73,11 +73,6 @@ std::vector<Synthesized> Synthesize(const imos::Network<float>& network,
 Clip MotionOfKeyFrames(const Clip& keys, const BodyMeasures& measures, double frame_rate,
                        std::uint64_t seed);
 
-/// Writes bodies back to their clip (BodyFrames): joints 0..21 and trans, rotations unwrapped
-/// towards the clip's previous values.
-void SetBodyFrames(const std::vector<BodyFrame>& frames, const Eigen::Matrix3Xd& rest_joints,
-                   Clip& clip);
-
 /// Returns the distance of the right hand from its first position in each frame, in the chest's
 /// frame, meters.
 std::vector<double> HandDistances(const std::vector<BodyPlacement>& placed);
