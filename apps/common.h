@@ -20,6 +20,7 @@
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/options.h"
+#include "geometry/parallel.h"
 #include "geometry/retarget/retarget.h"
 #include "solver/fit/prepared_object.h"
 
@@ -124,6 +125,22 @@ class StageProgress {
   std::string stage_;
   std::optional<Progress> line_;
 };
+
+/// Runs work that takes a StagedProgress and throws WorkStopped when it is stopped; its progress is
+/// shown. Returns nothing after Ctrl-C.
+template <typename Work>
+auto RunStaged(const CommonOptions& options, const Work& work)
+    -> std::optional<decltype(work(StagedProgress()))> {
+  StageProgress progress(options);
+  try {
+    return work([&](const char* stage, int done, int total) {
+      progress.Update(stage, done, total);
+      return !Interrupted();
+    });
+  } catch (const WorkStopped&) {
+    return std::nullopt;
+  }
+}
 
 /// Loads the body model in a file, or the embedded one if `path` is empty.
 std::shared_ptr<const BodyModel> LoadBody(const std::string& path);

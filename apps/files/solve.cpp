@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: MIT
-#include <array>
 #include <chrono>
 #include <utility>
 
@@ -14,9 +13,7 @@
 #include "geometry/io/markers/c3d.h"
 #include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "geometry/parallel.h"
 #include "geometry/rotation.h"
-#include "solver/markers/keypoint_hand.h"
 #include "solver/markers/marker_json.h"
 
 namespace holdfast::apps {
@@ -99,7 +96,7 @@ std::string Text(const SolveCommand& options, const SolvedRecording& solved, dou
       "  {} up, facing {:.0f} degrees; raised by {:.3f} m to the ground\n",
       options.output, frames, solved.clip.frame_rate, used, report.rms_mm, report.worst_marker,
       report.worst_rms_mm, gaps, report.faults.outliers.size(), report.faults.swaps.size(),
-      MarkerUpName(report.world.up), report.world.facing_rad / kDegree, report.lift_m);
+      UpAxisName(report.world.up), report.world.facing_rad / kDegree, report.lift_m);
   if (report.world.scale != 1.0) {
     text += fmt::format("  wrong unit: positions scaled by {:g}\n", report.world.scale);
   }
@@ -149,12 +146,6 @@ void WarnOfDoubts(const SolveCommand& options, const MarkerReport& report) {
 
 constexpr double kMaxShareOfOther = 0.8;  // of the residual of the next best reading
 
-UpAxis UpAxisOf(MarkerUp up) {
-  constexpr std::array kAxes = {UpAxis::kX,      UpAxis::kY,      UpAxis::kZ,
-                                UpAxis::kMinusX, UpAxis::kMinusY, UpAxis::kMinusZ};
-  return kAxes[static_cast<std::size_t>(up)];
-}
-
 // Whether a file holds arrays, which may be keypoints; markers are in other formats.
 bool HoldsArrays(const std::string& path) {
   switch (Identify(path).kind) {
@@ -181,20 +172,13 @@ int SolveHand(const SolveCommand& options) {
   }
   ResultFolder folder(options.output, options.common.force);
   KeypointOptions keypoints = options.keypoints;
-  if (options.solve.up) keypoints.up = UpAxisOf(*options.solve.up);
+  keypoints.up = options.solve.up;
   const std::vector<KeypointTable> tables = ReadHandKeypoints(options.recording);
-  StageProgress progress(options.common);
-  SolvedKeypoints solved;
-  try {
-    solved = SolveKeypoints(tables, keypoints, options.recording,
-                            [&](const char* stage, int done, int total) {
-                              progress.Update(stage, done, total);
-                              return !Interrupted();
-                            });
-  } catch (const WorkStopped&) {
-    return kInterrupted;
-  }
-  progress.End();
+  const auto done = RunStaged(options.common, [&](const StagedProgress& progress) {
+    return SolveKeypoints(tables, keypoints, options.recording, progress);
+  });
+  if (!done) return kInterrupted;
+  const SolvedKeypoints& solved = *done;
   const KeypointReport& report = solved.report;
   for (const std::string& note : report.notes) Note(options.common, "note: " + note);
   const int frames = solved.clip.NumFrames();
@@ -221,13 +205,7 @@ int SolveHand(const SolveCommand& options) {
   metrics["options"].update(OptionsJson(OptionsOf(keypoints)));
   metrics["frames"] = frames;
   metrics["frame_rate_hz"] = solved.clip.frame_rate;
-  metrics["hand"] = SideName(report.side);
-  metrics["order"] = report.order;
-  metrics["meters_per_unit"] = report.meters_per_unit;
-  metrics["size_ratio"] = report.size_ratio;
-  metrics["rms_mm"] = report.rms_mm;
-  metrics["next_best_rms_mm"] = report.other_rms_mm;
-  metrics["frames_without_hand"] = report.gaps;
+  metrics.update(KeypointReportJson(report));
   metrics["solve"] = {{"solve_ms", report.solve_ms},
                       {"frames_per_s", 1e3 * frames / report.solve_ms}};
   WriteClip(solved.clip, folder / "clip.npz");
@@ -263,19 +241,13 @@ int Solve(SolveCommand options) {
     solve.table = solve.table.With(MarkerTable::Read(options.table, JointOfVertices(body)));
   }
   const std::optional<LoadedObject> object = TakeObject(options, recording, solve);
-  StageProgress progress(options.common);
   const auto begin = std::chrono::steady_clock::now();
-  SolvedRecording solved;
-  try {
-    solved = SolveMarkers(recording, still ? &*still : nullptr, body, solve, options.recording,
-                          [&](const char* stage, int done, int total) {
-                            progress.Update(stage, done, total);
-                            return !Interrupted();
-                          });
-  } catch (const WorkStopped&) {
-    return kInterrupted;
-  }
-  progress.End();
+  auto done = RunStaged(options.common, [&](const StagedProgress& progress) {
+    return SolveMarkers(recording, still ? &*still : nullptr, body, solve, options.recording,
+                        progress);
+  });
+  if (!done) return kInterrupted;
+  SolvedRecording& solved = *done;
   const double solve_ms =
       std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
   WarnOfDoubts(options, solved.report);

@@ -183,18 +183,11 @@ int Smooth(const RefineCommand& options) {
   SmoothOptions smooth;
   smooth.cutoff_hz = *options.smooth_hz;
   smooth.threads = NumThreads(options.common);
-  StageProgress progress(options.common);
-  SmoothedBody smoothed;
-  try {
-    smoothed = SmoothBody(input.clip, input.body, smooth, options.clip,
-                          [&](const char* stage, int done, int total) {
-                            progress.Update(stage, done, total);
-                            return !Interrupted();
-                          });
-  } catch (const WorkStopped&) {
-    return kInterrupted;
-  }
-  progress.End();
+  const auto done = RunStaged(options.common, [&](const StagedProgress& progress) {
+    return SmoothBody(input.clip, input.body, smooth, options.clip, progress);
+  });
+  if (!done) return kInterrupted;
+  const SmoothedBody& smoothed = *done;
   const SmoothReport& report = smoothed.report;
   for (const std::string& note : report.notes) Note(options.common, "warning: " + note);
   const auto json = [](const BodyJitter& jitter) {

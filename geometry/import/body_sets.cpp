@@ -27,10 +27,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-ParameterOptions WithRate(const ParameterOptions& options, double rate) {
+// The body of a set that states neither its frame rate nor that its finger angles are complete.
+ImportedClip BodyOf(const Fields& fields, const ParameterOptions& options, double rate,
+                    std::string format) {
   ParameterOptions known = options;
   if (!known.source_frame_rate) known.source_frame_rate = rate;
-  return known;
+  ParameterCollector collector(known);
+  collector.Add(fields);
+  ImportedClip imported = collector.Collect(true);
+  imported.format = std::move(format);
+  return imported;
 }
 
 bool IsSequence(const Fields& fields) {
@@ -88,10 +94,8 @@ ImportedClip ImportOmomo(const Fields& fields, const std::filesystem::path& path
                 "Choose one with --person, counted from 0");
   }
   const Fields sequence = one ? fields : fields.In(names[options.person]);
-  ParameterCollector collector(WithRate(options, 30.0));
-  collector.Add(sequence);
-  ImportedClip imported = collector.Collect(true);
-  imported.format = fmt::format("OMOMO, sequence '{}'", TextOf(sequence, "seq_name"));
+  ImportedClip imported = BodyOf(sequence, options, 30.0,
+                                 fmt::format("OMOMO, sequence '{}'", TextOf(sequence, "seq_name")));
   if (!one && names.size() > 1) {
     imported.notes.push_back(fmt::format("sequence {} of {} is used (choose with --person)",
                                          options.person, names.size()));
@@ -152,10 +156,7 @@ bool LooksLikeHimo(const DataFile& file, const Fields& fields) {
 
 ImportedClip ImportHimo(const DataFile& file, const Fields& fields,
                         const ParameterOptions& options) {
-  ParameterCollector collector(WithRate(options, 30.0));
-  collector.Add(fields);
-  ImportedClip imported = collector.Collect(true);
-  imported.format = "HIMO";
+  ImportedClip imported = BodyOf(fields, options, 30.0, "HIMO");
   const fs::path path = HimosObjects(file.Path());
   const DataFile objects_file(path);
   const Fields all(objects_file);
@@ -188,10 +189,7 @@ bool LooksLikeParaHome(const DataFile& file, const Fields& fields) {
 
 ImportedClip ImportParaHome(const DataFile& file, const Fields& fields,
                             const ParameterOptions& options) {
-  ParameterCollector collector(WithRate(options, 30.0));
-  collector.Add(fields);
-  ImportedClip imported = collector.Collect(true);
-  imported.format = "ParaHome";
+  ImportedClip imported = BodyOf(fields, options, 30.0, "ParaHome");
   const DataFile person(file.Path().parent_path() / "smplx_params.pkl");
   if (const auto beta = person.Root().Find("beta")) SetBetas(ReadBetas(*beta), imported);
   if (const auto gender = person.Root().Find("gender")) {
@@ -212,14 +210,13 @@ ImportedClip ImportParaHome(const DataFile& file, const Fields& fields,
       const Fields poses = all.In(frame);
       for (const std::string& name : poses.Names()) {
         SceneObject& object = objects[name];
+        object.name = name;
         object.poses.resize(frames);
         object.poses[t] = ReadRigidPoses(poses[name]).at(0);
       }
     }
     std::vector<SceneObject> list;
-    for (auto& [name, object] : objects) {
-      list.push_back({name, std::move(object.poses)});
-    }
+    for (auto& [name, object] : objects) list.push_back(std::move(object));
     AddSceneObject(std::move(list), path, ScanOf, options, imported);
   }
   SettleWorld(imported, options, UpAxis::kZ, false);

@@ -18,19 +18,12 @@ namespace holdfast {
 namespace {
 
 void FillGaps(HandSequence& sequence) {
-  std::vector<int> with, without;
-  for (int t = 0; t < static_cast<int>(sequence.frames.size()); ++t) {
-    (sequence.frames[t] ? with : without).push_back(t);
-  }
-  if (with.empty()) {
+  if (std::ranges::none_of(sequence.frames, [](const auto& frame) { return frame.has_value(); })) {
     throw Error(
         sequence.path.string(), fmt::format("has no frame with a {} hand", SideName(sequence.side)),
         "Give frames in which the hand was annotated, or choose the other one with --hands");
   }
-  for (const int t : without) {
-    sequence.frames[t] = sequence.frames[*std::ranges::min_element(
-        with, {}, [&](int other) { return std::abs(other - t); })];
-  }
+  std::vector<std::size_t> without = FillWithNearest(sequence.frames);
   if (without.empty()) return;
   constexpr std::size_t kMaxNamed = 8;
   const std::size_t count = without.size();

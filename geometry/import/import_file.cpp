@@ -328,12 +328,7 @@ OptionTable OptionsOf(ImportFileOptions& options) {
                "AMC: 120; IMoS: 10; others: 30", "Frame rate of a file that does not state it");
   table.Number("meters_per_unit", "", parameters.meters_per_unit, {1e-6, 1e3},
                "BVH: 0.01; ASF: its own; parameters: 1", "Length unit of the file");
-  std::vector<std::pair<std::string, std::optional<UpAxis>>> axes = {{"auto", std::nullopt}};
-  for (const UpAxis up :
-       {UpAxis::kX, UpAxis::kY, UpAxis::kZ, UpAxis::kMinusX, UpAxis::kMinusY, UpAxis::kMinusZ}) {
-    axes.emplace_back(UpAxisName(up), up);
-  }
-  table.Choice("up", parameters.up, axes,
+  table.Choice("up", parameters.up, UpAxisChoices(),
                "Up axis of the file (write negative ones as --up=-y); auto: the format's "
                "convention, else detected from the posture");
   table.Flag("keep_ground", parameters.keep_ground,

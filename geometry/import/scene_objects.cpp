@@ -51,22 +51,6 @@ double DistanceFromHands(const SceneObject& object, std::span<const Eigen::Matri
   return count > 0 ? sum / count : std::numeric_limits<double>::infinity();
 }
 
-void FillWithNearest(SceneObject& object, std::vector<std::string>& notes) {
-  std::vector<std::optional<Eigen::Isometry3d>>& poses = object.poses;
-  std::vector<int> with, without;
-  for (int t = 0; t < static_cast<int>(poses.size()); ++t) {
-    (poses[t] ? with : without).push_back(t);
-  }
-  for (const int t : without) {
-    poses[t] =
-        poses[*std::ranges::min_element(with, {}, [&](int other) { return std::abs(other - t); })];
-  }
-  if (without.empty()) return;
-  notes.push_back(fmt::format(
-      "warning: no pose of the object in {} of {} frames: the nearest one is used there",
-      without.size(), poses.size()));
-}
-
 }  // namespace
 
 std::optional<SceneObject> ChooseObject(std::vector<SceneObject> objects,
@@ -106,8 +90,13 @@ std::optional<SceneObject> ChooseObject(std::vector<SceneObject> objects,
         objects.size(), SomeNames(names, kMaxNamed), names[chosen],
         any_moves ? " of those that move" : ""));
   }
-  FillWithNearest(objects[chosen], notes);
-  return std::move(objects[chosen]);
+  SceneObject& object = objects[chosen];
+  if (const std::size_t missing = FillWithNearest(object.poses).size(); missing > 0) {
+    notes.push_back(fmt::format(
+        "warning: no pose of the object in {} of {} frames: the nearest one is used there", missing,
+        object.poses.size()));
+  }
+  return std::move(object);
 }
 
 std::vector<Eigen::Matrix3Xd> WristPaths(const Clip& clip, const BodyModel& body) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -13,6 +14,21 @@
 #include "geometry/import/fields.h"
 
 namespace holdfast {
+
+/// Fills what is missing with the nearest that is there, the earlier one of two; returns where. At
+/// least one must be there.
+template <typename T>
+std::vector<std::size_t> FillWithNearest(std::vector<std::optional<T>>& frames) {
+  std::vector<std::size_t> with, without;
+  for (std::size_t t = 0; t < frames.size(); ++t) (frames[t] ? with : without).push_back(t);
+  std::size_t next = 0;  // of `with`, the first after t
+  for (const std::size_t t : without) {
+    while (next < with.size() && with[next] < t) ++next;
+    const bool later = next == 0 || (next < with.size() && with[next] - t < t - with[next - 1]);
+    frames[t] = frames[later ? with[next] : with[next - 1]];
+  }
+  return without;
+}
 
 /// An object of a scene that may have several. No pose: it was not tracked in that frame.
 struct SceneObject {

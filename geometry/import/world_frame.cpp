@@ -30,6 +30,15 @@ void Turn(ObjectTrack& track, const Eigen::Matrix3d& Q) {
 
 }  // namespace
 
+std::vector<std::pair<std::string, std::optional<UpAxis>>> UpAxisChoices() {
+  std::vector<std::pair<std::string, std::optional<UpAxis>>> axes = {{"auto", std::nullopt}};
+  for (const UpAxis up :
+       {UpAxis::kX, UpAxis::kY, UpAxis::kZ, UpAxis::kMinusX, UpAxis::kMinusY, UpAxis::kMinusZ}) {
+    axes.emplace_back(UpAxisName(up), up);
+  }
+  return axes;
+}
+
 Eigen::Matrix3d ZUpFrom(UpAxis up) {
   const int axis = static_cast<int>(up) / 2;
   const double sign = static_cast<int>(up) % 2 == 0 ? 1 : -1;

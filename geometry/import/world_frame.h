@@ -1,11 +1,19 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
 #include <Eigen/Core>
 
 #include "geometry/import/fields.h"
 
 namespace holdfast {
+
+/// Words of an option for the up axis: auto (empty), x, y, z, -x, -y, -z.
+std::vector<std::pair<std::string, std::optional<UpAxis>>> UpAxisChoices();
 
 /// Rotation that takes `up` to +z and turns the other axes as little as possible.
 Eigen::Matrix3d ZUpFrom(UpAxis up);

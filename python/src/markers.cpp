@@ -19,7 +19,6 @@
 #include "python/src/fit.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
-#include "solver/markers/keypoint_hand.h"
 #include "solver/markers/marker_json.h"
 
 namespace holdfast::python {
@@ -224,12 +223,8 @@ py::tuple SolveHand(const py::object& keypoints, const py::object& progress,
   RunWithProgress(progress, [&](const StagedProgress& go_on) {
     solved = SolveKeypoints(tables, options, where, go_on);
   });
-  const KeypointReport& report = solved.report;
-  const py::dict told("hand"_a = std::string(SideName(report.side)), "order"_a = report.order,
-                      "meters_per_unit"_a = report.meters_per_unit,
-                      "size_ratio"_a = report.size_ratio, "rms_mm"_a = report.rms_mm,
-                      "next_best_rms_mm"_a = report.other_rms_mm,
-                      "frames_without_hand"_a = report.gaps, "notes"_a = report.notes);
+  py::dict told = ToPython(KeypointReportJson(solved.report));
+  told["notes"] = solved.report.notes;
   return py::make_tuple(std::make_shared<Clip>(std::move(solved.clip)), told);
 }
 

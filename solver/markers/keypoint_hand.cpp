@@ -9,12 +9,12 @@
 #include <utility>
 
 #include <fmt/format.h>
-#include <Eigen/SVD>
 
 #include "geometry/body/default_hand.h"
 #include "geometry/error.h"
 #include "geometry/import/world_frame.h"
 #include "geometry/rotation.h"
+#include "solver/markers/object_markers.h"
 #include "solver/terms/hand/hand_prior.h"
 #include "solver/unknowns/ceres_solve.h"
 #include "solver/unknowns/dense_problem.h"
@@ -64,30 +64,18 @@ int CountSeen(const Eigen::VectorXd& targets) {
   return count;
 }
 
-// Rigid motion that takes the points to the targets that were seen (Kabsch).
-Eigen::Isometry3d Align(const Points& points, const Eigen::VectorXd& targets) {
-  Eigen::Vector3d from = Eigen::Vector3d::Zero(), to = from;
-  int count = 0;
-  for (int k = 0; k < kNumKeypoints; ++k) {
-    if (!SeenAt(targets, k)) continue;
-    from += points.col(k);
-    to += targets.segment<3>(3 * k);
-    ++count;
+// The points of a hand whose keypoints were seen, and these.
+struct SeenPoints {
+  SeenPoints(const Points& hand, const Eigen::VectorXd& targets)
+      : points(3, CountSeen(targets)), goals(3, points.cols()) {
+    for (int k = 0, column = 0; k < kNumKeypoints; ++k) {
+      if (!SeenAt(targets, k)) continue;
+      points.col(column) = hand.col(k);
+      goals.col(column++) = targets.segment<3>(3 * k);
+    }
   }
-  from /= count;
-  to /= count;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  for (int k = 0; k < kNumKeypoints; ++k) {
-    if (!SeenAt(targets, k)) continue;
-    covariance += (targets.segment<3>(3 * k) - to) * (points.col(k) - from).transpose();
-  }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(covariance,
-                                              Eigen::ComputeFullU | Eigen::ComputeFullV);
-  const double sign = (svd.matrixU() * svd.matrixV().transpose()).determinant() < 0 ? -1.0 : 1.0;
-  const Eigen::Matrix3d R =
-      svd.matrixU() * Eigen::Vector3d(1, 1, sign).asDiagonal() * svd.matrixV().transpose();
-  return RigidTransform(R, to - R * from);
-}
+  Eigen::Matrix3Xd points, goals;
+};
 
 // A hand that follows the keypoints of successive frames.
 class Follower {
@@ -115,7 +103,8 @@ class Follower {
     if (!follows_) fingers_ = relaxed_;
     Points points;
     hand_.Evaluate(fingers_, points, nullptr);
-    const Eigen::Isometry3d pose = Align(points, targets);
+    const SeenPoints start(points, targets);
+    const Eigen::Isometry3d pose = Kabsch(start.points, start.goals);
     turn_ = Eigen::Quaterniond(pose.linear());
     place_ = pose.translation();
     keypoints_.SetTargets(targets);
@@ -123,14 +112,8 @@ class Follower {
     hold_.weight = follows_ ? hold_weight_ : 0.0;
     (void)problem_.Solve(solver_);
     follows_ = true;
-    hand_.Evaluate(fingers_, points, nullptr);
-    double sum = 0.0;
-    for (int k = 0; k < kNumKeypoints; ++k) {
-      if (!SeenAt(targets, k)) continue;
-      sum += (place_ + turn_ * Eigen::Vector3d(points.col(k)) - targets.segment<3>(3 * k))
-                 .squaredNorm();
-    }
-    return std::sqrt(sum / CountSeen(targets));
+    const SeenPoints seen(Fitted(), targets);
+    return std::sqrt((seen.points - seen.goals).colwise().squaredNorm().mean());
   }
 
   Points Fitted() const {
@@ -240,23 +223,11 @@ void Judge(const HandAxes& axes, const KeypointOptions& options, Reading& readin
       follower.Restart();
       const double rms = follower.Solve(targets);
       sum += rms * rms;
-      const Points fitted = follower.Fitted();
-      Eigen::Vector3d middle = Eigen::Vector3d::Zero(), place = middle;
-      int count = 0;
-      for (int k = 0; k < kNumKeypoints; ++k) {
-        if (!SeenAt(targets, k)) continue;
-        middle += fitted.col(k);
-        place += targets.segment<3>(3 * k);
-        ++count;
-      }
-      middle /= count;
-      place /= count;
-      for (int k = 0; k < kNumKeypoints; ++k) {
-        if (!SeenAt(targets, k)) continue;
-        const Eigen::Vector3d bone = fitted.col(k) - middle;
-        together += bone.dot(targets.segment<3>(3 * k) - place);
-        own += bone.squaredNorm();
-      }
+      SeenPoints seen(follower.Fitted(), targets);
+      seen.points.colwise() -= seen.points.rowwise().mean().eval();
+      seen.goals.colwise() -= seen.goals.rowwise().mean().eval();
+      together += seen.points.cwiseProduct(seen.goals).sum();
+      own += seen.points.squaredNorm();
     }
     reading.rms_m = std::sqrt(sum / static_cast<double>(sample.size()));
     if (round + 1 < kSizeRounds && own > 0.0) reading.ratio *= together / own;
@@ -363,12 +334,7 @@ OptionTable OptionsOf(KeypointOptions& options) {
   table.Choice("order", options.order, orders, help);
   table.Number("meters_per_unit", "", options.meters_per_unit, {1e-6, 1e3},
                "that of a hand: m, cm or mm", "Length unit of the keypoints");
-  std::vector<std::pair<std::string, std::optional<UpAxis>>> axes = {{"auto", std::nullopt}};
-  for (const UpAxis up :
-       {UpAxis::kX, UpAxis::kY, UpAxis::kZ, UpAxis::kMinusX, UpAxis::kMinusY, UpAxis::kMinusZ}) {
-    axes.emplace_back(UpAxisName(up), up);
-  }
-  table.Choice("up", options.up, axes, "Up axis of the keypoints; auto: z, with a note");
+  table.Choice("up", options.up, UpAxisChoices(), "Up axis of the keypoints; auto: z, with a note");
   table.Number("fps", "", options.rate_hz, {1.0, 1000.0}, "Frames per second of the keypoints");
   return table;
 }

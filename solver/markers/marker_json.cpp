@@ -108,7 +108,7 @@ nlohmann::json MarkerReportJson(const MarkerReport& report) {
   if (report.object) json["object"] = ObjectJson(*report.object);
   const Eigen::Matrix3d R = report.world.world_from_recording;
   json["world"] = {
-      {"up", MarkerUpName(report.world.up)},
+      {"up", UpAxisName(report.world.up)},
       {"scale", report.world.scale},
       {"rotation",
        {{R(0, 0), R(0, 1), R(0, 2)}, {R(1, 0), R(1, 1), R(1, 2)}, {R(2, 0), R(2, 1), R(2, 2)}}},
@@ -116,6 +116,16 @@ nlohmann::json MarkerReportJson(const MarkerReport& report) {
       {"facing_deg", report.world.facing_rad / kDegree}};
   json["head"] = HeadReportJson(report.head);
   return json;
+}
+
+nlohmann::json KeypointReportJson(const KeypointReport& report) {
+  return {{"hand", SideName(report.side)},
+          {"order", report.order},
+          {"meters_per_unit", report.meters_per_unit},
+          {"size_ratio", report.size_ratio},
+          {"rms_mm", report.rms_mm},
+          {"next_best_rms_mm", report.other_rms_mm},
+          {"frames_without_hand", report.gaps}};
 }
 
 Eigen::MatrixXd MeasuredMarkers(const std::filesystem::path& solved) {

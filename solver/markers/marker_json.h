@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/io/markers/marker_recording.h"
+#include "solver/markers/keypoint_hand.h"
 #include "solver/markers/solve_markers.h"
 
 namespace holdfast {
@@ -14,6 +15,9 @@ namespace holdfast {
 /// Report of a recording as stored in metrics.json: residuals, all marker positions, corrected
 /// labels, outliers, resting joints, axes. Units in the names.
 nlohmann::json MarkerReportJson(const MarkerReport& report);
+
+/// Report of keypoints, likewise, without its notes.
+nlohmann::json KeypointReportJson(const KeypointReport& report);
 
 /// Returns the recorded markers of a folder written by `solve`, transformed to its world: (3 M x
 /// T), meters; NaN for unseen markers. Throws Error if the folder was not written by `solve`, or if

@@ -21,7 +21,10 @@ namespace {
 
 constexpr double kArmWeight = 0.3;  // of markers that move relative to the trunk
 constexpr double kBothSides_m = 0.25;
-constexpr std::array<const char*, 6> kUpNames = {"x", "y", "z", "-x", "-y", "-z"};
+// Along +axis, or against it.
+UpAxis UpAlong(int axis, bool positive) {
+  return static_cast<UpAxis>(2 * axis + (positive ? 0 : 1));
+}
 
 bool OfTrunk(int joint) {
   for (const int j :
@@ -93,24 +96,24 @@ std::optional<BodyFit> FitBody(const Pairs& pairs) {
   return BodyFit{NearestRotation(sum), std::copysign(thickness, sum.determinant())};
 }
 
-Eigen::Matrix3d WorldFrom(MarkerUp up) {
+Eigen::Matrix3d WorldFrom(UpAxis up) {
   Eigen::Matrix3d R;
   switch (up) {
-    case MarkerUp::kZ:
+    case UpAxis::kZ:
       return Eigen::Matrix3d::Identity();
-    case MarkerUp::kY:  // (x, y, z) -> (x, -z, y)
+    case UpAxis::kY:  // (x, y, z) -> (x, -z, y)
       R << 1, 0, 0, 0, 0, -1, 0, 1, 0;
       return R;
-    case MarkerUp::kX:  // -> (y, z, x)
+    case UpAxis::kX:  // -> (y, z, x)
       R << 0, 1, 0, 0, 0, 1, 1, 0, 0;
       return R;
-    case MarkerUp::kMinusZ:  // -> (x, -y, -z)
+    case UpAxis::kMinusZ:  // -> (x, -y, -z)
       R << 1, 0, 0, 0, -1, 0, 0, 0, -1;
       return R;
-    case MarkerUp::kMinusY:  // -> (x, z, -y)
+    case UpAxis::kMinusY:  // -> (x, z, -y)
       R << 1, 0, 0, 0, 0, 1, 0, -1, 0;
       return R;
-    case MarkerUp::kMinusX:
+    case UpAxis::kMinusX:
       break;
   }
   R << 0, -1, 0, 0, 0, 1, -1, 0, 0;
@@ -118,8 +121,6 @@ Eigen::Matrix3d WorldFrom(MarkerUp up) {
 }
 
 }  // namespace
-
-std::string_view MarkerUpName(MarkerUp up) { return kUpNames[static_cast<std::size_t>(up)]; }
 
 double ScaleBySize(const MarkerRecording& recording) {
   std::vector<double> sizes;
@@ -141,7 +142,7 @@ double ScaleBySize(const MarkerRecording& recording) {
 }
 
 MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recording,
-                      const std::vector<int>& column, std::optional<MarkerUp> up,
+                      const std::vector<int>& column, std::optional<UpAxis> up,
                       const std::string& where) {
   MarkerWorld world;
   Eigen::Vector3d body_up = Eigen::Vector3d::Zero(), trunk_up = Eigen::Vector3d::Zero();
@@ -172,7 +173,7 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
   if (!body_up.isZero()) {
     int axis = 0;
     body_up.cwiseAbs().maxCoeff(&axis);
-    const auto found = static_cast<MarkerUp>(body_up(axis) > 0.0 ? axis : axis + 3);
+    const auto found = UpAlong(axis, body_up(axis) > 0.0);
     if (!up && body_up(axis) < 0.0 && thickness < 0.0) {
       throw Error(where,
                   "is mirrored: left and right are exchanged, by the names or by a flipped axis",
@@ -182,13 +183,13 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
       throw Error(
           where,
           fmt::format("shoulders and trunk are upside down along {}, or names are exchanged",
-                      kUpNames[axis]),
+                      UpAxisName(UpAlong(axis, true))),
           fmt::format("Give --up {} if that axis points to the ground",
-                      kUpNames[static_cast<std::size_t>(axis) + 3]));
+                      UpAxisName(UpAlong(axis, false))));
     }
     world.up = up.value_or(found);
   } else {
-    world.up = up.value_or(MarkerUp::kZ);
+    world.up = up.value_or(UpAxis::kZ);
   }
   world.world_from_recording = WorldFrom(world.up);
   // The rotation about the vertical that best aligns the body with the markers.

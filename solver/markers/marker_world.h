@@ -9,18 +9,15 @@
 #include <Eigen/Geometry>
 
 #include "geometry/io/markers/marker_recording.h"
+#include "geometry/retarget/retarget.h"
 #include "solver/markers/marked_person.h"
 
 namespace holdfast {
 
-/// Axis of a recording that points up.
-enum class MarkerUp { kX, kY, kZ, kMinusX, kMinusY, kMinusZ };
-std::string_view MarkerUpName(MarkerUp up);
-
 /// Transform of a recording to the world.
 struct MarkerWorld {
   double scale = 1.0;  ///< additional factor on positions: 1000 or 0.001 for a wrong unit
-  MarkerUp up = MarkerUp::kZ;
+  UpAxis up = UpAxis::kZ;
   Eigen::Matrix3d world_from_recording = Eigen::Matrix3d::Identity();  ///< up to z
   double facing_rad = 0.0;  ///< about world z; 0 faces -y
 };
@@ -33,7 +30,7 @@ double ScaleBySize(const MarkerRecording& recording);
 /// recording column of the person's k-th marker, -1 for none. Throws Error, named `where`, if the
 /// person would be upside down and `up` does not confirm it.
 MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recording,
-                      const std::vector<int>& column, std::optional<MarkerUp> up,
+                      const std::vector<int>& column, std::optional<UpAxis> up,
                       const std::string& where);
 
 /// Returns the recording in the world, meters, raised by `lift_m`.

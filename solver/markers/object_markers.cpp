@@ -47,15 +47,6 @@ std::vector<std::string> SplitAtCommas(const std::string& line) {
   return words;
 }
 
-// Pose that maps places to points.
-Eigen::Isometry3d Kabsch(const Eigen::Matrix3Xd& places, const Eigen::Matrix3Xd& points) {
-  const Eigen::Vector3d from = places.rowwise().mean(), to = points.rowwise().mean();
-  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  pose.linear() = NearestRotation((points.colwise() - to) * (places.colwise() - from).transpose());
-  pose.translation() = to - pose.linear() * from;
-  return pose;
-}
-
 // Used markers of one frame.
 struct SeenCluster {
   std::vector<int> marker;
@@ -519,6 +510,14 @@ ObjectMarkers ReadObjectMarkers(const std::filesystem::path& path) {
 }
 
 }  // namespace
+
+Eigen::Isometry3d Kabsch(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& goals) {
+  const Eigen::Vector3d from = points.rowwise().mean(), to = goals.rowwise().mean();
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = NearestRotation((goals.colwise() - to) * (points.colwise() - from).transpose());
+  pose.translation() = to - pose.linear() * from;
+  return pose;
+}
 
 ObjectMarkers ObjectMarkersOf(const std::string& table_or_names, const MarkerRecording& recording,
                               const std::string& where) {

@@ -50,6 +50,10 @@ struct TrackedObject {
   ObjectMarkerReport report;
 };
 
+/// Rigid motion that takes the points (3 x n, n > 0) nearest to their goals, by least squares
+/// (Kabsch).
+Eigen::Isometry3d Kabsch(const Eigen::Matrix3Xd& points, const Eigen::Matrix3Xd& goals);
+
 /// Tracks an object's pose in every frame of a recording (world, meters) from its labeled markers.
 /// Marker positions on the object are estimated as medians over frames, starting from the frame
 /// with the most typical distances. Then each frame is solved independently by Kabsch with Cauchy

@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 
 #include "geometry/error.h"
+#include "geometry/import/world_frame.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
@@ -315,11 +316,7 @@ void AddObject(const MarkerRecording& recording, const ObjectMarkers& markers,
 
 OptionTable OptionsOf(SolveMarkersOptions& options) {
   OptionTable table;
-  std::vector<std::pair<std::string, std::optional<MarkerUp>>> axes = {{"auto", std::nullopt}};
-  for (int k = 0; k < 6; ++k) {
-    axes.emplace_back(MarkerUpName(static_cast<MarkerUp>(k)), static_cast<MarkerUp>(k));
-  }
-  table.Choice("up", options.up, axes,
+  table.Choice("up", options.up, UpAxisChoices(),
                "Up axis of the recording; auto: detected from trunk and shoulders");
   table.Choice("posture", options.posture,
                {{"seated", RestPosture::kSeated}, {"standing", RestPosture::kStanding}},

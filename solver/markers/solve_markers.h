@@ -27,7 +27,7 @@ constexpr double kDoubtfulRms_mm = 15.0, kMaxRms_mm = 30.0;
 
 struct SolveMarkersOptions {
   MarkerTable table = MarkerTable::Known();    ///< names and sites of markers
-  std::optional<MarkerUp> up;                  ///< overrides the estimate from trunk and shoulders
+  std::optional<UpAxis> up;                    ///< overrides the estimate from trunk and shoulders
   RestPosture posture = RestPosture::kSeated;  ///< of legs without markers
   std::optional<ObjectMarkers> object;         ///< markers on an object
   int calibration_frames = 24;                 ///< spread over the trial

@@ -18,6 +18,15 @@ inline std::filesystem::path Fixture(const std::string& name) {
   return std::filesystem::path(HOLDFAST_SOURCE_DIR) / "tests/fixtures" / name;
 }
 
+/// Of make_hand_sets.py: a column for each frame.
+inline Eigen::MatrixXd ExpectedOfSet(const std::string& name) {
+  const NpyMember member = NpzReader(Fixture("hand_sets/expected.npz")).Read(name);
+  const std::vector<double> values = member.AsDoubles();
+  const auto rows = static_cast<Eigen::Index>(member.array.shape.back());
+  return Eigen::Map<const Eigen::MatrixXd>(values.data(), rows,
+                                           static_cast<Eigen::Index>(values.size()) / rows);
+}
+
 /// Imports a file of tests/fixtures, its world and its frame rate left as they are.
 inline ImportedFile Import(const std::filesystem::path& path, ImportFileOptions options = {}) {
   static const std::shared_ptr<const BodyModel> body = BodyModel::Default();

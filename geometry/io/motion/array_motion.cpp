@@ -254,22 +254,23 @@ SourceMotion ReadTensor(const DataFile& file, const TensorLayout& layout) {
 }
 
 SourceMotion ReadKimodo(const DataFile& file) {
-  const std::vector<std::size_t> shape = file[kPosed].Array().array.shape;
+  const DataValue posed = file[kPosed], global = file[kGlobal];
+  const std::vector<std::size_t> shape = posed.Array().array.shape;
   SourceMotion motion;
   motion.format = "Kimodo (SOMA)";
   motion.frame_rate = kKimodoRate;
   AddSomasJoints(shape[1] != 30, motion);
   const int joints = motion.NumJoints();
-  file[kPosed].Array().RequireShape({-1, joints, 3});
-  file[kGlobal].Array().RequireShape({static_cast<std::ptrdiff_t>(shape[0]), joints, 3, 3});
-  const Eigen::MatrixXd places = FiniteFrames(file[kPosed], 3 * joints, joints);
-  const Eigen::MatrixXd turns = FiniteFrames(file[kGlobal], 9 * joints, joints);
+  posed.Array().RequireShape({-1, joints, 3});
+  global.Array().RequireShape({static_cast<std::ptrdiff_t>(shape[0]), joints, 3, 3});
+  const Eigen::MatrixXd places = FiniteFrames(posed, 3 * joints, joints);
+  const Eigen::MatrixXd turns = FiniteFrames(global, 9 * joints, joints);
   for (Eigen::Index t = 0; t < turns.cols(); ++t) {
     for (int j = 0; j < joints; ++j) {
       // Row-major in the file: the map is the transpose.
       const Eigen::Matrix3d R = turns.block<9, 1>(9 * j, t).reshaped(3, 3).transpose();
       if (!(R.transpose() * R).isIdentity(1e-2) || R.determinant() < 0) {
-        throw Error(file[kGlobal].Where(),
+        throw Error(global.Where(),
                     fmt::format("has no rotation in frame {}, joint {}", t, motion.joint_names[j]),
                     "Check the file");
       }

@@ -18,15 +18,6 @@ namespace {
 
 using ::testing::HasSubstr;
 
-// Of make_hand_sets.py: a column for each frame.
-Eigen::MatrixXd ExpectedOfSet(const std::string& name) {
-  const NpyMember member = NpzReader(Fixture("hand_sets/expected.npz")).Read(name);
-  const std::vector<double> values = member.AsDoubles();
-  const auto rows = static_cast<Eigen::Index>(member.array.shape.back());
-  return Eigen::Map<const Eigen::MatrixXd>(values.data(), rows,
-                                           static_cast<Eigen::Index>(values.size()) / rows);
-}
-
 ImportFileOptions Of(ImportedHands hands) {
   ImportFileOptions options;
   options.parameters.hands = hands;

@@ -200,7 +200,7 @@ TEST_F(SolveMarkersTest, DoesNotDependOnAxesOrUnits) {
     }
   }
   const SolvedRecording solved = Solve(other);
-  EXPECT_EQ(solved.report.world.up, MarkerUp::kY);
+  EXPECT_EQ(solved.report.world.up, UpAxis::kY);
   EXPECT_EQ(solved.report.world.scale, 1e-3);
   EXPECT_LT(JointError(solved), 12.0);
   EXPECT_LT(solved.report.rms_mm, 1.5);
@@ -316,7 +316,7 @@ TEST(FindWorld, HandsOverTheHeadDoNotTurnThePersonUpsideDown) {
     column.push_back(m);
   }
   const MarkedPerson person = MakeMarkedPerson(BodyModel::Default(), sites, RestPosture::kSeated);
-  EXPECT_EQ(FindWorld(person, combing, column, std::nullopt, "combing").up, MarkerUp::kZ);
+  EXPECT_EQ(FindWorld(person, combing, column, std::nullopt, "combing").up, UpAxis::kZ);
   // The same hanging from the ceiling is told, not solved.
   for (int m = 0; m < combing.NumMarkers(); ++m) {
     combing.positions.middleRows(3 * m + 1, 2) *= -1.0;

@@ -78,14 +78,6 @@ TEST(SkillMimic, OtherTablesAreRefused) {
               HasSubstr("in frame 1, column 5"));
 }
 
-// Of make_hand_sets.py: a column for each frame.
-Eigen::MatrixXd ExpectedOf(const std::string& name) {
-  const NpyMember member = NpzReader(testing::Fixture("hand_sets/expected.npz")).Read(name);
-  const std::vector<double> values = member.AsDoubles();
-  const auto rows = static_cast<Eigen::Index>(member.array.shape.back());
-  return Eigen::Map<const Eigen::MatrixXd>(values.data(), rows, std::ssize(values) / rows);
-}
-
 double JointDistance(const SourceMotion& motion, const Eigen::MatrixXd& places) {
   double most = 0.0;
   for (int t = 0; t < motion.NumFrames(); ++t) {
@@ -100,8 +92,9 @@ TEST(InterMimic, TurnedRestPosesAreTheSameMotion) {
     const fs::path path = testing::Fixture(std::string("hand_sets/") + name + ".pt");
     const SourceMotion motion = ReadArrayMotion(DataFile(path));
     ASSERT_EQ(motion.NumJoints(), 52);
-    EXPECT_LT(JointDistance(motion, ExpectedOf("intermimic.joints")), 1e-5);
-    const Eigen::MatrixXd cube = ExpectedOf("cube"), expected = ExpectedOf("intermimic.object");
+    EXPECT_LT(JointDistance(motion, testing::ExpectedOfSet("intermimic.joints")), 1e-5);
+    const Eigen::MatrixXd cube = testing::ExpectedOfSet("cube"),
+                          expected = testing::ExpectedOfSet("intermimic.object");
     for (int t = 0; t < motion.NumFrames(); ++t) {
       const Eigen::Matrix3Xd posed =
           (motion.prop->rotations[t].toRotationMatrix() * cube).colwise() +
