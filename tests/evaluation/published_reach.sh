@@ -39,9 +39,9 @@ evaluate() { # name options...
 }
 # Table 1: what the network is trained on. Table 2: parts of the intention, a network for each.
 for name in locomotion reaching; do
-  evaluate "$name" --weights "$out/$name/latest.safetensors" --no-ablations
+  evaluate "$name" --weights "$out/$name/latest.safetensors" --rows full
 done
-evaluate both --weights "$out/both/latest.safetensors" \
+evaluate both --weights "$out/both/latest.safetensors" --rows full,wrist,wrist+pelvis,wrist+heading \
   --ablation-weights "wrist=$out/wrist/latest.safetensors" \
   --ablation-weights "wrist+pelvis=$out/no_heading/latest.safetensors" \
   --ablation-weights "wrist+heading=$out/no_pelvis/latest.safetensors"
