@@ -176,6 +176,7 @@ void AddScoreCommand(CLI::App& app, int& exit_code) {
   AddClipInputOptions(*command, options->input);
   AddCommonOptions(*command, options->common, true,
                    "  holdfast score held\n"
+                   "  holdfast score held --protocol grab\n"
                    "  holdfast score fits/* --csv table.csv -o scores.json\n"
                    "  holdfast score held --reference captured.npz --json --per-frame\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

@@ -706,6 +706,7 @@ def score(
     depth_threshold_mm: float = 2.0,
     voxel_mm: float = 2.0,
     symmetric: Literal["off", "auto", "on"] = "auto",
+    protocol: Literal["none", "grab", "dexgraspnet", "graspqp", "contactopt", "v2d"] = "none",
     overlap: bool = False,
     resample: bool = False,
     per_frame: bool = False,

@@ -13,6 +13,8 @@
 #include "geometry/score/object_pose_error.h"
 #include "geometry/score/object_rest.h"
 #include "solver/fit/clip_state.h"
+#include "solver/score/protocol_score.h"
+#include "solver/trial/trial_scene.h"
 
 namespace holdfast {
 namespace {
@@ -257,6 +259,14 @@ OptionTable OptionsOf(ScoreOptions& options) {
       {{"off", SymmetryMode::kOff}, {"auto", SymmetryMode::kAuto}, {"on", SymmetryMode::kOn}},
       "Symmetry of the object: auto (detected), off (rotations are compared directly) or on. ADD "
       "and ADD-S are always reported");
+  table.Choice("protocol", options.protocol,
+               {{"none", ScoreProtocol::kNone},
+                {"grab", ScoreProtocol::kGrab},
+                {"dexgraspnet", ScoreProtocol::kDexGraspNet},
+                {"graspqp", ScoreProtocol::kGraspQp},
+                {"contactopt", ScoreProtocol::kContactOpt},
+                {"v2d", ScoreProtocol::kV2d}},
+               "Also score by the definitions of a published protocol; trials need MuJoCo");
   table.Flag("overlap", options.overlap,
              "Compare the frames that a clip and its reference have in common");
   table.Flag("resample", options.resample, "Resample the reference to the clip's frame rate");
@@ -300,6 +310,18 @@ ClipScore ScoreClip(const ClipScene& input, const ClipScene* reference, const Sc
   if (input.clip.object && input.object) {
     if (!MeasureObject(input, surface, options, progress, score)) return score;
     score.vessel = MeasureVesselTilt(input.clip, *input.object);
+    const bool tries = options.protocol == ScoreProtocol::kDexGraspNet ||
+                       options.protocol == ScoreProtocol::kGraspQp;
+    if (tries && !HasPhysics()) {
+      score.notes.push_back("the protocol's trial was not run: this build has no MuJoCo");
+    }
+    bool going = true;
+    score.by_protocol =
+        ScoreByProtocol(input, score, options.protocol, options.threads, [&](int done, int total) {
+          going = going && (!progress || progress("protocol", done, total));
+          return going;
+        });
+    if (!going) return score;
   } else {
     score.notes.push_back(input.clip.object
                               ? fmt::format("the object's mesh was not found ({}): only motion is "

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,11 +28,15 @@ enum class ExactMode {
 /// Whether an object is treated as symmetric when poses are compared.
 enum class SymmetryMode { kAuto, kOn, kOff };
 
+/// Published ways to score grasps, whose values of one name differ in definition, unit and mesh.
+enum class ScoreProtocol { kNone, kGrab, kDexGraspNet, kGraspQp, kContactOpt, kV2d };
+
 struct ScoreOptions {
   HandObjectProtocol hand_object;
   double deep_mm = kDeep_mm;  ///< penetration above which frames are counted
   ExactMode exact = ExactMode::kAuto;
   SymmetryMode symmetry = SymmetryMode::kAuto;
+  ScoreProtocol protocol = ScoreProtocol::kNone;
   bool overlap = false;   ///< for different lengths: compare the common frames
   bool resample = false;  ///< for different frame rates: resample the reference
   int threads = 1;        ///< the result does not depend on it
@@ -67,6 +72,8 @@ struct ClipScore {
   std::optional<StandingScore> standing;  ///< none for a lone hand
   std::optional<VesselTilt> vessel;       ///< none without an object that has an opening
   std::optional<ReferenceScore> reference;
+  /// Values of the protocol by key (ProtocolMetrics); none where undefined.
+  std::map<std::string, std::optional<double>> by_protocol;
   bool foreign_body = false;
   std::vector<std::string> notes;
   // What the values depend on besides the options.

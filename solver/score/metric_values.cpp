@@ -4,12 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
 
 #include "generator/walk_statistics/balance.h"
 #include "geometry/rotation.h"
+#include "solver/score/protocol_score.h"
 
 namespace holdfast {
 namespace {
@@ -227,6 +229,7 @@ MetricValues ClipValues(const ClipScore& score, const ScoreOptions& options) {
   values["foot_skate_mm_per_frame"] = motion.foot_skate_mm_per_frame;
   values["foot_slide_max_mm_per_frame"] = motion.foot_slide_max_mm_per_frame;
   if (score.reference) AddReference(*score.reference, values);
+  for (const auto& [key, value] : score.by_protocol) values[key] = value;
   return values;
 }
 
@@ -361,6 +364,8 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
           "contact; mean over the vertices that are in contact in two consecutive frames");
   contact("contact_drift_max_mm", "contact drift, largest", "mm", 2, kHigher,
           "maximum drift of any vertex: how far contact points move over the clip");
+
+  std::ranges::move(ProtocolMetrics(options.protocol), std::back_inserter(list));
 
   jitter("jitter_acceleration_ratio", "object/hand acceleration", "", 3,
          "mean acceleration of the object's center (by surface area) divided by that of a point "

@@ -13,7 +13,7 @@ namespace holdfast {
 
 /// Name and metadata of a metric in the table, CSV and JSON. docs/metrics.md has details.
 struct MetricDefinition {
-  enum class Group { kContact, kJitter, kBody, kStanding, kMotion, kReference };
+  enum class Group { kContact, kProtocol, kJitter, kBody, kStanding, kMotion, kReference };
   enum class Worse { kHigher, kLower };
 
   std::string key;    ///< includes the unit

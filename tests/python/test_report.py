@@ -85,5 +85,8 @@ def test_wrong_arguments_are_said(demo, tmp_path):
 def test_score_and_render_take_results(held, tmp_path):
     values = holdfast.score(held, exact="off")["values"]
     assert values == holdfast.score(held.clip, "mug", exact="off")["values"]
+    published = holdfast.score(held, exact="off", protocol="grab")
+    assert published["values"]["grab_contact_ratio"] == 1.0 and "grab_depth_cm" not in values
+    assert "obman_train" in published["definitions"]["grab_volume_cm3"]["definition"]
     holdfast.render(held, tmp_path / "held.png", size=(40, 30), frame=0)
     assert (tmp_path / "held.png").exists()

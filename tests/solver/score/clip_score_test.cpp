@@ -5,34 +5,19 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
-#include "geometry/import/load_clip.h"
-#include "solver/carry/carry.h"
 #include "solver/score/score_output.h"
+#include "tests/support/carried_scene.h"
 #include "tests/support/error_text.h"
 
 namespace holdfast {
 namespace {
 
+using testing::CarriedMug;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
-// The demo's mug, carried for some frames.
-ClipScene Carried() {
-  const LoadedClip motion = LoadClip("demo_drink");
-  const PreparedObject object = PrepareObject(LoadObject("mug"));
-  const CarryReport carried = CarryObject(Slice(motion.clip, 0, 6), motion.body, object);
-  ClipScene scene;
-  scene.source = "carried";
-  scene.clip = carried.clip;
-  scene.body = motion.body.model;
-  scene.betas = motion.body.betas;
-  scene.object = object.object.mesh;
-  scene.object_source = "mug";
-  return scene;
-}
-
 TEST(ScoreClip, MeasuresWhoHoldsAndComparesWithAReference) {
-  ClipScene scene = Carried();
+  ClipScene scene = CarriedMug(6);
   ScoreOptions options;
   options.threads = 2;
   const ClipScore score = ScoreClip(scene, &scene, options);
@@ -51,7 +36,7 @@ TEST(ScoreClip, MeasuresWhoHoldsAndComparesWithAReference) {
 }
 
 TEST(ScoreOutput, HasARowAndAKeyForEveryMetric) {
-  const ClipScore score = ScoreClip(Carried(), nullptr);
+  const ClipScore score = ScoreClip(CarriedMug(6), nullptr);
   const std::vector<ClipScore> scores = {score, score};
   const std::string csv = ScoreCsv(scores, {});
   EXPECT_THAT(csv, HasSubstr("\ncarried,6,right,0,"));
@@ -67,7 +52,7 @@ TEST(ScoreOutput, HasARowAndAKeyForEveryMetric) {
 }
 
 TEST(ScoreClip, RefusesWhatCannotBeCompared) {
-  const ClipScene scene = Carried();
+  const ClipScene scene = CarriedMug(6);
   ClipScene shorter = scene;
   shorter.clip = Slice(scene.clip, 0, 4);
   EXPECT_THAT(testing::ErrorText([&] { ScoreClip(scene, &shorter); }),
@@ -79,7 +64,7 @@ TEST(ScoreClip, RefusesWhatCannotBeCompared) {
 
 TEST(ScoreClip, StopsWhenToldTo) {
   const ClipScore score =
-      ScoreClip(Carried(), nullptr, {}, [](const char*, int, int) { return false; });
+      ScoreClip(CarriedMug(6), nullptr, {}, [](const char*, int, int) { return false; });
   EXPECT_THAT(score.notes, SizeIs(0));
 }
 
