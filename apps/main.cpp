@@ -46,7 +46,8 @@ int main(int argc, char** argv) {
   batchable("score", {".json"}, AddScoreCommand);
   AddDoctorCommand(app, exit_code);
   batchable("solve", {}, AddSolveCommand);
-  batchable("export", {".glb", ".bvh", ".usda", ".xml", ".npz", ".csv"}, AddExportCommand);
+  batchable("export", {".glb", ".bvh", ".usda", ".xml", ".npz", ".jsonl", ".csv"},
+            AddExportCommand);
   batchable("report", {".html"}, AddReportCommand);
   batchable("refine", {}, AddRefineCommand);
   batchable("transfer", {}, AddTransferCommand);

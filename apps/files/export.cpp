@@ -179,10 +179,11 @@ std::string ClipName(const ClipInput& input) {
 void Tell(const ExportReport& report, const ExportCommand& options, nlohmann::json& summary,
           std::string& text) {
   const auto note = [&](const std::string& said) { Note(options.common, "note: " + said); };
-  const GlbReport& glb = report.glb;
-  const double error_mm = 1e3 * glb.corrective_error_m;
+  const SkinReport& skin = report.skin;
+  const double error_mm = 1e3 * skin.corrective_error_m;
   switch (report.format) {
     case ExportFormat::kGlb:
+    case ExportFormat::kUsda:
       if (!options.onto.empty()) {
         summary["skeleton"] = report.skeleton;
         summary["joints"] = report.joints_moved;
@@ -190,19 +191,19 @@ void Tell(const ExportReport& report, const ExportCommand& options, nlohmann::js
                             report.skeleton, report.joints_moved, report.joints);
         break;
       }
-      summary["morph_targets"] = glb.morph_targets;
-      summary["influences_per_vertex"] = glb.influences;
+      summary["morph_targets"] = skin.morph_targets;
+      summary["influences_per_vertex"] = skin.influences;
       summary["surface_error_mm"] = error_mm;
       text += fmt::format(
           "  skin of 55 joints, {} per vertex; {} morph targets; surface within {:.3f} "
           "mm of the body model\n",
-          glb.influences, glb.morph_targets, error_mm);
+          skin.influences, skin.morph_targets, error_mm);
       if (options.how.correctives &&
           error_mm > std::max(1e3 * options.how.tolerance_m, kLooseCorrectivesMm)) {
         note(
             fmt::format("with {} morph targets the file's surface is {:.2f} mm off the body "
                         "model's (export fewer frames with --start and --end)",
-                        glb.morph_targets, error_mm));
+                        skin.morph_targets, error_mm));
       }
       break;
     case ExportFormat::kContacts:
@@ -272,7 +273,7 @@ int Run(const ExportCommand& options) {
       format == ExportFormat::kContacts || (format == ExportFormat::kContactsTable && !is_metrics);
   ExportOptions how = options.how;
   if (how.every > 1 && !IsSampledByFrame(format)) {
-    throw CLI::ValidationError("--every", "applies only to mesh sequences, .usda and .xml");
+    throw CLI::ValidationError("--every", "applies only to mesh sequences, .usda, .xml and .jsonl");
   }
   if (!options.onto.empty() && format != ExportFormat::kGlb) {
     throw CLI::ValidationError("--onto", "applies only to .glb");
@@ -350,9 +351,9 @@ int Run(const ExportCommand& options) {
 
 void AddExportCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ExportCommand>();
-  CLI::App* command = app.add_subcommand(
-      "export",
-      "Export a clip for other programs: .glb .bvh .usda .xml .npz .csv, or a mesh per frame");
+  CLI::App* command = app.add_subcommand("export",
+                                         "Export a clip for other programs: .glb .bvh .usda .xml "
+                                         ".npz .jsonl .csv, or a mesh per frame");
   command->add_option("clip", options->clip, kClipHelp)->required();
   command
       ->add_option("-o,--output", options->output,
@@ -381,12 +382,17 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "table,\n"
       "         if any\n"
       "  .bvh   55 joints with the shaped body's offsets, centimeters, y up, Euler Z X Y\n"
-      "  .usda  USD text, meters, z up: the body's points in every frame, the object's transform\n"
+      "  .usda  USD text, meters, z up: skinned body (UsdSkel) with pose correctives as blend "
+      "shapes,\n"
+      "         the transforms of object and table\n"
       "  .xml   MJCF for MuJoCo, meters, z up: the object as a free body of convex pieces, the\n"
       "         holding hand with joint springs that close it, as in score --physics; a floor; a "
       "key\n"
       "         frame for each frame (poses, mocap bodies, ctrl); meshes in scene_assets/\n"
       "  .npz   the clip itself (AMASS layout, z up), cut to --start and --end\n"
+      "  .jsonl JSON lines for viewers such as rerun and viser: a line of names and meshes, then "
+      "one\n"
+      "         per frame: poses of all joints and the object, contacts (docs/formats.md)\n"
       "  contacts.npz, .csv  contact points, normals and depths in each frame, and poses of wrists "
       "and\n"
       "         fingertips (docs/formats.md); also any name that ends in contacts, as "

@@ -457,7 +457,7 @@ void AddTransferCommand(CLI::App& app, int& exit_code) {
   command
       ->add_option("-o,--output", options->output,
                    "Output folder: clip.npz, object.ply, metrics.json, report.html; with --robot: "
-                   "robot.npz, robot.csv, scene.xml, report.html and metrics.json")
+                   "robot.npz, robot.csv, motion_v1.npz, scene.xml, report.html and metrics.json")
       ->required();
   CLI::Option* const object = AddObjectOptions(*command, *options);
   AddBodyOptions(*command, *options);

@@ -12,6 +12,7 @@
 #include "apps/charts.h"
 #include "apps/output.h"
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/mesh/mesh_io.h"
 #include "geometry/parallel.h"
 #include "geometry/render/image.h"
 #include "solver/robot/robot.h"
@@ -19,6 +20,8 @@
 
 namespace holdfast::apps {
 namespace {
+
+namespace fs = std::filesystem;
 
 constexpr double kMinKept = 0.5;  // minimum fraction of kept contacts of a transfer
 
@@ -142,6 +145,9 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
   metrics["per_frame"] = FramesJson(measures);
   WriteRobotMotion(setup, result.poses, measures, folder / "robot.npz");
   WriteRobotTable(setup, result.poses, folder / "robot.csv");
+  WriteMesh(setup.object, folder / "object.obj");
+  WriteMotionV1(setup, result.poses, measures, fs::path(output).filename().string(), "object.obj",
+                folder / "motion_v1.npz");
   WriteAtomically(folder / "correspondence.csv", CorrespondenceText(setup));
   // Two at a time with half of the threads each, since much of the scene is single-threaded.
   const int half = std::max(1, options.threads / 2);

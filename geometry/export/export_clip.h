@@ -20,9 +20,10 @@ namespace holdfast {
 enum class ExportFormat {
   kGlb,            ///< .glb: skin, skeleton, object, materials, animated
   kBvh,            ///< .bvh: the skeleton
-  kUsda,           ///< .usda: points and transforms
+  kUsda,           ///< .usda: skin, skeleton, object, animated
   kMjcf,           ///< .xml: hands and object for MuJoCo
   kClip,           ///< .npz: the clip
+  kLines,          ///< .jsonl: poses and contacts, one line per frame
   kContacts,       ///< contacts.npz, x_contacts.npz: where hands touch the object
   kContactsTable,  ///< .csv: the same, plus a file with the poses of wrists and fingertips
   kMeshes,         ///< name_%04d.ply or .obj: one mesh per frame
@@ -38,13 +39,13 @@ bool IsSampledByFrame(ExportFormat format);
 struct ExportOptions {
   /// kGlb: put the motion on the skeleton of this character (.glb, .gltf), which keeps its skin.
   std::filesystem::path onto;
-  bool correctives = true;    ///< kGlb: pose correctives as morph targets
+  bool correctives = true;    ///< kGlb, kUsda: pose correctives as morph targets
   double tolerance_m = 2e-5;  ///< maximum distance of the skin from the body model's
   /// kMjcf: of the object; empty: the mass of trials (PhysicsOfClip), 1000 without `physics`.
   std::optional<double> density_kg_m3;
   /// kMjcf: simulated parts (PhysicsOfClip of solver/trial); null: hands are only mocap bodies.
   const MjcfPhysics* physics = nullptr;
-  int every = 1;        ///< kMeshes, kUsda, kMjcf: every n-th frame
+  int every = 1;        ///< IsSampledByFrame: every n-th frame
   int first_frame = 0;  ///< kMeshes: number of the clip's first frame
   /// kGlb: appearance of the object; null: plain.
   const TexturedMesh* object_look = nullptr;
@@ -57,12 +58,16 @@ struct ExportOptions {
 OptionTable OptionsOf(ExportOptions& options);
 
 /// Writes a clip as a USD text stage: z up, meters, time codes are the clip's frames. `/World/body`
-/// is a mesh with `points` at each key frame (world coordinates, the body model's own surface),
-/// `/World/object` (with an object track and `object` not null) a mesh with a transform at the same
-/// frames. Coordinates have five decimals, a hundredth of a millimeter.
-void WriteUsda(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
-               const ExportOptions& options, const std::filesystem::path& path,
-               const StagedProgress& progress = {});
+/// is a SkelRoot: `skeleton` with its animation, and `skin`, whose blend shapes are the pose
+/// correctives, as in WriteGlb. `/World/object` (with an object track and `object` not null) and
+/// `/World/table` are meshes with a transform at the same frames.
+SkinReport WriteUsda(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
+                     const ExportOptions& options, const std::filesystem::path& path);
+
+/// Writes a clip as lines of JSON, for viewers that are fed frame by frame (docs/formats.md): the
+/// first line has names, parents and meshes, each other the poses and contacts of a frame.
+void WriteSceneLines(const ClipScene& scene, const TriangleMesh* object,
+                     const ExportOptions& options, const std::filesystem::path& path);
 
 /// Summary of an export; members that do not apply to the format keep their defaults.
 struct ExportReport {
@@ -70,7 +75,7 @@ struct ExportReport {
   std::vector<std::filesystem::path> files;  ///< or folders of files
   bool has_object = false;
   bool stopped = false;  ///< by the progress callback: meshes of some frames are missing
-  GlbReport glb;
+  SkinReport skin;       ///< of .glb and .usda
   MjcfReport mjcf;
   std::string skeleton;  ///< recognized skeleton of the character
   int joints = 0, joints_moved = 0;

@@ -63,10 +63,11 @@ py::dict Export(const py::object& clip, const std::filesystem::path& path, const
     report = ExportClip(scene, options, path, go_on);
   });
   py::dict told("files"_a = report.files, "object"_a = report.has_object);
-  if (report.format == ExportFormat::kGlb && !onto) {
-    told["morph_targets"] = report.glb.morph_targets;
-    told["surface_error_mm"] = 1e3 * report.glb.corrective_error_m;
-  } else if (report.format == ExportFormat::kGlb) {
+  const bool skinned = report.format == ExportFormat::kGlb || report.format == ExportFormat::kUsda;
+  if (skinned && !onto) {
+    told["morph_targets"] = report.skin.morph_targets;
+    told["surface_error_mm"] = 1e3 * report.skin.corrective_error_m;
+  } else if (skinned) {
     told["skeleton"] = report.skeleton;
     told["joints"] = report.joints_moved;
   } else if (report.format == ExportFormat::kMjcf) {

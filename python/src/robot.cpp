@@ -209,10 +209,17 @@ void BindRobot(py::module_& module) {
           "save",
           [](const TransferredRobot& self, const std::filesystem::path& path, bool force) {
             RequireNew(path, force);
-            WriteRobotMotion(self.Setup(), self.transfer.poses, self.measures, path);
+            if (path.stem().string().ends_with("motion_v1")) {
+              WriteMotionV1(self.Setup(), self.transfer.poses, self.measures,
+                            path.parent_path().filename().string(), "object.obj", path);
+            } else {
+              WriteRobotMotion(self.Setup(), self.transfer.poses, self.measures, path);
+            }
           },
           "path"_a, py::kw_only(), "force"_a = false,
-          "Writes robot.npz (docs/robots.md). Raises Error if the file exists, unless force=True.")
+          "Writes robot.npz (docs/robots.md), or with a name that ends in motion_v1.npz the schema "
+          "of video_to_data, whose object_mesh_paths is 'object.obj'. Raises Error if the file "
+          "exists, unless force=True.")
       .def(
           "save_scene",
           [](const TransferredRobot& self, const std::filesystem::path& path, bool force) {

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
+#include <map>
 #include <string>
 #include <utility>
 
@@ -112,6 +114,132 @@ void WriteRobotMotion(const RobotTransferSetup& setup, const std::vector<RobotPo
   AddPoses(wrist, "wrist", writer);
   AddPoses(object, "object", writer);
   AddContacts(setup, measures, writer);
+  writer.Write(path);
+}
+
+namespace {
+
+void Append(const Eigen::Vector3d& v, std::vector<float>& values) {
+  for (const double value : v) values.push_back(static_cast<float>(value));
+}
+
+void AppendWxyz(const Eigen::Matrix3d& R, std::vector<float>& values) {
+  const Eigen::Quaterniond q(R);
+  for (const double value : {q.w(), q.x(), q.y(), q.z()}) {
+    values.push_back(static_cast<float>(value));
+  }
+}
+
+// Contacts in slots, one for each part of the human hand that the robot ever touches for.
+void AddContactSlots(const RobotTransferSetup& setup, const RobotMeasures& measures,
+                     NpzWriter& writer) {
+  constexpr double kContactGap_m = 0.005;
+  std::map<int, std::string> links;  // by part
+  for (const RobotFrameMeasure& frame : measures.frames) {
+    for (const RobotContact& contact : frame.contacts) {
+      links.emplace(contact.part, setup.robot.links[static_cast<std::size_t>(contact.link)].name);
+    }
+  }
+  const std::size_t frames = measures.frames.size(), slots = links.size();
+  std::vector<std::string> names;
+  for (const auto& [part, link] : links) names.push_back(link);
+  std::vector<float> on_link(3 * frames * slots), link_normal = on_link, on_object = on_link,
+                                                  object_normal = on_link, active(frames);
+  std::vector<std::int64_t> bodies(frames * slots);
+  for (std::size_t t = 0; t < frames; ++t) {
+    const Eigen::Isometry3d& world = setup.demonstration.frames[t].world_from_object;
+    for (const RobotContact& contact : measures.frames[t].contacts) {
+      if (contact.gap_m > kContactGap_m) continue;
+      const auto slot = t * slots + static_cast<std::size_t>(
+                                        std::distance(links.begin(), links.find(contact.part)));
+      const SignedDistance::Result near = setup.object_distance->Query(contact.point);
+      const auto set = [&](std::vector<float>& values, const Eigen::Vector3d& v) {
+        for (int k = 0; k < 3; ++k) values[3 * slot + k] = static_cast<float>(v(k));
+      };
+      set(on_link, world * contact.point);
+      set(link_normal, world.linear() * contact.normal);
+      set(on_object, world * near.closest);
+      set(object_normal, world.linear() * -near.gradient);  // into the object
+      bodies[slot] = 1;                                     // the object's first body
+      active[t] = 1.0f;
+    }
+  }
+  writer.AddTexts("hand_contact_link_names", names);
+  writer.AddFloat32("hand_link_contact_positions", {1, frames, slots, 3}, on_link);
+  writer.AddFloat32("hand_link_contact_normals", {1, frames, slots, 3}, link_normal);
+  writer.AddFloat32("hand_object_contact_positions", {1, frames, slots, 3}, on_object);
+  writer.AddFloat32("hand_object_contact_normals", {1, frames, slots, 3}, object_normal);
+  writer.AddInt64("hand_object_contact_part_ids", {1, frames, slots}, bodies);
+  writer.AddFloat32("hand_contact_active", {1, frames}, active);
+}
+
+}  // namespace
+
+void WriteMotionV1(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
+                   const RobotMeasures& measures, const std::string& sequence,
+                   const std::string& object_mesh, const fs::path& path) {
+  const std::vector<int> moving = MovingLinks(setup.robot);
+  const std::size_t frames = poses.size(), links = setup.robot.links.size();
+  std::vector<std::string> joints, names;
+  for (const int k : moving) joints.push_back(setup.robot.links[k].joint);
+  for (const RobotLink& link : setup.robot.links) names.push_back(link.name);
+  std::vector<float> angles, root, root_wxyz, ee, hand, object, object_wxyz, object_turn;
+  RobotState state(setup.robot);
+  for (std::size_t t = 0; t < frames; ++t) {
+    for (const int k : moving) {
+      angles.push_back(static_cast<float>(JointValue(setup.robot.links[k], poses[t].q)));
+    }
+    const Eigen::Isometry3d world = WorldFromRoot(setup, poses[t], static_cast<int>(t));
+    Append(world.translation(), root);
+    AppendWxyz(world.linear(), root_wxyz);
+    state.Evaluate(poses[t].q);
+    for (std::size_t k = 0; k < links; ++k) {
+      const Eigen::Isometry3d link = world * state.RootFromLink(static_cast<int>(k));
+      std::vector<float>& values = k == 0 ? ee : hand;
+      Append(link.translation(), values);
+      AppendWxyz(link.linear(), values);
+    }
+    const Eigen::Isometry3d& held = setup.demonstration.frames[t].world_from_object;
+    Append(held.translation(), object);
+    AppendWxyz(held.linear(), object_wxyz);
+    Append(LogSO3(held.linear()), object_turn);
+  }
+  const std::string side(SideName(setup.anatomy.side));
+  const double radius = std::sqrt(setup.object.vertices.colwise().squaredNorm().maxCoeff());
+  NpzWriter writer;
+  writer.AddText("schema_version", "motion_v1");
+  writer.AddText("sequence_id", sequence);
+  writer.AddText("robot_name", setup.robot.name);
+  writer.AddText("motion_kind", "single_robot");
+  writer.AddText("source_dataset", "holdfast");
+  writer.AddText("raw_motion_file", "");
+  writer.AddFloat32("fps", {}, {static_cast<float>(setup.demonstration.frame_rate)});
+  writer.AddText("coord_frame", "world");
+  writer.AddTexts("robot_joint_names", joints);
+  writer.AddFloat32("robot_root_position", {frames, 3}, root);
+  writer.AddFloat32("robot_root_wxyz", {frames, 4}, root_wxyz);
+  writer.AddFloat32("robot_joint_positions", {frames, moving.size()}, angles);
+  writer.AddTexts("ee_link_names", {names.front()});
+  writer.AddFloat32("ee_pose_w", {frames, 1, 7}, ee);
+  writer.AddTexts("hand_sides", {side});
+  writer.AddTexts("hand_frame_names", {names.begin() + 1, names.end()});
+  writer.AddFloat32("hand_frames_w", {1, frames, links - 1, 7}, hand);
+  writer.AddTexts("hand_finger_joint_names", joints);
+  writer.AddFloat32("hand_finger_joints", {1, frames, moving.size()}, angles);
+  for (const char* name : {"object_name", "safe_object_name"}) writer.AddText(name, "object");
+  for (const char* name : {"object_body_names", "safe_object_body_names"}) {
+    writer.AddTexts(name, {"object"});
+  }
+  writer.AddTexts("object_mesh_paths", {object_mesh});
+  writer.AddTexts("object_urdf_paths", {});
+  writer.AddFloat32("object_mesh_radius", {1}, {static_cast<float>(radius)});
+  writer.AddFloat32("object_articulation", {frames}, std::vector<float>(frames));
+  writer.AddFloat32("object_root_axis_angle", {frames, 3}, object_turn);
+  writer.AddFloat32("object_root_position", {frames, 3}, object);
+  writer.AddFloat32("object_body_position", {frames, 1, 3}, object);
+  writer.AddFloat32("object_body_wxyz", {frames, 1, 4}, object_wxyz);
+  AddContactSlots(setup, measures, writer);
+  writer.AddText("source_kind", "");
   writer.Write(path);
 }
 

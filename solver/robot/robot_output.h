@@ -20,6 +20,14 @@ namespace holdfast {
 void WriteRobotMotion(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
                       const RobotMeasures& measures, const std::filesystem::path& path);
 
+/// Writes the motion by the schema `motion_v1` of NVIDIA's video_to_data (`.npz`, a field of the
+/// schema per array, nested lists as arrays with a first axis of one hand): a `single_robot` whose
+/// root is the robot's, world frame, z up, quaternions wxyz, float32. `object_mesh`: its path for
+/// the field `object_mesh_paths`. docs/robots.md turns the file into their Parquet.
+void WriteMotionV1(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
+                   const RobotMeasures& measures, const std::string& sequence,
+                   const std::string& object_mesh, const std::filesystem::path& path);
+
 /// Writes the motion as a table, one line per frame: frame, time_s, wrist (x, y, z, qw, qx, qy,
 /// qz), object (same), joints by name.
 void WriteRobotTable(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,

@@ -168,7 +168,8 @@ TEST(Transfer, ARobotThatKeepsNoContactIsExitCodeThree) {
   EXPECT_THAT(result.err, HasSubstr("warning: contact is lost at "));
   EXPECT_THAT(result.err, HasSubstr("less than 50 % of the contacts are kept"));
   EXPECT_LT(Metrics("stiff")["transfer"]["contacts_kept_ratio"], 0.5);
-  for (const char* name : {"robot.npz", "robot.csv", "scene.xml", "report.html"}) {
+  for (const char* name :
+       {"robot.npz", "robot.csv", "motion_v1.npz", "object.obj", "scene.xml", "report.html"}) {
     EXPECT_TRUE(std::filesystem::exists(Held() / "stiff" / name)) << name;
   }
   testing::BoxHand{.coupled = true}.Write(Held() / "bends.urdf");

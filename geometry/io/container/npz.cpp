@@ -133,8 +133,10 @@ void NpzWriter::AddUint8(std::string key, std::vector<std::size_t> shape,
   Add(std::move(key), MakeNpyArray('u', std::move(shape), values));
 }
 
-void NpzWriter::AddText(std::string key, std::string_view bytes) {
-  // UTF-8 to UCS-4; malformed bytes become U+FFFD instead of a broken file.
+namespace {
+
+// UTF-8 to UCS-4; malformed bytes become U+FFFD instead of a broken file.
+std::vector<std::uint32_t> CodesOf(std::string_view bytes) {
   const std::string text = AsUtf8(bytes);
   std::vector<std::uint32_t> codes;
   for (std::size_t i = 0; i < text.size();) {
@@ -157,9 +159,29 @@ void NpzWriter::AddText(std::string key, std::string_view bytes) {
     codes.push_back(good ? code : 0xfffdu);
     i += good ? length : 1;
   }
-  if (codes.empty()) codes.push_back(0);
-  NpyArray array = MakeNpyArray('U', {}, codes);
-  array.item_size = array.data.size();  // one text of all codes
+  return codes;
+}
+
+}  // namespace
+
+void NpzWriter::AddText(std::string key, std::string_view text) {
+  AddTexts(key, {std::string(text)});
+  arrays_.at(key).shape.clear();
+}
+
+void NpzWriter::AddTexts(std::string key, const std::vector<std::string>& texts) {
+  std::vector<std::vector<std::uint32_t>> all;
+  std::size_t longest = 1;
+  for (const std::string& text : texts) {
+    longest = std::max(longest, all.emplace_back(CodesOf(text)).size());
+  }
+  std::vector<std::uint32_t> codes;
+  for (std::vector<std::uint32_t>& text : all) {
+    text.resize(longest);  // padded with zeros
+    codes.insert(codes.end(), text.begin(), text.end());
+  }
+  NpyArray array = MakeNpyArray('U', {texts.size()}, codes);
+  array.item_size = longest * sizeof(std::uint32_t);
   Add(std::move(key), std::move(array));
 }
 

@@ -104,6 +104,8 @@ class NpzWriter {
   void AddUint8(std::string key, std::vector<std::size_t> shape, std::vector<std::uint8_t> values);
   /// A 0-d unicode scalar, as `np.savez(key="text")` writes it.
   void AddText(std::string key, std::string_view text);
+  /// A 1-d unicode array, as `np.savez(key=["a", "bc"])` writes it.
+  void AddTexts(std::string key, const std::vector<std::string>& texts);
   /// Adds an array as it was read elsewhere, unchanged.
   void Add(std::string key, NpyArray array);
 

@@ -22,50 +22,12 @@ namespace {
 // Weights dropped from a vertex move it by at most this fraction of the distance between the
 // positions to which its joints would carry it: well under a hundredth of a millimeter.
 constexpr double kNegligibleWeight = 1e-5;
-constexpr int kMaxCorrectives = 128;
 
 // Returns the index of the item.
 template <typename T>
 int PushBack(std::vector<T>& items, T item) {
   items.push_back(std::move(item));
   return static_cast<int>(items.size()) - 1;
-}
-
-// The largest weights of each vertex, `sets` times four, in descending order and summing to one.
-struct SkinWeights {
-  int sets = 1;
-  std::vector<std::array<std::uint8_t, 4>> joints;  // set by set, vertex by vertex
-  Eigen::Matrix<float, 4, Eigen::Dynamic> weights;
-};
-
-SkinWeights LargestWeights(const BodySurface& surface) {
-  const int n = surface.NumVertices();
-  std::vector<std::vector<std::pair<int, double>>> sorted(n);
-  SkinWeights result;
-  for (int v = 0; v < n; ++v) {
-    const auto weights = surface.Weights(v);
-    sorted[v].assign(weights.begin(), weights.end());
-    std::stable_sort(sorted[v].begin(), sorted[v].end(),
-                     [](const auto& a, const auto& b) { return a.second > b.second; });
-    double dropped = 0;
-    for (std::size_t k = 4; k < sorted[v].size(); ++k) dropped += sorted[v][k].second;
-    if (dropped > kNegligibleWeight) result.sets = 2;
-  }
-  result.joints.assign(static_cast<std::size_t>(result.sets) * n, {0, 0, 0, 0});
-  result.weights = Eigen::MatrixXf::Zero(4, static_cast<Eigen::Index>(result.sets) * n);
-  for (int v = 0; v < n; ++v) {
-    const std::size_t kept = std::min<std::size_t>(sorted[v].size(), 4 * result.sets);
-    double sum = 0;
-    for (std::size_t k = 0; k < kept; ++k) sum += sorted[v][k].second;
-    for (std::size_t k = 0; k < kept; ++k) {
-      const auto weight = static_cast<float>(sorted[v][k].second / sum);
-      if (weight <= 0) continue;  // a joint without weight must be 0
-      const std::size_t at = (k / 4) * n + v;
-      result.joints[at][k % 4] = static_cast<std::uint8_t>(sorted[v][k].first);
-      result.weights(static_cast<Eigen::Index>(k % 4), static_cast<Eigen::Index>(at)) = weight;
-    }
-  }
-  return result;
 }
 
 class GlbWriter {
@@ -76,10 +38,10 @@ class GlbWriter {
         gltf_(clip.NumFrames(), clip.frame_rate, options.generator,
               options.clip_name.empty() ? "clip" : options.clip_name) {}
 
-  void AddBody(const BodySurface& surface, GlbReport& report) {
+  void AddBody(const BodySurface& surface, SkinReport& report) {
     const CorrectiveBasis basis = WithUnitWeights(
         ComputeCorrectiveBasis(surface, clip_, options_.corrective_tolerance_m,
-                               options_.correctives ? kMaxCorrectives : 0, options_.threads));
+                               options_.correctives ? kMaxCorrectiveShapes : 0, options_.threads));
     report.morph_targets = static_cast<int>(basis.Size());
     report.corrective_error_m = basis.max_error_m;
 
@@ -207,9 +169,39 @@ class GlbWriter {
 
 }  // namespace
 
-GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
-                   const GlbOptions& options, const std::filesystem::path& path) {
-  GlbReport report;
+SkinWeights LargestWeights(const BodySurface& surface) {
+  const int n = surface.NumVertices();
+  std::vector<std::vector<std::pair<int, double>>> sorted(n);
+  SkinWeights result;
+  for (int v = 0; v < n; ++v) {
+    const auto weights = surface.Weights(v);
+    sorted[v].assign(weights.begin(), weights.end());
+    std::stable_sort(sorted[v].begin(), sorted[v].end(),
+                     [](const auto& a, const auto& b) { return a.second > b.second; });
+    double dropped = 0;
+    for (std::size_t k = 4; k < sorted[v].size(); ++k) dropped += sorted[v][k].second;
+    if (dropped > kNegligibleWeight) result.sets = 2;
+  }
+  result.joints.assign(static_cast<std::size_t>(result.sets) * n, {0, 0, 0, 0});
+  result.weights = Eigen::MatrixXf::Zero(4, static_cast<Eigen::Index>(result.sets) * n);
+  for (int v = 0; v < n; ++v) {
+    const std::size_t kept = std::min<std::size_t>(sorted[v].size(), 4 * result.sets);
+    double sum = 0;
+    for (std::size_t k = 0; k < kept; ++k) sum += sorted[v][k].second;
+    for (std::size_t k = 0; k < kept; ++k) {
+      const auto weight = static_cast<float>(sorted[v][k].second / sum);
+      if (weight <= 0) continue;  // a joint without weight must be 0
+      const std::size_t at = (k / 4) * n + v;
+      result.joints[at][k % 4] = static_cast<std::uint8_t>(sorted[v][k].first);
+      result.weights(static_cast<Eigen::Index>(k % 4), static_cast<Eigen::Index>(at)) = weight;
+    }
+  }
+  return result;
+}
+
+SkinReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
+                    const GlbOptions& options, const std::filesystem::path& path) {
+  SkinReport report;
   GlbWriter writer(clip, options);
   writer.AddBody(surface, report);
   if (object != nullptr && clip.object) writer.AddObject(*object);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: MIT
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -30,11 +31,22 @@ struct GlbOptions {
   const TexturedMesh* object_look = nullptr;
 };
 
-struct GlbReport {
+/// A skinned body as written to a file.
+struct SkinReport {
   int morph_targets = 0;
   int influences = 4;             ///< joints per vertex: 4, or 8 if 4 are not enough
   double corrective_error_m = 0;  ///< largest distance from the body model's surface, meters
 };
+
+inline constexpr int kMaxCorrectiveShapes = 128;
+
+/// The largest weights of each vertex, `sets` times four, in descending order and summing to one.
+struct SkinWeights {
+  int sets = 1;
+  std::vector<std::array<std::uint8_t, 4>> joints;  ///< set by set, vertex by vertex
+  Eigen::Matrix<float, 4, Eigen::Dynamic> weights;
+};
+SkinWeights LargestWeights(const BodySurface& surface);
 
 /// Writes a clip as a glTF 2.0 binary: the skinned and animated body of `surface` and, if the clip
 /// has an object track and `object` is not null, the object.
@@ -47,8 +59,8 @@ struct GlbReport {
 /// weights are in [0, 1], to which Blender would clamp them. Single precision, no quantization; key
 /// frames at the clip's frame rate, linear in between. Throws Error if the file would exceed the
 /// format's 4 GB or cannot be written.
-GlbReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
-                   const GlbOptions& options, const std::filesystem::path& path);
+SkinReport WriteGlb(const Clip& clip, const BodySurface& surface, const TriangleMesh* object,
+                    const GlbOptions& options, const std::filesystem::path& path);
 
 }  // namespace holdfast
 

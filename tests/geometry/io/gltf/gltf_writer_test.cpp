@@ -35,7 +35,7 @@ TEST(GltfWriter, ShowsTheBodyModelsSurfaceJointsAndObject) {
   const BodySurface surface(BodyModel::Default());
   const Clip clip = MakeMovingClip(25, 3);
   const TriangleMesh object = Tetrahedron();
-  const GlbReport report = WriteGlb(clip, surface, &object, {}, folder / "a.glb");
+  const SkinReport report = WriteGlb(clip, surface, &object, {}, folder / "a.glb");
   EXPECT_GT(report.morph_targets, 0);
   EXPECT_LE(report.corrective_error_m, 2e-5);
 
@@ -107,7 +107,7 @@ TEST(GltfWriter, WithoutCorrectivesTellsHowFarOffTheSkinIs) {
   const Clip clip = MakeMovingClip(8, 4);
   GlbOptions options;
   options.correctives = false;
-  const GlbReport report = WriteGlb(clip, surface, nullptr, options, folder / "a.glb");
+  const SkinReport report = WriteGlb(clip, surface, nullptr, options, folder / "a.glb");
   EXPECT_EQ(report.morph_targets, 0);
   EXPECT_GT(report.corrective_error_m, 1e-4);
   const GlbFile file(folder / "a.glb");
@@ -139,7 +139,7 @@ TEST(GltfWriter, KeepsEightWeightsWhereFourWouldNotDo) {
   body.Write(folder / "body.npz");
   const BodySurface surface(BodyModel::Load(folder / "body.npz"));
   const Clip clip = MakeMovingClip(6, 5);
-  const GlbReport report = WriteGlb(clip, surface, nullptr, {}, folder / "a.glb");
+  const SkinReport report = WriteGlb(clip, surface, nullptr, {}, folder / "a.glb");
   EXPECT_EQ(report.influences, 8);
   const GlbFile file(folder / "a.glb");
   BodyState state;

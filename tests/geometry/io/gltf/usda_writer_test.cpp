@@ -3,14 +3,15 @@
 
 #include <cctype>
 #include <map>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "geometry/io/container/atomic_file.h"
-#include "geometry/rotation.h"
 #include "tests/support/moving_clip.h"
 #include "tests/support/temporary_folder.h"
 
@@ -55,6 +56,14 @@ class UsdaReader {
     const std::string name = String();
     const std::string path = parent + "/" + name;
     if (!prims.emplace(path, type).second) throw std::runtime_error("two of " + path);
+    if (Try("(")) {
+      while (!Try(")")) {
+        Try("prepend");
+        const std::string key = Word();
+        Expect("=");
+        Value(attributes[path + "()." + key]);
+      }
+    }
     Expect("{");
     while (!Try("}")) {
       if (Peek() == "def") {
@@ -89,10 +98,9 @@ class UsdaReader {
       }
       if (Try("(")) {
         while (!Try(")")) {
-          Word();
+          const std::string key = Word();
           Expect("=");
-          Attribute ignored;
-          Value(ignored);
+          Value(attributes[path + "." + name_of + "()." + key]);
         }
       }
       if (!attributes.emplace(path + "." + name_of, attribute).second) {
@@ -105,6 +113,11 @@ class UsdaReader {
     const std::string next = Peek();
     if (next == "\"") {
       into.words.push_back(String());
+    } else if (next == "<") {
+      const std::size_t end = text_.find('>', at_);
+      if (end == std::string::npos) throw std::runtime_error("an open path");
+      into.words.push_back(text_.substr(at_ + 1, end - at_ - 1));
+      at_ = end + 1;
     } else if (next == "[" || next == "(") {
       Expect(next);
       const std::string close = next == "[" ? "]" : ")";
@@ -172,16 +185,77 @@ class UsdaReader {
   std::size_t at_ = 0;
 };
 
-TEST(UsdaWriter, HoldsTheBodysPointsAndTheObjectsTransform) {
+using Rows4 = Eigen::Matrix<double, 4, 4, Eigen::RowMajor>;
+
+// The skinned points of a stage at a time, as UsdSkel defines them: blend shapes, then linear blend
+// skinning of row vectors by inverse(bind) * joint.
+Eigen::Matrix3Xd SkinnedAt(UsdaReader& file, double time) {
+  const std::string skin = "/World/body/skin.", skeleton = "/World/body/skeleton.",
+                    motion = "/World/body/skeleton/motion.";
+  const std::vector<double>& points = file.attributes[skin + "points"].numbers;
+  Eigen::Matrix3Xd rest = Eigen::Map<const Eigen::Matrix3Xd>(
+      points.data(), 3, static_cast<Eigen::Index>(points.size() / 3));
+  const auto& targets = file.attributes[skin + "skel:blendShapeTargets"].words;
+  const std::vector<double>& weights = file.attributes[motion + "blendShapeWeights"].samples[time];
+  EXPECT_EQ(weights.size(), targets.size());
+  for (std::size_t k = 0; k < targets.size(); ++k) {
+    const auto& ids = file.attributes[targets[k] + ".pointIndices"].numbers;
+    const auto& offsets = file.attributes[targets[k] + ".offsets"].numbers;
+    EXPECT_EQ(offsets.size(), 3 * ids.size());
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      rest.col(static_cast<Eigen::Index>(ids[i])) +=
+          weights[k] * Eigen::Map<const Eigen::Vector3d>(&offsets[3 * i]);
+    }
+  }
+  const std::vector<std::string>& joints = file.attributes[motion + "joints"].words;
+  EXPECT_EQ(joints, file.attributes[skeleton + "joints"].words);
+  const std::vector<double>& turns = file.attributes[motion + "rotations"].samples[time];
+  const std::vector<double>& places = file.attributes[motion + "translations"].samples[time];
+  const std::vector<double>& binds = file.attributes[skeleton + "bindTransforms"].numbers;
+  std::map<std::string, Rows4> world;
+  std::vector<Rows4> skinning;
+  for (std::size_t j = 0; j < joints.size(); ++j) {
+    Rows4 local = Rows4::Identity();
+    local.topLeftCorner<3, 3>() =
+        Eigen::Quaterniond(turns[4 * j], turns[4 * j + 1], turns[4 * j + 2], turns[4 * j + 3])
+            .toRotationMatrix()
+            .transpose();
+    local.bottomLeftCorner<1, 3>() = Eigen::Map<const Eigen::RowVector3d>(&places[3 * j]);
+    const std::size_t slash = joints[j].rfind('/');
+    world[joints[j]] =
+        slash == std::string::npos ? local : Rows4(local * world.at(joints[j].substr(0, slash)));
+    skinning.push_back(Eigen::Map<const Rows4>(&binds[16 * j]).inverse() * world[joints[j]]);
+  }
+  const std::string indices = skin + "primvars:skel:jointIndices";
+  const auto each =
+      static_cast<std::size_t>(file.attributes[indices + "().elementSize"].numbers.at(0));
+  const std::vector<double>& ids = file.attributes[indices].numbers;
+  const std::vector<double>& shares = file.attributes[skin + "primvars:skel:jointWeights"].numbers;
+  EXPECT_EQ(ids.size(), each * static_cast<std::size_t>(rest.cols()));
+  Eigen::Matrix3Xd skinned(3, rest.cols());
+  for (Eigen::Index v = 0; v < rest.cols(); ++v) {
+    Eigen::RowVector4d sum = Eigen::RowVector4d::Zero();
+    for (std::size_t k = 0; k < each; ++k) {
+      const std::size_t at = each * static_cast<std::size_t>(v) + k;
+      sum += shares[at] * rest.col(v).homogeneous().transpose() *
+             skinning[static_cast<std::size_t>(ids[at])];
+    }
+    skinned.col(v) = sum.head<3>().transpose();
+  }
+  return skinned;
+}
+
+TEST(UsdaWriter, SkinsTheBodyAndMovesTheObject) {
   const TemporaryFolder folder;
   const auto body = BodyModel::Default();
-  const BodySurface surface(body, {}, body->HandVertexIds(Side::kRight));
+  const BodySurface surface(body, Eigen::VectorXd::Constant(10, 0.5));
   const Clip clip = MakeMovingClip(7, 1);
   const TriangleMesh object = Tetrahedron();
   ExportOptions options;
   options.every = 3;
   options.generator = "a \"quoted\" name\nof two lines";
-  WriteUsda(clip, surface, &object, options, folder / "a.usda");
+  const SkinReport report = WriteUsda(clip, surface, &object, options, folder / "a.usda");
+  EXPECT_GT(report.morph_targets, 0);
   UsdaReader file(ReadFile(folder / "a.usda"));
 
   EXPECT_EQ(file.meta["upAxis"].words.at(0), "Z");
@@ -189,26 +263,28 @@ TEST(UsdaWriter, HoldsTheBodysPointsAndTheObjectsTransform) {
   EXPECT_EQ(file.meta["timeCodesPerSecond"].numbers.at(0), clip.frame_rate);
   EXPECT_EQ(file.meta["endTimeCode"].numbers.at(0), 6);
   EXPECT_EQ(file.prims["/" + file.meta["defaultPrim"].words.at(0)], "Xform");
-  EXPECT_EQ(file.prims["/World/body"], "Mesh");
+  EXPECT_EQ(file.prims["/World/body"], "SkelRoot");
+  EXPECT_EQ(file.prims["/World/body/skeleton"], "Skeleton");
+  EXPECT_EQ(file.prims["/World/body/skin"], "Mesh");
   EXPECT_EQ(file.prims["/World/object"], "Mesh");
+  EXPECT_EQ(file.attributes["/World/body/skin().apiSchemas"].words.at(0), "SkelBindingAPI");
+  EXPECT_EQ(file.attributes["/World/body/skin.skel:skeleton"].words.at(0), "/World/body/skeleton");
+  const auto& motion = file.attributes["/World/body/skeleton.skel:animationSource"].words.at(0);
+  EXPECT_EQ(file.prims[motion], "SkelAnimation");
+  EXPECT_EQ(file.attributes[motion + ".blendShapes"].words,
+            file.attributes["/World/body/skin.skel:blendShapes"].words);
 
-  const auto& points = file.attributes["/World/body.points"];
-  EXPECT_EQ(points.type, "point3f[]");
-  ASSERT_EQ(points.samples.size(), 3u);
   BodyState state;
   for (const int t : {0, 3, 6}) {
     Forward(surface, clip.pose[t], clip.trans.col(t), state);
-    const std::vector<double>& numbers = points.samples.at(t);
-    ASSERT_EQ(numbers.size(), static_cast<std::size_t>(state.vertices.size()));
-    for (std::size_t k = 0; k < numbers.size(); ++k) {
-      ASSERT_NEAR(numbers[k], state.vertices(static_cast<Eigen::Index>(k)), 5.1e-6);
-    }
+    const Eigen::Matrix3Xd skinned = SkinnedAt(file, t);
+    ASSERT_EQ(skinned.cols(), state.vertices.cols());
+    EXPECT_LT((skinned - state.vertices).colwise().norm().maxCoeff(),
+              report.corrective_error_m + 3e-5);
     const std::vector<double>& m = file.attributes["/World/object.xformOp:transform"].samples.at(t);
     ASSERT_EQ(m.size(), 16u);
-    const Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>> M(m.data());
-    const Eigen::Matrix3Xd placed =
-        (ExpSO3(clip.object->orient.col(t)) * object.vertices).colwise() +
-        clip.object->trans.col(t);
+    const Eigen::Map<const Rows4> M(m.data());
+    const Eigen::Matrix3Xd placed = clip.object->Pose(t) * object.vertices;
     for (int v = 0; v < 4; ++v) {
       const Eigen::RowVector4d row = object.vertices.col(v).homogeneous().transpose() * M;
       EXPECT_LT((row.head<3>().transpose() - placed.col(v)).norm(), 1e-5);
@@ -216,7 +292,7 @@ TEST(UsdaWriter, HoldsTheBodysPointsAndTheObjectsTransform) {
   }
   EXPECT_EQ(file.attributes["/World/object.xformOpOrder"].words.at(0), "xformOp:transform");
   EXPECT_TRUE(file.attributes["/World/object.xformOpOrder"].uniform);
-  for (const char* name : {"/World/body", "/World/object"}) {
+  for (const char* name : {"/World/body/skin", "/World/object"}) {
     const std::string path = name;
     const auto& faces = file.attributes[path + ".faceVertexIndices"].numbers;
     EXPECT_EQ(faces.size(), 3 * file.attributes[path + ".faceVertexCounts"].numbers.size());
@@ -228,15 +304,62 @@ TEST(UsdaWriter, ThreadsDoNotChangeABitAndABodyMayStandAlone) {
   const TemporaryFolder folder;
   const auto body = BodyModel::Default();
   const BodySurface surface(body, {}, body->HandVertexIds(Side::kLeft));
-  const Clip clip = MakeMovingClip(70, 2);  // more than are formatted at once
+  const Clip clip = MakeMovingClip(70, 2);
   ExportOptions options;
   WriteUsda(clip, surface, nullptr, options, folder / "one.usda");
   options.threads = 4;
   WriteUsda(clip, surface, nullptr, options, folder / "four.usda");
   EXPECT_EQ(ReadFile(folder / "one.usda"), ReadFile(folder / "four.usda"));
-  UsdaReader file(ReadFile(folder / "one.usda"));
+  options.correctives = false;
+  EXPECT_EQ(WriteUsda(clip, surface, nullptr, options, folder / "plain.usda").morph_targets, 0);
+  UsdaReader file(ReadFile(folder / "plain.usda"));
   EXPECT_EQ(file.prims.count("/World/object"), 0u);
-  EXPECT_EQ(file.attributes["/World/body.points"].samples.size(), 70u);
+  EXPECT_EQ(file.attributes["/World/body/skeleton/motion.rotations"].samples.size(), 70u);
+  EXPECT_EQ(file.attributes.count("/World/body/skin.skel:blendShapes"), 0u);
+}
+
+TEST(SceneLines, HoldPosesAndContacts) {
+  const TemporaryFolder folder;
+  ClipScene scene;
+  scene.clip = MakeMovingClip(5, 3);
+  scene.body = BodyModel::Default();
+  scene.betas = Eigen::VectorXd::Zero(0);
+  const TriangleMesh object = Tetrahedron();
+  scene.object = object;
+  // The object at the right wrist, so that it touches.
+  const BodySurface surface = scene.Surface();
+  BodyState state;
+  for (int t = 0; t < 5; ++t) {
+    ForwardJoints(surface.RestJoints(), scene.clip.pose[t], scene.clip.trans.col(t), state);
+    scene.clip.object->SetPose(t, state.WorldFromJoint(WristJoint(Side::kRight)));
+  }
+  ExportOptions options;
+  options.every = 2;
+  WriteSceneLines(scene, &object, options, folder / "a.jsonl");
+  std::istringstream lines(ReadFile(folder / "a.jsonl"));
+  std::vector<nlohmann::json> read;
+  for (std::string line; std::getline(lines, line);) read.push_back(nlohmann::json::parse(line));
+  ASSERT_EQ(read.size(), 4u);
+  EXPECT_EQ(read[0]["joints"].size(), 55u);
+  EXPECT_EQ(read[0]["object"]["faces"].size(), 4u);
+  std::size_t contacts = 0;
+  for (const int k : {1, 2, 3}) {
+    const int t = 2 * (k - 1);
+    EXPECT_EQ(read[k]["frame"], t);
+    ForwardJoints(surface.RestJoints(), scene.clip.pose[t], scene.clip.trans.col(t), state);
+    for (const int j : {0, 21, 54}) {
+      const nlohmann::json& pose = read[k]["joints"][j];
+      const std::vector<double> p = pose["position"], q = pose["wxyz"];
+      EXPECT_LT((state.WorldFromJoint(j).translation() - Eigen::Vector3d(p[0], p[1], p[2])).norm(),
+                2e-6);
+      EXPECT_LT(Eigen::Quaterniond(q[0], q[1], q[2], q[3])
+                    .angularDistance(Eigen::Quaterniond(state.WorldFromJoint(j).linear())),
+                1e-5);
+    }
+    contacts += read[k]["contacts"].size();
+    for (const nlohmann::json& contact : read[k]["contacts"]) EXPECT_EQ(contact["hand"], "right");
+  }
+  EXPECT_GT(contacts, 0u);
 }
 
 }  // namespace
