@@ -63,7 +63,7 @@ std::string DrinkText(const CarryReport& report) {
   if (!report.drunk) return {};
   const DrinkTimes& times = report.drink->times;
   return fmt::format(
-      "  drinks             frames {} to {}; rim {:.0f} mm from the mouth in frame {}, tilted "
+      "  drinks              frames {} to {}; rim {:.0f} mm from the mouth in frame {}, tilted "
       "{:.0f} "
       "deg\n",
       times.lift, times.put_down, 1e3 * report.drunk->rim_from_mouth_m, times.drink,

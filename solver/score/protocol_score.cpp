@@ -16,6 +16,7 @@
 #include <ceres/gradient_problem_solver.h>
 #include <fmt/format.h>
 
+#include "geometry/error.h"
 #include "geometry/mesh/surface_distance.h"
 #include "geometry/parallel.h"
 #include "geometry/score/hand_object_score.h"
@@ -28,6 +29,7 @@ using Vector6d = Eigen::Matrix<double, 6, 1>;
 
 constexpr double kShellVoxel_m = 5e-3, kSolidVoxel_m = 2e-3;
 constexpr int kObjectPoints = 2000, kHandPoints = 5000;
+constexpr double kMaxObject_m = 2.0;
 
 // A hand in a frame, posed in the object's frame.
 struct PosedGrasp {
@@ -170,14 +172,14 @@ class BalanceDual final : public ceres::FirstOrderFunction {
   bool Evaluate(const double* parameters, double* cost, double* gradient) const override {
     const Eigen::Map<const Vector6d> y(parameters);
     const Eigen::ArrayXd pulls = wrenches_.transpose() * y;
-    const Eigen::ArrayXd x = (-pulls / kRidge).max(1.0).min(kMost);
+    const Eigen::ArrayXd x = (-pulls / kRidge).max(1.0).min(kMaxForce);
     *cost = 0.5 * y.squaredNorm() - (pulls * x + 0.5 * kRidge * x.square()).sum();
     if (gradient != nullptr) Eigen::Map<Vector6d>{gradient} = y - wrenches_ * x.matrix();
     return true;
   }
 
  private:
-  static constexpr double kRidge = 1e-4, kMost = 21.0;
+  static constexpr double kRidge = 1e-4, kMaxForce = 21.0;
   Eigen::MatrixXd wrenches_;
 };
 
@@ -325,7 +327,7 @@ double GraspQpValue(const std::vector<ProtocolContact>& contacts, const Eigen::V
 
 double SupportedDirections(const std::vector<ProtocolContact>& contacts, double radius_m) {
   constexpr int kDirections = 512, kEdges = 8;
-  constexpr double kFriction = 0.1, kLeast = 0.01;
+  constexpr double kFriction = 0.1, kMinSupport = 0.01;
   std::vector<Vector6d> wrenches;
   for (const ProtocolContact& contact : contacts) {
     const auto [u, v] = Across(contact.into);
@@ -348,7 +350,7 @@ double SupportedDirections(const std::vector<ProtocolContact>& contacts, double 
     }
     direction.normalize();
     supported += std::ranges::any_of(
-        wrenches, [&](const Vector6d& wrench) { return direction.dot(wrench) > kLeast; });
+        wrenches, [&](const Vector6d& wrench) { return direction.dot(wrench) > kMinSupport; });
   }
   return static_cast<double>(supported) / kDirections;
 }
@@ -357,12 +359,18 @@ MetricValues ScoreByProtocol(const ClipScene& scene, const ClipScore& score, Sco
                              int threads, const std::function<bool(int, int)>& progress) {
   MetricValues values;
   for (const MetricDefinition& metric : ProtocolMetrics(protocol)) values[metric.key];
-  if (score.hands.empty() || GraspsOf(score.hands, 1).empty()) return values;
+  if (protocol == ScoreProtocol::kNone || GraspsOf(score.hands, 1).empty()) return values;
   const auto measure = [&](const auto& of_grasp) {
     return MeasureGrasps(scene, score, threads, progress, of_grasp);
   };
   const TriangleMesh& object = *scene.object;
   const SignedDistance distance(object);
+  const double size_m = (distance.Max() - distance.Min()).maxCoeff();
+  if (size_m > kMaxObject_m) {
+    throw Error(scene.object_source,
+                fmt::format("is {:.3g} m long, too large for the voxels of a grasp", size_m),
+                "Give its unit with --object-scale, or score without --protocol");
+  }
   if (protocol == ScoreProtocol::kGrab) {
     const Eigen::Matrix3Xd shell = SurfaceVoxels(object, kShellVoxel_m);
     const std::vector<Measures> rows = measure([&](const PosedGrasp& grasp) {

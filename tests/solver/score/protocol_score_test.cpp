@@ -8,12 +8,14 @@
 
 #include "geometry/io/mesh/load_object.h"
 #include "tests/support/carried_scene.h"
+#include "tests/support/error_text.h"
 
 namespace holdfast {
 namespace {
 
 using testing::CarriedMug;
 using ::testing::DoubleNear;
+using ::testing::HasSubstr;
 
 MetricValues Scored(const ClipScene& scene, ScoreProtocol protocol,
                     const ClipScene* reference = nullptr) {
@@ -159,6 +161,13 @@ TEST(ScoreByProtocol, ComparesTheObjectsPath) {
   EXPECT_EQ(values.at("v2d_mt_success_ratio"), 0.0);
   // Every frame is within 6 to 9 cm and none within 5: 3.5 of 8 cm.
   EXPECT_THAT(values.at("v2d_add_auc_ratio").value(), DoubleNear(3.5 / 8.0, 1e-12));
+}
+
+TEST(ScoreByProtocol, RefusesAnObjectInMillimeters) {
+  ClipScene scene = CarriedMug(2);
+  scene.object->vertices *= 1000.0;
+  EXPECT_THAT(testing::ErrorText([&] { Scored(scene, ScoreProtocol::kContactOpt); }),
+              HasSubstr("too large for the voxels"));
 }
 
 TEST(ScoreByProtocol, HasNothingToSayOfAClipWithoutObject) {
