@@ -1,12 +1,7 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/export/export_clip.h"
 
-#include <algorithm>
 #include <cctype>
-#include <cerrno>
-#include <cstring>
-#include <fstream>
-#include <iterator>
 #include <mutex>
 #include <set>
 #include <string>
@@ -24,7 +19,6 @@
 #include "geometry/io/motion/bvh.h"
 #include "geometry/parallel.h"
 #include "geometry/retarget/retarget_onto.h"
-#include "geometry/rotation.h"
 #include "geometry/score/contact_score.h"
 #include "geometry/score/contact_writer.h"
 #include "geometry/suggestion.h"
