@@ -17,8 +17,8 @@
 #include "geometry/body/body_model.h"
 #include "geometry/clip/clip.h"
 #include "geometry/error.h"
-#include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/mesh.h"
+#include "geometry/object/load_object.h"
 #include "geometry/options.h"
 #include "geometry/parallel.h"
 #include "geometry/retarget/retarget.h"
@@ -32,6 +32,10 @@ inline constexpr int kInputFault = 1;
 inline constexpr int kUsageFault = 2;
 inline constexpr int kFitFault = 3;
 inline constexpr int kInterrupted = 130;
+
+/// Help for arguments that LoadObject reads.
+inline constexpr const char* kObjectHelp =
+    "Mesh (.obj .ply .stl .off .glb .gltf .dae .urdf), in meters, or embedded object";
 
 /// Result of a command.
 struct Outcome {

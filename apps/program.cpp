@@ -20,7 +20,7 @@
 #include "apps/common.h"
 #include "apps/output.h"
 #include "geometry/error.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "geometry/suggestion.h"
 #include "solver/unknowns/ceres_solve.h"
 

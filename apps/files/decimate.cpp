@@ -58,10 +58,7 @@ void AddDecimateCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<DecimateCommand>();
   CLI::App* command = app.add_subcommand(
       "decimate", "Simplify a mesh by edge collapse to exactly 300 (or --vertices) vertices");
-  command
-      ->add_option("mesh", options->mesh,
-                   "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object")
-      ->required();
+  command->add_option("mesh", options->mesh, kObjectHelp)->required();
   command->add_option("-o,--output", options->output, "Mesh to write (.obj .ply .stl .off)")
       ->required();
   AddOption(*command, "--vertices", options->decimate.vertices, "Number of vertices of the result",

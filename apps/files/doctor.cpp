@@ -16,11 +16,11 @@
 #include "geometry/export/export_clip.h"
 #include "geometry/inspect/inspection.h"
 #include "geometry/parallel.h"
+#include "geometry/robot/robot_file.h"
+#include "geometry/robot/robot_hand.h"
+#include "geometry/robot/robot_kinematics.h"
 #include "geometry/rotation.h"
 #include "solver/robot/robot_anatomy.h"
-#include "solver/robot_hand/robot_file.h"
-#include "solver/robot_hand/robot_hand.h"
-#include "solver/robot_hand/robot_kinematics.h"
 
 namespace holdfast::apps {
 namespace {

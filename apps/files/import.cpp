@@ -248,11 +248,14 @@ ObjectMesh SettleMesh(const ImportCommand& options, ImportedFile& imported) {
   }
   const bool in_file = !asked && imported.object_surface.has_value();
   if (mesh.file.empty() && !in_file) return mesh;
-  TriangleMesh surface = in_file ? *imported.object_surface : ReadMesh(mesh.file);
+  const bool plain = in_file || HasMeshFormat(mesh.file);
+  TriangleMesh surface = in_file ? *imported.object_surface
+                         : plain ? ReadMesh(mesh.file)
+                                 : LoadObject(mesh.file.string()).mesh;
   mesh.vertices = surface.NumVertices();
   const double scale = asked ? 1.0 : imported.object_mesh_scale;
   surface.vertices *= scale;
-  mesh.copied = in_file || options.copy_mesh || scale != 1;
+  mesh.copied = in_file || !plain || options.copy_mesh || scale != 1;
   if (mesh.copied) {
     const fs::path copy = MeshCopy(output);
     RequireNew(copy, options.common);
@@ -371,8 +374,7 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
                    "components (repeat the option for two files)")
       ->allow_extra_args(false)
       ->group(parameters);
-  command->add_option("--object-mesh", options->object_mesh, "The object's mesh, in meters")
-      ->group(parameters);
+  command->add_option("--object-mesh", options->object_mesh, kObjectHelp)->group(parameters);
   command
       ->add_flag("--copy-mesh", options->copy_mesh,
                  "Copy the object's mesh beside the clip instead of storing its path")

@@ -11,8 +11,8 @@
 #include "geometry/error.h"
 #include "geometry/import/file_kind.h"
 #include "geometry/io/markers/c3d.h"
-#include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "geometry/object/load_object.h"
 #include "geometry/rotation.h"
 #include "solver/markers/marker_json.h"
 
@@ -296,8 +296,7 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
   command->add_option("--object-markers", options->object_markers,
                       "Markers of an object: a table (.csv) name,x,y,z of positions in the mesh "
                       "frame, meters; or only names: cup_top,cup_left,cup_right or 'cup_*'");
-  command->add_option("--object", options->object,
-                      "The object's mesh (.obj .ply .stl .off .glb .gltf), or an embedded object");
+  command->add_option("--object", options->object, kObjectHelp);
   AddOption(*command, "--object-scale", options->object_scale,
             "Multiplies the object's coordinates (0.001 for millimeters)", CLI::PositiveNumber);
   command->add_option("--body", options->body,

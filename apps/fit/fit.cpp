@@ -11,8 +11,6 @@ struct Options {
   FitCommand fit;
 };
 
-constexpr const char* kObjectHelp = "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object";
-
 void Run(const Options& options, FitLibrary& library, int& exit_code) {
   const Outcome outcome = RunFitCommand(options.fit, options.common, library);
   if (!outcome.summary.is_null()) PrintResult(options.common, outcome.summary, outcome.text);

@@ -324,10 +324,7 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "grasp",
       "Close a hand around an object; writes a clip of one frame, from which a fit can start");
-  command
-      ->add_option("object", options->object,
-                   "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object")
-      ->required();
+  command->add_option("object", options->object, kObjectHelp)->required();
   command
       ->add_option("-o,--output", options->output,
                    "Clip to write (.npz); the mesh goes beside it. With --count: a folder")

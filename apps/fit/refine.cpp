@@ -258,6 +258,13 @@ int Refine(const RefineCommand& options) {
                      100.0 * report.after.contact.contact_frames_ratio.value_or(0.0),
                      100.0 * report.before.contact.contact_frames_ratio.value_or(0.0)));
   }
+  if (const ContactScore& after = report.after.contact; after.deep_frames > 0) {
+    Note(options.common,
+         fmt::format("warning: hand and object still penetrate by more than {:g} mm in {} of {} "
+                     "frames, by up to {:.1f} mm",
+                     kDeep_mm, after.deep_frames, report.result.clip.NumFrames(),
+                     after.penetration_max_mm));
+  }
   for (const std::string& warning : ClearanceWarnings(report.clearance)) {
     Note(options.common, "warning: " + warning);
   }

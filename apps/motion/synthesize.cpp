@@ -37,9 +37,8 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   CLI::Option* action =
       command->add_option("--action", job.action, "The action: " + ScriptedActionNames())
           ->excludes(sentence);
-  CLI::Option* object = command->add_option(
-      "--object", job.object,
-      "Mesh (.obj .ply .stl .off .glb .gltf) or embedded object; default: the sentence's");
+  CLI::Option* object = command->add_option("--object", job.object,
+                                            std::string(kObjectHelp) + "; default: the sentence's");
   action->needs(object);
   command->add_option("--class", job.job.object_class,
                       "Class of the object for the networks: mug, waterbottle, ... [its name]");

@@ -277,7 +277,9 @@ LooseMotion LooseMotionOf(const Clip& clip) {
   LooseMotion motion;
   motion.frame_rate = clip.frame_rate;
   motion.frames = clip.NumFrames();
-  motion.has_trans = motion.has_root = motion.has_body = motion.has_hands = true;
+  // Readers put zeros where a file has no translation: they tell nothing of a floor.
+  motion.has_trans = !clip.trans.isZero(0.0);
+  motion.has_root = motion.has_body = motion.has_hands = true;
   motion.num_joints = kNumJoints;
   motion.trans = clip.trans;
   motion.pose = clip.pose;

@@ -208,7 +208,7 @@ UpAxis UpOfNames(const Fields& fields, const ParameterOptions& options, Imported
                         "from AMASS, use 'holdfast import --up={0}'",
                         UpAxisName(*upright))
           : fmt::format("warning: the field names are AMASS's, but the body stands along {}, not "
-                        "z: that axis is used as up ('holdfast import --up' overrides this)",
+                        "z: that axis is used as up (--up overrides this)",
                         UpAxisName(*upright)));
   return own ? UpAxis::kZ : *upright;
 }

@@ -180,7 +180,7 @@ ImportedClip ImportParameterArray(const DataValue& value, const ParameterOptions
     }
     imported.notes.push_back(
         fmt::format("warning: the array holds poses only: no translation, and {:g} Hz is assumed "
-                    "('holdfast import --source-fps' overrides this)",
+                    "(--source-fps overrides this)",
                     rate));
     imported.conventions.push_back("finger angles are assumed to be complete");
   }

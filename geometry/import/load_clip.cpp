@@ -16,9 +16,9 @@
 #include "geometry/error.h"
 #include "geometry/import/amass.h"
 #include "geometry/io/container/npz.h"
-#include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/signed_distance.h"
+#include "geometry/object/load_object.h"
 #include "geometry/rotation.h"
 #include "geometry/suggestion.h"
 

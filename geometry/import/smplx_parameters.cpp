@@ -82,10 +82,9 @@ Eigen::MatrixXd Joined(const std::vector<Eigen::MatrixXd>& parts) {
 }
 
 void NoteAssumedRate(ImportedClip& imported) {
-  imported.notes.push_back(
-      fmt::format("warning: no frame rate in the file: assuming {:g} Hz ('holdfast import "
-                  "--source-fps' overrides this)",
-                  imported.clip.frame_rate));
+  imported.notes.push_back(fmt::format(
+      "warning: no frame rate in the file: assuming {:g} Hz (--source-fps overrides this)",
+      imported.clip.frame_rate));
 }
 
 bool IsEasyMocap(const Fields& fields) {

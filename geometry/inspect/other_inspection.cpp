@@ -15,9 +15,9 @@
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/container/text_scanner.h"
 #include "geometry/io/markers/marker_recording.h"
-#include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/mesh_check.h"
+#include "geometry/object/load_object.h"
 
 namespace holdfast {
 namespace {

@@ -415,6 +415,10 @@ Image ClipRenderer::Draw(int frame, const ClipRenderOptions& options) const {
                             NumFrames()),
                 "Give the markers that the clip was solved from");
   }
+  RenderOptions picture = options.picture;
+  // A hand in a camera's frame stands on nothing.
+  if (surface_.Model().LoneHand() && room_.min().z() < picture.ground_height_m)
+    picture.ground = false;
   BodyState state;
   Forward(surface_, clip_.pose[frame], clip_.trans.col(frame), state);
   const TriangleMesh body{state.vertices, surface_.Faces()};
@@ -439,7 +443,7 @@ Image ClipRenderer::Draw(int frame, const ClipRenderOptions& options) const {
     goals = Spheres(now.reshaped(3, now.size() / 3), kGoalRadius, 12);
     items.push_back({&goals, kGoal, nullptr, true});
   }
-  return Render(items, CameraFor(state, frame, options), options.picture);
+  return Render(items, CameraFor(state, frame, options), picture);
 }
 
 }  // namespace holdfast

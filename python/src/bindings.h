@@ -16,7 +16,7 @@
 #include "geometry/error.h"
 #include "geometry/import/import_file.h"
 #include "geometry/import/load_clip.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "geometry/options.h"
 #include "geometry/report/report_page.h"
 

@@ -364,7 +364,8 @@ void BindMesh(py::module_& module) {
         return MeshTuple(ObjectOf(path_or_name, scale, "path_or_name").mesh);
       },
       "path_or_name"_a, "scale"_a = 1.0,
-      "A mesh (.obj .ply .stl .off .glb .gltf) or an embedded object, times `scale`: (vertices (V, "
+      "A mesh (.obj .ply .stl .off .glb .gltf .dae .urdf) or an embedded object, times `scale`: "
+      "(vertices (V, "
       "3) meters, faces (F, 3)). Repaired where that does not change the shape (coincident "
       "vertices welded, faces without area removed, parts oriented outwards); repairs are logged "
       "to 'holdfast' (INFO). Raises Error naming the file and the problem.");

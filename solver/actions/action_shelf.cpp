@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "geometry/io/container/json_file.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "geometry/seed.h"
 
 namespace holdfast {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "geometry/body/body_model.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "geometry/score/exact_intersection.h"
 #include "solver/fit/fit_options.h"
 

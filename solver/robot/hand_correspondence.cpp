@@ -10,7 +10,7 @@
 
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/triangle_tree.h"
-#include "solver/robot_hand/robot_kinematics.h"
+#include "geometry/robot/robot_kinematics.h"
 
 namespace holdfast {
 namespace {

@@ -16,7 +16,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "solver/robot_hand/robot_kinematics.h"
+#include "geometry/robot/robot_kinematics.h"
 
 namespace holdfast {
 namespace {

@@ -9,8 +9,8 @@
 
 #include <Eigen/Core>
 
+#include "geometry/robot/robot_hand.h"
 #include "solver/hand/hand_axes.h"
-#include "solver/robot_hand/robot_hand.h"
 
 namespace holdfast {
 

@@ -11,8 +11,8 @@
 #include "geometry/mesh/decimate.h"
 #include "geometry/mesh/surface_distance.h"
 #include "geometry/parallel.h"
+#include "geometry/robot/robot_kinematics.h"
 #include "solver/robot/hand_correspondence.h"
-#include "solver/robot_hand/robot_kinematics.h"
 
 namespace holdfast {
 namespace {

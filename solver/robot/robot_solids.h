@@ -17,11 +17,11 @@
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/signed_distance.h"
 #include "geometry/mesh/triangle_tree.h"
+#include "geometry/robot/robot_hand.h"
 #include "solver/hand/hand_landmarks.h"
 #include "solver/robot/hand_correspondence.h"
 #include "solver/robot/robot_anatomy.h"
 #include "solver/robot/robot_term.h"
-#include "solver/robot_hand/robot_hand.h"
 
 namespace holdfast {
 

@@ -7,7 +7,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "solver/robot_hand/robot_kinematics.h"
+#include "geometry/robot/robot_kinematics.h"
 
 namespace holdfast {
 

@@ -11,7 +11,7 @@
 
 #include "geometry/clip/clip.h"
 #include "geometry/clip/clip_body.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "solver/actions/action_studio.h"
 #include "solver/carry/first_grasp.h"
 #include "solver/grasp/grasp.h"

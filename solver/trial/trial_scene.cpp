@@ -11,8 +11,8 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/robot/reader_process.h"
 #include "geometry/rotation.h"
-#include "solver/robot_hand/reader_process.h"
 
 #ifdef HOLDFAST_HAS_MUJOCO
 #include <mujoco/mujoco.h>

@@ -15,9 +15,9 @@
 #include <gtest/gtest.h>
 #include <mujoco/mujoco.h>
 
+#include "geometry/robot/robot_hand.h"
+#include "geometry/robot/robot_kinematics.h"
 #include "geometry/rotation.h"
-#include "solver/robot_hand/robot_hand.h"
-#include "solver/robot_hand/robot_kinematics.h"
 #include "tests/support/data_folder.h"
 #include "tests/support/program.h"
 #include "tests/support/robot_files.h"

@@ -477,6 +477,37 @@ def make_data_file():
     put("data_file", "tensors.safetensors", (ROOT / "safetensors/two.safetensors").read_bytes())
 
 
+def make_hand_sets():
+    """Layouts of data sets as JSON of a frame or two: mutated without a container in the way."""
+    angles = [round(0.01 * k - 0.2, 2) for k in range(48)]
+    place, matrix = [0.1, 0.2, 0.3], [[1, 0, 0, 0.1], [0, 1, 0, 0], [0, 0, 1, 0.5], [0, 0, 0, 1]]
+    smplx = {"global_orient": [[1.57, 0, 0]] * 2, "transl": [place] * 2, "body_pose": [[0.1] * 63] * 2, "betas": [[0] * 10]}
+    hot3d = {"pose": [0.1] * 15, "betas": [0] * 10, "wrist_xform": {"q_wxyz": [1, 0, 0, 0], "t_xyz": place}}
+    layouts = {
+        "ho3d": {"handPose": angles, "handTrans": place, "handBeta": [0] * 10, "objRot": place, "objTrans": place, "objName": "mug"},
+        "dexycb": {"pose_m": [angles + place], "pose_y": [matrix[:3]]},
+        "oakink": {"hand_pose": angles, "hand_shape": [0] * 10, "hand_tsl": place, "obj_transf": matrix},
+        "taco": {"00001": {"hand_pose": angles, "hand_trans": place}, "00002": {"hand_pose": angles, "hand_trans": place}},
+        "easymocap": {"right": {"poses": [angles], "Rh": [place], "Th": [place], "shapes": [[0] * 10]}},
+        "contactpose": [{"valid": False}, {"valid": True, "pose": angles[:18], "betas": [0] * 10,
+                                           "mTc": {"rotation": [1, 0, 0, 0], "translation": place}}],
+        "smplx": smplx, "people": {"0": smplx, "1": smplx}, "frames": [smplx, smplx],
+        "gvhmr": {"smpl_params_global": smplx, "smpl_params_incam": smplx},
+        "wham": {"0": {"pose_world": [[0.1] * 72], "trans_world": [place], "betas": [[0] * 10]}},
+        "omomo": {"0": {"seq_name": "sub3_largebox_000", "root_orient": [place], "trans": [place], "pose_body": [[0.1] * 63],
+                        "betas": [[0] * 16], "gender": "male", "obj_rot": [[r[:3] for r in matrix[:3]]], "obj_trans": [place],
+                        "obj_scale": [0.5]}},
+        "mano": {"global_orient": [place], "hand_pose": [angles[3:]], "transl": [place], "is_rhand": [True]},
+        "array": [angles, angles]}
+    for name, values in layouts.items():
+        put("hand_sets", name + ".json", json.dumps(values))
+    put("hand_sets", "hot3d.jsonl", "".join(json.dumps({"timestamp_ns": 1000 * t, "hand_poses": {"0": hot3d, "1": hot3d}}) + "\n"
+                                            for t in (1, 2)))
+    put("hand_sets", "hocap.npy", npy(np.full((2, 2, 51), 0.1, np.float32)))
+    put("hand_sets", "mano_poses.npy", npy(np.full((2, 48), 0.1, np.float32)))
+    put("hand_sets", "not_known.json", json.dumps({"hand": place}))
+
+
 def make_robot():
     def link(name, size):
         return (f'<link name="{name}"><visual><origin xyz="0 0 {size / 2}"/><geometry><box size="'

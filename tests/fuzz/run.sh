@@ -35,7 +35,7 @@ fi
 # Small inputs are read fast and reach as deep; archives and models need some room.
 max_len() {
   case $1 in
-    clip | gltf) echo 4096 ;;
+    clip | gltf | hand_sets) echo 4096 ;;
     *) echo 2048 ;;
   esac
 }

@@ -7,12 +7,12 @@
 
 #include <gtest/gtest.h>
 
-#include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/decimate.h"
 #include "geometry/mesh/mesh.h"
 #include "geometry/mesh/mesh_check.h"
 #include "geometry/mesh/surface_distance.h"
+#include "geometry/object/load_object.h"
 #include "tests/meshes/self_intersection.h"
 
 namespace holdfast {

@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[2]
 FIXTURES = ROOT / "tests" / "fixtures"
 PAGE = ROOT / "docs" / "data_sets.md"
 BEGIN, END = "<!-- written by tests/python/test_data_sets.py -->\n", "<!-- end -->\n"
-MANO = {"hand_models": [str(FIXTURES / "parameters" / "MANO_RIGHT.pkl")]}
+MANO = {"hand_models": [str(FIXTURES / "hand_sets" / "MANO_RIGHT.pkl")]}
 RIGHT, LEFT = {"hands": "rhand"}, {"hands": "lhand"}
 SETS = [
     ("GRAB", "parameters/grab/grab/s1/mug_drink_1.npz", {}),

@@ -11,7 +11,7 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

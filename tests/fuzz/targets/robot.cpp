@@ -4,7 +4,7 @@
 #include <fstream>
 #include <string>
 
-#include "solver/robot_hand/robot_hand.h"
+#include "geometry/robot/robot_hand.h"
 #include "tests/fuzz/fuzz_target.h"
 #include "tests/fuzz/memory_file.h"
 

@@ -7,7 +7,7 @@
 
 #include "generator/matching/body_frame.h"
 #include "generator/scripted/reach_motion.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

@@ -12,9 +12,9 @@
 #include "geometry/import/load_clip.h"
 #include "geometry/import/rotation_arrays.h"
 #include "geometry/io/container/npz.h"
-#include "geometry/io/mesh/load_object.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/io/pickle/data_file.h"
+#include "geometry/object/load_object.h"
 #include "tests/support/imported.h"
 #include "tests/support/temporary_folder.h"
 

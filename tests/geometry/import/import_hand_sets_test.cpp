@@ -88,7 +88,7 @@ TEST(ImportHandSets, DexYcbHoldsTheObjectThatItsMetaNames) {
   ImportFileOptions options;
   const std::filesystem::path folder = Fixture("hand_sets/dexycb/841412060263");
   EXPECT_THAT(ImportFault(folder), HasSubstr("--hand-model"));
-  options.parameters.hand_models = {Fixture("parameters/MANO_RIGHT.pkl")};
+  options.parameters.hand_models = {Fixture("hand_sets/MANO_RIGHT.pkl")};
   const ImportedFile imported = Import(folder, options);
   ExpectSet("dexycb", imported.clip, Side::kRight);
   EXPECT_EQ(imported.clip.object->name, "025_mug");
@@ -108,7 +108,7 @@ TEST(ImportHandSets, TranslationsOfOakInkAndTacoAreOfTheWrist) {
 
 TEST(ImportHandSets, Hot3dTakesTheObjectNearestToTheHand) {
   ImportFileOptions options;
-  options.parameters.hand_models = {Fixture("parameters/MANO_RIGHT.pkl")};
+  options.parameters.hand_models = {Fixture("hand_sets/MANO_RIGHT.pkl")};
   const ImportedFile imported =
       Import(Fixture("hand_sets/hot3d/mano_hand_pose_trajectory.jsonl"), options);
   ExpectSet("hot3d", imported.clip, Side::kRight);
@@ -134,7 +134,7 @@ TEST(ImportHandSets, Hot3dTakesTheObjectNearestToTheHand) {
 
 TEST(ImportHandSets, ArraysWithoutNamesAreHands) {
   ImportFileOptions options;
-  options.parameters.hand_models = {Fixture("parameters/MANO_RIGHT.pkl")};
+  options.parameters.hand_models = {Fixture("hand_sets/MANO_RIGHT.pkl")};
   const ImportedFile hocap = Import(Fixture("hand_sets/hocap/poses_m.npy"), options);
   ExpectSet("hocap", hocap.clip, Side::kRight);
   EXPECT_TRUE(Mentions(hocap.notes, "no hand in 1 of 4 frames (3)"));
@@ -206,7 +206,7 @@ TEST(ImportHandSets, H2oIsPutIntoTheFirstCamera) {
 
 TEST(ImportHandSets, ContactPoseIsAGraspInTheObjectsFrame) {
   ImportFileOptions options;
-  options.parameters.hand_models = {Fixture("parameters/MANO_RIGHT.pkl")};
+  options.parameters.hand_models = {Fixture("hand_sets/MANO_RIGHT.pkl")};
   const std::filesystem::path path = Fixture("hand_sets/contactpose/mug/mano_fits_15.json");
   const ImportedFile imported = Import(path, options);
   ExpectSet("contactpose", imported.clip, Side::kRight);
@@ -281,10 +281,15 @@ TEST(ImportHandSets, OmomoAndEstimatorsOfBodies) {
   const Clip romp = Import(Fixture("hand_sets/romp.npz"), options).clip;
   EXPECT_LT(MaxDifference(romp.trans, ExpectedOfSet("wham.trans")), 1e-9);
   EXPECT_LT(MaxDifference(Joints(romp, 0, 22), ExpectedOfSet("wham.pose")), 1e-9);
-  const ImportedFile mdm = Import(Fixture("hand_sets/sample00_rep00_smpl_params.npy"), options);
-  EXPECT_LT(MaxDifference(mdm.clip.trans, ExpectedOfSet("wham.trans")), 1e-9);
-  EXPECT_LT(LargestTurn(Joints(mdm.clip, 0, 22), ExpectedOfSet("wham.pose")), 1e-6);
-  EXPECT_EQ(mdm.clip.frame_rate, 20);
+  const Clip mdm = Import(Fixture("hand_sets/sample00_rep00_smpl_params.npy")).clip;
+  EXPECT_LT(MaxDifference(mdm.trans.colwise() + kSmplhRestPelvis, ExpectedOfSet("mdm.pelvis")),
+            1e-6);
+  EXPECT_LT(LargestTurn(Joints(mdm, 1, 21), ExpectedOfSet("mdm.pose_body")), 1e-6);
+  for (int t = 0; t < mdm.NumFrames(); ++t) {
+    const Eigen::Matrix3d root = ExpSO3(mdm.pose[t].col(0));
+    EXPECT_LT((root.transpose().reshaped() - ExpectedOfSet("mdm.root").col(t)).norm(), 1e-6) << t;
+  }
+  EXPECT_EQ(mdm.frame_rate, 20);
   const Clip gvhmr = Import(Fixture("hand_sets/gvhmr.pkl"), options).clip;
   EXPECT_LT(MaxDifference(Joints(gvhmr, 1, 21), ExpectedOfSet("gvhmr.pose_body")), 1e-6);
 }

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 
 namespace holdfast {
 namespace {

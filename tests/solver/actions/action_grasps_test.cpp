@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/body/body_model.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "solver/actions/action_studio.h"
 #include "solver/hand/hand_axes.h"
 

@@ -10,7 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "geometry/rotation.h"
 #include "geometry/score/own_body_score.h"
 #include "solver/clearance/arm_spline.h"

@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
-#include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/signed_distance.h"
+#include "geometry/object/load_object.h"
 #include "geometry/rotation.h"
 #include "tests/geometry/mesh_shapes.h"
 

@@ -14,18 +14,18 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
-#include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/surface_distance.h"
+#include "geometry/object/load_object.h"
+#include "geometry/robot/reader_process.h"
+#include "geometry/robot/robot_file.h"
+#include "geometry/robot/robot_hand.h"
+#include "geometry/robot/robot_kinematics.h"
 #include "geometry/rotation.h"
 #include "solver/robot/human_demonstration.h"
 #include "solver/robot/robot_anatomy.h"
 #include "solver/robot/robot_measures.h"
 #include "solver/robot/robot_solver.h"
 #include "solver/robot/robot_terms.h"
-#include "solver/robot_hand/reader_process.h"
-#include "solver/robot_hand/robot_file.h"
-#include "solver/robot_hand/robot_hand.h"
-#include "solver/robot_hand/robot_kinematics.h"
 #include "solver/trial/trial_scene.h"
 #include "solver/unknowns/rotation_manifold.h"
 #include "tests/support/error_text.h"
@@ -221,10 +221,10 @@ TEST(ReadRobotHand, SaysWhatIsLeftOut) {
 
 TEST(ReadRobotHand, WhatCollidesStandsForMeshesOfOtherFormats) {
   constexpr const char* kExtra =
-      "<link name=\"m\"><visual><geometry><mesh filename=\"seen.dae\"/></geometry></visual>{}"
+      "<link name=\"m\"><visual><geometry><mesh filename=\"seen.usd\"/></geometry></visual>{}"
       "</link><joint name=\"f\" type=\"fixed\"><parent link=\"palm\"/><child link=\"m\"/></joint>";
   const TemporaryFolder folder;
-  std::ofstream(folder / "seen.dae") << "<COLLADA/>";
+  std::ofstream(folder / "seen.usd") << "<COLLADA/>";
   const auto with = [&](const std::string& collision) {
     BoxHand{.extra = fmt::format(kExtra, collision)}.Write(folder / "hand.urdf");
     return ReadRobotHand(folder / "hand.urdf");

@@ -6,7 +6,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "tests/support/carried_scene.h"
 #include "tests/support/error_text.h"
 

@@ -5,7 +5,7 @@
 
 #include "generator/scripted/reach_motion.h"
 #include "geometry/body/body_model.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "geometry/rotation.h"
 
 namespace holdfast {

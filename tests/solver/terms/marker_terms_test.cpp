@@ -4,7 +4,7 @@
 
 #include <gtest/gtest.h>
 
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "solver/terms/body/goal_terms.h"
 #include "solver/terms/body/marker_terms.h"
 #include "solver/terms/body/posture_terms.h"

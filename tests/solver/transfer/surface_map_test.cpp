@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "geometry/rotation.h"
 #include "tests/support/temporary_folder.h"
 

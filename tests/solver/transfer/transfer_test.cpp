@@ -6,7 +6,7 @@
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/error.h"
 #include "geometry/import/load_clip.h"
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 #include "solver/transfer/variants.h"
 
 namespace holdfast {

@@ -7,8 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "geometry/error.h"
-#include "geometry/io/mesh/load_object.h"
 #include "geometry/mesh/convex_hull.h"
+#include "geometry/object/load_object.h"
 #include "geometry/rotation.h"
 #include "geometry/score/contact_metrics.h"
 #include "solver/hand/hand_landmarks.h"

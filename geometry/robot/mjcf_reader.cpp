@@ -8,8 +8,8 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
-#include "solver/robot_hand/robot_hand.h"
-#include "solver/robot_hand/robot_kinematics.h"
+#include "geometry/robot/robot_hand.h"
+#include "geometry/robot/robot_kinematics.h"
 
 #ifdef HOLDFAST_HAS_MUJOCO
 #include <mujoco/mujoco.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/robot_hand/robot_kinematics.h"
+#include "geometry/robot/robot_kinematics.h"
 
 #include <cassert>
 #include <cmath>

@@ -10,8 +10,8 @@
 
 #include "geometry/mesh/mesh.h"
 
-/// Robot hands: reads a URDF or MJCF file into a tree of links with their degrees of freedom and
-/// forward kinematics.
+/// Robot hands, and objects of several links: reads a URDF or MJCF file into a tree of links with
+/// their degrees of freedom and forward kinematics.
 
 namespace holdfast {
 
@@ -72,18 +72,28 @@ struct RobotJointSource {
 /// above the upper one, and for an empty range.
 void ResolveJoints(std::vector<RobotJointSource> joints, RobotHand& hand);
 
-/// Reads a robot hand from URDF (`.urdf`, with urdfdom) or MJCF (`.xml`, with MuJoCo). Mesh files
-/// (.obj, .stl, .ply, .off) are resolved relative to the file, and `package://name/...` in its
-/// parent folders. A link's shape is its visual geometry, or its collision geometry if it has no
-/// visual one. Joint limits are those of the file; joints without limits may turn by half a turn in
-/// each direction. The file is checked first (CheckRobotFile), and the library runs in a separate
-/// process (ReadInProcess).
+/// Whether the path ends in .urdf, .xml or .mjcf, in any case.
+bool HasRobotFormat(const std::filesystem::path& path);
+
+/// Reads the tree of links of a URDF (`.urdf`, with urdfdom) or MJCF file (`.xml`, with MuJoCo), of
+/// a hand or of an object. Mesh files (.obj, .stl, .ply, .off; URDF: .dae) are resolved relative to
+/// the file, and `package://name/...` in its parent folders. A link's shape is its visual geometry,
+/// or its collision geometry if it has no visual one. Joint limits are those of the file; joints
+/// without limits may turn by half a turn in each direction. The file is checked first
+/// (CheckRobotFile), and the library runs in a separate process (ReadInProcess).
 ///
-/// Throws Error for a file that has neither format, is not well-formed, has no movable joint or
-/// more than 200 independent joints; if CheckRobotFile or ReadInProcess fails; for meshes that are
-/// missing or unreadable; for mimics of missing joints; for a hand larger than 2 m or smaller than
-/// 2 cm (a file in millimeters); and if this build lacks the library for the format.
+/// Throws Error for a file that has neither format, is not well-formed, or has more than 200
+/// independent joints; if CheckRobotFile or ReadInProcess fails; for meshes that are missing or
+/// unreadable; for mimics of missing joints; for numbers that are not finite; and if this build
+/// lacks the library for the format.
+RobotHand ReadLinks(const std::filesystem::path& path);
+
+/// ReadLinks of a hand. Throws Error as well if no joint moves, and for a hand larger than 2 m or
+/// smaller than 2 cm (a file in millimeters).
 RobotHand ReadRobotHand(const std::filesystem::path& path);
+
+/// The shapes of all links in the pose of Straight(), as one mesh in the root's frame, in meters.
+TriangleMesh MeshOfLinks(const RobotHand& robot);
 
 /// Format-specific readers, in this process, without these checks. `text`: the file's contents.
 RobotHand ReadUrdf(const std::filesystem::path& path, const std::string& text);

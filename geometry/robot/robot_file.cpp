@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/robot_hand/robot_file.h"
+#include "geometry/robot/robot_file.h"
 
 #include <algorithm>
 #include <array>

@@ -9,10 +9,11 @@
 #include <fmt/format.h>
 
 #include "geometry/error.h"
+#include "geometry/io/mesh/collada.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "solver/robot_hand/robot_file.h"
-#include "solver/robot_hand/robot_hand.h"
-#include "solver/robot_hand/robot_kinematics.h"
+#include "geometry/robot/robot_file.h"
+#include "geometry/robot/robot_hand.h"
+#include "geometry/robot/robot_kinematics.h"
 
 #ifdef HOLDFAST_HAS_URDFDOM
 #include <console_bridge/console.h>
@@ -165,7 +166,7 @@ class UrdfBuilder {
     const auto readable = [](const auto& part) {
       if (!part || !part->geometry || part->geometry->type != urdf::Geometry::MESH) return true;
       const std::string& name = static_cast<const urdf::Mesh&>(*part->geometry).filename;
-      return name.starts_with(kCapsule) || HasMeshFormat(name);
+      return name.starts_with(kCapsule) || HasMeshFormat(name) || IsCollada(name);
     };
     const bool see = std::ranges::all_of(from.visual_array, readable);
     if (see || from.collision_array.empty()) {
@@ -174,7 +175,7 @@ class UrdfBuilder {
       }
     } else {
       hand_.notes.push_back(
-          fmt::format("link '{}' has a visual mesh that is not .obj, .stl, .ply or .off: its "
+          fmt::format("link '{}' has a visual mesh that is not .obj, .stl, .ply, .off or .dae: its "
                       "collision shapes are used",
                       link.name));
     }
@@ -239,7 +240,9 @@ class UrdfBuilder {
   const TriangleMesh& Load(const std::string& name) {
     const auto found = meshes_.find(name);
     if (found != meshes_.end()) return found->second;
-    return meshes_.emplace(name, ReadMesh(FindRobotMesh(path_, name))).first->second;
+    const fs::path file = FindRobotMesh(path_, name);
+    return meshes_.emplace(name, IsCollada(file) ? ReadCollada(file) : ReadMesh(file))
+        .first->second;
   }
 
   fs::path path_;

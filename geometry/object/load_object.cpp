@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "geometry/io/mesh/load_object.h"
+#include "geometry/object/load_object.h"
 
 #include <algorithm>
 #include <cmath>
@@ -13,11 +13,13 @@
 #include <fmt/ranges.h>
 
 #include "geometry/embedded.h"
+#include "geometry/io/mesh/collada.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/decimate.h"
 #include "geometry/mesh/mesh_check.h"
 #include "geometry/mesh/mesh_parts.h"
 #include "geometry/mesh/mesh_topology.h"
+#include "geometry/robot/reader_process.h"
 #include "geometry/suggestion.h"
 
 namespace holdfast {
@@ -36,6 +38,26 @@ MeshFile ReadEmbedded(const std::string& path) {
   const EmbeddedFile file = FindEmbedded(path);
   return ReadMeshBytes({reinterpret_cast<const char*>(file.bytes.data()), file.bytes.size()},
                        file.name);
+}
+
+// Files of libraries that need a process of their own.
+MeshFile ReadLinked(const fs::path& path) {
+  if (IsCollada(path)) {
+    const RobotHand one = ReadInProcess(path, "assimp", [&] {
+      RobotHand scene;
+      scene.links.emplace_back().shapes.push_back(ReadCollada(path));
+      return scene;
+    });
+    return {one.links[0].shapes[0], {}};
+  }
+  RobotHand object = ReadLinks(path);
+  MeshFile file{MeshOfLinks(object), std::move(object.notes)};
+  if (!object.dofs.empty()) {
+    file.notes.push_back(fmt::format("{} joint{} of {} stay{} at 0, or at the nearest bound",
+                                     object.NumDofs(), object.NumDofs() == 1 ? "" : "s",
+                                     path.filename().string(), object.NumDofs() == 1 ? "s" : ""));
+  }
+  return file;
 }
 
 // The version with 300 vertices of an embedded object, if `object` is one, at any scale.
@@ -64,13 +86,15 @@ LoadedObject LoadObject(const std::string& path_or_name, double scale) {
   std::error_code ignored;
   if (fs::exists(path_or_name, ignored) && !(fs::is_directory(path_or_name, ignored) && embedded)) {
     name = fs::path(path_or_name).stem().string();
-    file = ReadMeshFile(path_or_name);
+    file = HasRobotFormat(path_or_name) || IsCollada(path_or_name) ? ReadLinked(path_or_name)
+                                                                   : ReadMeshFile(path_or_name);
   } else {
     if (!embedded) {
-      throw Error(path_or_name, "is neither a file nor an embedded object",
-                  Suggestion(path_or_name, names) +
-                      fmt::format("Give a mesh (.obj .ply .stl .off .glb .gltf), or one of: {}",
-                                  fmt::join(names, ", ")));
+      throw Error(
+          path_or_name, "is neither a file nor an embedded object",
+          Suggestion(path_or_name, names) +
+              fmt::format("Give a mesh (.obj .ply .stl .off .glb .gltf .dae .urdf), or one of: {}",
+                          fmt::join(names, ", ")));
     }
     file = ReadEmbedded(fmt::format("objects/{}.ply", path_or_name));
   }

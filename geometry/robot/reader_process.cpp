@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/robot_hand/reader_process.h"
+#include "geometry/robot/reader_process.h"
 
 #include <fcntl.h>
 #include <poll.h>
@@ -241,12 +241,12 @@ pid_t Begin(const fs::path& path, const std::function<RobotHand()>& read, int& a
   if (!in_time || number == SIGXCPU || number == SIGKILL) {
     throw Error(path.string(),
                 fmt::format("takes {} longer than {} s to read", library, kProcessor_s),
-                "Give a file of the hand alone, with smaller meshes");
+                "Give a file of the hand or object alone, with smaller meshes");
   }
   throw Error(path.string(),
               fmt::format("crashes {}{}", library,
                           number != 0 ? fmt::format(" ({})", strsignal(number)) : ""),
-              "Check its XML and its meshes in the program that wrote them");
+              "Check it and its meshes in the program that wrote them");
 }
 
 }  // namespace
@@ -286,7 +286,7 @@ RobotHand ReadInProcess(const fs::path& path, std::string_view library,
       throw Error(
           path.string(),
           fmt::format("takes {} more than {} MB of memory to read", library, kMemory_bytes >> 20),
-          "Give a file of the hand alone, with smaller meshes and images");
+          "Give a file of the hand or object alone, with smaller meshes and images");
     case Answer::kFault:
       break;
   }

@@ -9,7 +9,7 @@
 #include <Eigen/Geometry>
 
 #include "geometry/mesh/mesh.h"
-#include "solver/robot_hand/robot_hand.h"
+#include "geometry/robot/robot_hand.h"
 
 namespace holdfast {
 

@@ -21,8 +21,9 @@ struct LoadedObject {
 /// Names of the objects embedded in the library.
 std::vector<std::string> EmbeddedObjectNames();
 
-/// Loads a mesh by path, or an embedded object by name ("mug"). `notes` lists the repairs and the
-/// remaining faults. Throws Error listing the embedded names if it is neither.
+/// Loads a mesh by path, or an embedded object by name ("mug"). COLLADA scenes and the links of
+/// URDF and MJCF files, with their joints at rest, become one mesh. `notes` lists the repairs and
+/// the remaining faults. Throws Error listing the embedded names if it is neither.
 LoadedObject LoadObject(const std::string& path_or_name, double scale = 1.0);
 
 /// Same for a mesh that was already read; `source` names it in messages.

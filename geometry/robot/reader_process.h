@@ -6,7 +6,7 @@
 #include <mutex>
 #include <string_view>
 
-#include "solver/robot_hand/robot_hand.h"
+#include "geometry/robot/robot_hand.h"
 
 namespace holdfast {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: MIT
-#include "solver/robot_hand/robot_hand.h"
+#include "geometry/robot/robot_hand.h"
 
 #include <algorithm>
 #include <cctype>
@@ -13,9 +13,9 @@
 
 #include "geometry/error.h"
 #include "geometry/io/mesh/mesh_io.h"
-#include "solver/robot_hand/reader_process.h"
-#include "solver/robot_hand/robot_file.h"
-#include "solver/robot_hand/robot_kinematics.h"
+#include "geometry/robot/reader_process.h"
+#include "geometry/robot/robot_file.h"
+#include "geometry/robot/robot_kinematics.h"
 
 namespace holdfast {
 namespace {
@@ -167,19 +167,8 @@ void RequireFinite(const RobotHand& hand) {
 }
 
 void RequireHandSized(const RobotHand& hand) {
-  RobotState state(hand);
-  state.Evaluate(hand.Straight());
-  Eigen::AlignedBox3d box;
-  for (int k = 0; k < hand.NumLinks(); ++k) {
-    for (const TriangleMesh& shape : hand.links[k].shapes) {
-      for (const auto vertex : shape.vertices.colwise()) box.extend(state.RootFromLink(k) * vertex);
-    }
-  }
-  if (box.isEmpty()) {
-    throw Error(hand.source, "has no link with a shape",
-                "Give its links visual or collision geometry");
-  }
-  const double size = box.sizes().maxCoeff();
+  const Eigen::Matrix3Xd vertices = MeshOfLinks(hand).vertices;
+  const double size = (vertices.rowwise().maxCoeff() - vertices.rowwise().minCoeff()).maxCoeff();
   if (size <= kLargest_m && size >= kSmallest_m) return;
   throw Error(hand.source, fmt::format("spans {:.4g} m, which is not the size of a hand", size),
               size > kLargest_m
@@ -224,19 +213,23 @@ void RequireMeshes(const std::string& source, const RobotFile& file, bool only_o
 
 }  // namespace
 
-RobotHand ReadRobotHand(const fs::path& path) {
+bool HasRobotFormat(const fs::path& path) {
+  const std::string extension = LowerExtension(path);
+  return extension == ".urdf" || extension == ".xml" || extension == ".mjcf";
+}
+
+RobotHand ReadLinks(const fs::path& path) {
   std::error_code ignored;
   if (!fs::is_regular_file(path, ignored)) {
     throw Error(path.string(), fs::is_directory(path, ignored) ? "is a folder" : "does not exist",
-                "Give the hand's .urdf or MJCF .xml file");
+                "Give the .urdf or MJCF .xml file");
   }
-  const std::string extension = LowerExtension(path);
-  if (extension != ".urdf" && extension != ".xml" && extension != ".mjcf") {
+  if (!HasRobotFormat(path)) {
     throw Error(path.string(), "does not have the extension of a robot's file",
                 "Give URDF (.urdf) or MJCF (.xml); convert xacro to URDF first");
   }
   const RobotFile file = CheckRobotFile(path);
-  const bool is_urdf = extension == ".urdf";
+  const bool is_urdf = LowerExtension(path) == ".urdf";
   if (!is_urdf) RequireMeshes(path.string(), file, true);
   RobotHand hand;
   try {
@@ -247,12 +240,47 @@ RobotHand ReadRobotHand(const fs::path& path) {
     if (!is_urdf) RequireMeshes(path.string(), file, false);
     throw;
   }
+  RequireFinite(hand);
+  return hand;
+}
+
+RobotHand ReadRobotHand(const fs::path& path) {
+  RobotHand hand = ReadLinks(path);
   if (hand.dofs.empty()) {
     throw Error(path.string(), "has no movable joint", "Give a hand with fingers");
   }
-  RequireFinite(hand);
   RequireHandSized(hand);
   return hand;
+}
+
+TriangleMesh MeshOfLinks(const RobotHand& robot) {
+  RobotState state(robot);
+  state.Evaluate(robot.Straight());
+  std::vector<TriangleMesh> shapes;
+  Eigen::Index vertices = 0, faces = 0;
+  for (int k = 0; k < robot.NumLinks(); ++k) {
+    for (const TriangleMesh& shape : robot.links[k].shapes) {
+      shapes.push_back(Transformed(shape, Eigen::Affine3d(state.RootFromLink(k).matrix())));
+      vertices += shape.NumVertices();
+      faces += shape.NumFaces();
+    }
+  }
+  if (shapes.empty()) {
+    throw Error(robot.source, "has no link with a shape",
+                "Give its links visual or collision geometry");
+  }
+  TriangleMesh all;
+  all.vertices.resize(3, vertices);
+  all.faces.resize(3, faces);
+  vertices = faces = 0;
+  for (const TriangleMesh& shape : shapes) {
+    all.vertices.middleCols(vertices, shape.NumVertices()) = shape.vertices;
+    all.faces.middleCols(faces, shape.NumFaces()) =
+        shape.faces.array() + static_cast<int>(vertices);
+    vertices += shape.NumVertices();
+    faces += shape.NumFaces();
+  }
+  return all;
 }
 
 }  // namespace holdfast
