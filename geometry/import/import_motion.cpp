@@ -24,6 +24,8 @@
 namespace holdfast {
 namespace {
 
+namespace fs = std::filesystem;
+
 constexpr std::size_t kMotionHeadBytes = 4096;
 
 FileKind RecognizeMotion(std::string_view text) {

