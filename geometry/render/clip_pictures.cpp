@@ -80,7 +80,8 @@ ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
   out.file = file;
   out.how = options.how;
   std::tie(out.how.picture.width, out.how.picture.height) = options.size;
-  const bool sheet = !options.frame && !file.video && !file.numbered;
+  const bool all = file.numbered || file.path.empty();
+  const bool sheet = !options.frame && !file.video && !all;
   if (out.how.view == ClipView::kAuto) out.how.view = sheet ? SheetView(clip) : ClipView::kFront;
   out.columns = options.sheet.first;
   out.threads = options.threads;
@@ -96,7 +97,7 @@ ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
       out.frame_rate = kMaxGifRate;
     }
     out.frames = FramesAtRate(frames, clip.frame_rate, out.frame_rate);
-  } else if (file.numbered) {
+  } else if (all) {
     out.frames = EveryFrame(frames, options.every);
   } else {
     out.frames = EvenFrames(frames, options.sheet.first * options.sheet.second);
@@ -108,38 +109,71 @@ ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
   return out;
 }
 
-bool WritePictures(const ClipRenderer& renderer, const ClipPictures& pictures,
-                   const std::function<bool(int, int)>& progress) {
-  ClipRenderOptions how = pictures.how;
-  if (how.view == ClipView::kHand && !how.azimuth_deg && !how.elevation_deg) {
-    how.hand_direction_rad = renderer.HandDirection(pictures.frames, pictures.threads);
+namespace {
+
+// Draws frames on several threads, until `progress` stops it.
+class Drawing {
+ public:
+  Drawing(const ClipRenderer& renderer, const ClipPictures& pictures,
+          const std::function<bool(int, int)>& progress)
+      : renderer_(renderer), pictures_(pictures), progress_(progress), how_(pictures.how) {
+    if (how_.view == ClipView::kHand && !how_.azimuth_deg && !how_.elevation_deg) {
+      how_.hand_direction_rad = renderer.HandDirection(pictures.frames, pictures.threads);
+    }
   }
-  std::mutex mutex;
-  int done = 0;
-  bool stopped = false;
+
   // `drawn` are indices into the list of frames; returns an empty vector once stopped.
-  const auto draw = [&](std::span<const int> drawn) {
+  std::vector<Image> operator()(std::span<const int> drawn) {
     std::vector<Image> images(drawn.size());
-    ParallelFor(static_cast<int>(drawn.size()), pictures.threads, [&](int k) {
-      if (std::scoped_lock guard(mutex); stopped) return;
-      images[k] = renderer.Draw(pictures.frames[drawn[k]], how);
-      const std::scoped_lock guard(mutex);
-      if (stopped) return;
-      ++done;
-      const int total = std::max(done, static_cast<int>(pictures.frames.size()));
-      if (progress && !progress(done, total)) stopped = true;
+    ParallelFor(static_cast<int>(drawn.size()), pictures_.threads, [&](int k) {
+      if (std::scoped_lock guard(mutex_); stopped_) return;
+      images[k] = renderer_.Draw(pictures_.frames[drawn[k]], how_);
+      const std::scoped_lock guard(mutex_);
+      if (stopped_) return;
+      ++done_;
+      const int total = std::max(done_, static_cast<int>(pictures_.frames.size()));
+      if (progress_ && !progress_(done_, total)) stopped_ = true;
     });
-    if (stopped) images.clear();
+    if (stopped_) images.clear();
     return images;
-  };
-  const int batch = 2 * pictures.threads;  // limits memory, and keeps the threads busy
+  }
+  bool Stopped() const { return stopped_; }
+
+ private:
+  const ClipRenderer& renderer_;
+  const ClipPictures& pictures_;
+  const std::function<bool(int, int)>& progress_;
+  ClipRenderOptions how_;
+  std::mutex mutex_;
+  int done_ = 0;
+  bool stopped_ = false;
+};
+
+std::vector<int> PlacesOf(const ClipPictures& pictures) {
   std::vector<int> places(pictures.frames.size());
   std::iota(places.begin(), places.end(), 0);
+  return places;
+}
+
+}  // namespace
+
+std::vector<Image> DrawPictures(const ClipRenderer& renderer, const ClipPictures& pictures,
+                                const std::function<bool(int, int)>& progress) {
+  return Drawing(renderer, pictures, progress)(PlacesOf(pictures));
+}
+
+bool WritePictures(const ClipRenderer& renderer, const ClipPictures& pictures,
+                   const std::function<bool(int, int)>& progress) {
+  Drawing drawing(renderer, pictures, progress);
+  const auto draw = [&](std::span<const int> drawn) { return drawing(drawn); };
+  const int batch = 2 * pictures.threads;  // limits memory, and keeps the threads busy
+  const std::vector<int> places = PlacesOf(pictures);
   const PictureFile& file = pictures.file;
   if (file.video) {
     WriteVideo(file.path, static_cast<int>(places.size()), pictures.frame_rate, batch, draw);
   } else if (file.numbered) {
-    for (std::size_t k = 0; k < places.size() && !stopped; k += static_cast<std::size_t>(batch)) {
+    for (std::size_t k = 0; k < places.size() && !drawing.Stopped();
+         k += static_cast<std::size_t>(batch)) {
       const std::size_t count = std::min<std::size_t>(batch, places.size() - k);
       const std::vector<Image> images = draw({places.data() + k, count});
       for (std::size_t i = 0; i < images.size(); ++i) {
@@ -154,7 +188,7 @@ bool WritePictures(const ClipRenderer& renderer, const ClipPictures& pictures,
     WritePng(tiles.size() == 1 ? tiles[0] : ContactSheet(tiles, labels, pictures.columns),
              file.path);
   }
-  return !stopped;
+  return !drawing.Stopped();
 }
 
 namespace {

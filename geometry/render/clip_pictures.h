@@ -95,7 +95,8 @@ class ClipRenderer {
 };
 
 /// Output of a clip's pictures, by file name: a video (.gif, .mp4), numbered pictures (a .png with
-/// %d or %03d in the name), or otherwise one picture or a sheet of pictures (.png).
+/// %d or %03d in the name), or otherwise one picture or a sheet of pictures (.png). Without a path:
+/// the frames of numbered pictures, for DrawPictures.
 struct PictureFile {
   std::filesystem::path path;
   std::optional<VideoFormat> video;
@@ -129,6 +130,10 @@ struct ClipPictures {
 /// Throws Error for a frame that the clip does not have, and for a frame rate with `every`.
 ClipPictures PlanPictures(const Clip& clip, const PictureFile& file,
                           const ClipPictureOptions& options);
+
+/// Draws the frames on several threads. Empty if `progress(done, total)`, as below, stopped it.
+std::vector<Image> DrawPictures(const ClipRenderer& renderer, const ClipPictures& pictures,
+                                const std::function<bool(int, int)>& progress = {});
 
 /// Draws the frames on several threads and writes them; videos and numbered pictures in batches.
 /// `progress(done, total)` is called after each picture, never concurrently (a .gif draws some

@@ -9,7 +9,7 @@ Arrays are numpy's, frames first; meters, radians, z up. docs/python.md has a ta
 holdfast.torch (imported apart, needs PyTorch) has the body model and the energy terms for learning.
 """
 
-from . import _core
+from . import _core, results
 from ._core import *  # noqa: F403
 from ._core import __version__
 

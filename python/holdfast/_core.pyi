@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: MIT
 # What _core binds, for editors and type checkers; the docstrings are in the module.
 from os import PathLike
-from typing import Any, Callable, Literal, Optional, Sequence, Union
+from typing import Any, Callable, Literal, Optional, Sequence, Union, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+from .results import Page
 
 __version__: str
 JOINT_NAMES: tuple[str, ...]
@@ -116,6 +118,7 @@ class Clip:
         person: int = 0,
     ) -> Clip: ...
     def save(self, path: _Path, *, force: bool = False) -> None: ...
+    def show(self, *, height: int = 720, **options: Any) -> Page: ...
 
 def import_motion(
     path: _Path,
@@ -256,6 +259,7 @@ class FitResult:
     @property
     def object_name(self) -> str: ...
     def save(self, folder: _Path, *, force: bool = False) -> None: ...
+    def show(self, *, height: int = 720, **options: Any) -> Page: ...
 
 def options(
     job: Literal[
@@ -336,6 +340,8 @@ class RefineResult:
     def solve(self) -> dict[str, Any]: ...
     @property
     def object(self) -> _Mesh: ...
+    def save(self, folder: _Path, *, force: bool = False) -> None: ...
+    def show(self, *, height: int = 720, **options: Any) -> Page: ...
 
 def refine(
     clip: _Clip,
@@ -415,6 +421,8 @@ class TransferResult:
     def warnings(self) -> list[str]: ...
     @property
     def object(self) -> _Mesh: ...
+    def save(self, folder: _Path, *, force: bool = False) -> None: ...
+    def show(self, *, height: int = 720, **options: Any) -> Page: ...
 
 def transfer(
     clip: _Clip,
@@ -473,6 +481,8 @@ class GraspResult:
     def numbers(self) -> dict[str, Any]: ...
     @property
     def object(self) -> _Mesh: ...
+    def save(self, folder: _Path, *, force: bool = False) -> None: ...
+    def show(self, *, height: int = 720, **options: Any) -> Page: ...
 
 def grasp(
     object: _Object,
@@ -582,6 +592,8 @@ class ReachResult:
     def warnings(self) -> list[str]: ...
     @property
     def seconds(self) -> float: ...
+    def save(self, folder: _Path, *, force: bool = False) -> None: ...
+    def show(self, *, height: int = 720, **options: Any) -> Page: ...
 
 class TakeResult:
     @property
@@ -600,6 +612,8 @@ class TakeResult:
     def per_frame(self) -> dict[str, list[float]]: ...
     @property
     def warnings(self) -> list[str]: ...
+    def save(self, folder: _Path, *, force: bool = False) -> None: ...
+    def show(self, *, height: int = 720, **options: Any) -> Page: ...
 
 def reach(
     goals: ArrayLike,
@@ -670,6 +684,8 @@ class SynthesisResult:
     def at_face_m(self) -> Optional[float]: ...
     @property
     def seconds_per_key_frame(self) -> float: ...
+    def save(self, folder: _Path, *, force: bool = False) -> None: ...
+    def show(self, *, height: int = 720, **options: Any) -> Page: ...
 
 def synthesize(
     action: str,
@@ -726,6 +742,27 @@ def hold_trial(
     force: bool = False,
     threads: int = 0,
 ) -> Optional[dict[str, Any]]: ...
+@overload
+def render(
+    clip: _Shown,
+    path: None = None,
+    *,
+    object: Optional[_Object] = None,
+    object_scale: float = 1.0,
+    body: Optional[BodyModel] = None,
+    camera: Literal["auto", "front", "side", "follow", "hand"] = "auto",
+    azimuth_deg: Optional[float] = None,
+    elevation_deg: Optional[float] = None,
+    frame: Optional[int] = None,
+    every: int = 1,
+    size: tuple[int, int] = (640, 480),
+    supersampling: int = 2,
+    contact: bool = True,
+    markers: Optional[_Path] = None,
+    threads: int = 0,
+    progress: _Progress = None,
+) -> NDArray[np.uint8]: ...
+@overload
 def render(
     clip: _Shown,
     path: _Path,
@@ -797,6 +834,7 @@ class ConvertResult:
         to_hands: Literal["complete", "relative"] = "complete",
         force: bool = False,
     ) -> None: ...
+    def show(self, *, height: int = 720, **options: Any) -> Page: ...
 
 def convert(
     clip: _Clip,

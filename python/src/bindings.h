@@ -45,6 +45,11 @@ void BindMarkers(py::module_& module);
 void BindRobot(py::module_& module);
 void BindStudies(py::module_& module);
 void BindTraining(py::module_& module);
+void BindPickling(py::module_& module);
+
+/// Rewrites the texts of all functions, methods and classes so that inspect.signature reads their
+/// arguments, with the options that **kwargs stands for. Called when all are bound.
+void GiveSignatures(py::module_& module);
 
 /// Thrown if the progress callback stopped the work: holdfast.Stopped, a RuntimeError.
 struct Stopped : std::runtime_error {

@@ -222,7 +222,11 @@ void BindProperties(Class& model) {
                 Choice<Side>(side, "side", {{"right", Side::kRight}, {"left", Side::kLeft}}));
             return py::array_t<int>(static_cast<py::ssize_t>(ids.size()), ids.data());
           },
-          "side"_a, "(n,) vertices of the 'right' or 'left' hand, ascending: for vertex_ids.");
+          "side"_a, "(n,) vertices of the 'right' or 'left' hand, ascending: for vertex_ids.")
+      .def("__repr__", [](const BodyModel& self) {
+        return fmt::format("<holdfast.BodyModel: {}, {} vertices>", self.Name(),
+                           self.NumVertices());
+      });
 }
 
 }  // namespace

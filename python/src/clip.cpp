@@ -175,7 +175,11 @@ void BindTrack(py::module_& module) {
           },
           "(vertices (V, 3) meters, faces (F, 3)) of the object, copies: from the clip's file or "
           "the file it references, or the fitted object; None if unknown")
-      .def("__len__", [](const ObjectTrack& track) { return track.trans.cols(); });
+      .def("__len__", [](const ObjectTrack& track) { return track.trans.cols(); })
+      .def("__repr__", [](const ObjectTrack& track) {
+        return fmt::format("<holdfast.ObjectTrack: {}{} frames>",
+                           track.name.empty() ? "" : track.name + ", ", track.trans.cols());
+      });
 }
 
 // Copies the clip, since existing arrays and tracks point into the track of the original.
@@ -235,6 +239,14 @@ void BindFields(Class& clip) {
 
 void BindClip(py::module_& module) {
   BindTrack(module);
+  ImportFileOptions usual;
+  static const std::string options = OptionsText(OptionsOf(usual).Without({"fps"}));
+  static const std::string load_doc =
+      "Loads a clip: an embedded one by name ('demo_drink'), a result folder, or any motion file "
+      "that import_motion reads, with its options; betas (B,) as there.\n"
+      "\n"
+      "Options:\n" +
+      options;
   py::class_<Clip, ClipPtr> clip(
       module, "Clip",
       "A human motion in SMPL-X parameters, optionally with an object. World: z up, ground z = 0, "
@@ -252,7 +264,7 @@ void BindClip(py::module_& module) {
       .def_readwrite("subject", &Clip::subject)
       .def_readwrite("action", &Clip::action)
       .def("__len__", &Clip::NumFrames)
-      .def("__getitem__", &SliceOf, "Frames begin:end as a new clip.")
+      .def("__getitem__", &SliceOf, "frames"_a, "Frames begin:end as a new clip.")
       .def("__repr__",
            [](const Clip& self) {
              return fmt::format(
@@ -275,9 +287,7 @@ void BindClip(py::module_& module) {
            "model created with use_pca=False, flat_hand_mean=True.")
       .def_static("load", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
                   "frame_rate"_a = py::none(), "betas"_a = py::none(),
-                  "hand_models"_a = std::vector<std::string>(),
-                  "Loads a clip: an embedded one by name ('demo_drink'), a result folder, or any "
-                  "motion file that import_motion reads, with its options; betas (B,) as there.")
+                  "hand_models"_a = std::vector<std::string>(), load_doc.c_str())
       .def(
           "save",
           [](const Clip& self, const std::filesystem::path& path, bool force) {
@@ -288,7 +298,6 @@ void BindClip(py::module_& module) {
           "path"_a, py::kw_only(), "force"_a = false,
           "Writes AMASS's SMPL-X .npz, atomically, without the object's mesh. Raises Error if the "
           "file exists, unless force=True.");
-  ImportFileOptions usual;
   static const std::string doc =
       "Imports a clip from GRAB, AMASS, ARCTIC, Motion-X, smplx parameters, glTF, BVH, ASF/AMC, "
       "...; the format is detected from the content. frame_rate in Hz; 0: the file's; None: the "
@@ -299,7 +308,7 @@ void BindClip(py::module_& module) {
       "MANO files for hands stored as principal components.\n"
       "\n"
       "Options:\n" +
-      OptionsText(OptionsOf(usual).Without({"fps"}));
+      options;
   module.def("import_motion", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
              "frame_rate"_a = py::none(), "betas"_a = py::none(),
              "hand_models"_a = std::vector<std::string>(), doc.c_str());

@@ -151,15 +151,6 @@ const char* HolderOf(const CarriedClip& self) {
                                                  : "both";
 }
 
-void SaveFit(const CarriedClip& self, const std::filesystem::path& folder, bool force) {
-  RequireInRange(*self.clip, "clip");
-  RequireNew(folder / "object.ply", force);
-  RequireNew(folder / "clip.npz", force);
-  const py::gil_scoped_release unlocked;
-  std::filesystem::create_directories(folder);
-  WriteClipFiles(*self.clip, self.run.object->object.mesh, folder);
-}
-
 void BindFitResult(py::module_& module) {
   py::class_<CarriedClip, CarriedPtr>(module, "FitResult",
                                       "The result of a fit: a clip with its object, and measures.")
@@ -225,9 +216,6 @@ void BindFitResult(py::module_& module) {
           "(vertices (V, 3) meters, faces (F, 3)) that was fitted, scaled; copies")
       .def_property_readonly("object_name",
                              [](const CarriedClip& self) { return self.run.object->object.name; })
-      .def("save", &SaveFit, "folder"_a, py::kw_only(), "force"_a = false,
-           "Writes clip.npz and object.ply to a folder, which is created if needed. Raises Error "
-           "if one of the files exists, unless force=True.")
       .def("__repr__", [](const CarriedClip& self) {
         return fmt::format("<holdfast.FitResult: {} held by {}>", self.run.object->object.name,
                            HoldersText(CountHeld(self.clip->holding_hand)));

@@ -288,7 +288,12 @@ void BindFrameFitter(py::module_& module) {
       .def_property_readonly("hand", &LiveFitter::Hand, "'right', 'left' or 'both'")
       .def_property_readonly(
           "object", [](const LiveFitter& self) { return MeshTuple(self.Object().object.mesh); },
-          "(vertices (V, 3) meters, faces (F, 3)), scaled; copies");
+          "(vertices (V, 3) meters, faces (F, 3)), scaled; copies")
+      .def("__repr__", [](const LiveFitter& self) {
+        return fmt::format(
+            "<holdfast.FrameFitter: {} in {}>", self.Object().object.name,
+            self.Hand() == std::string("both") ? "both hands" : self.Hand() + std::string(" hand"));
+      });
 }
 
 }  // namespace holdfast::python

@@ -449,6 +449,10 @@ void BindActionCase(py::module_& module) {
       module, "ActionCase",
       "An action with an object in the form of IMoS's networks (Ghosh et al. 2023): 15 key frames "
       "of a clip, of which the first four are given. Created by action_case().")
+      .def("__repr__",
+           [](const BoundCase& self) {
+             return fmt::format("<holdfast.ActionCase: {}>", self.one.sequence.name);
+           })
       .def_property_readonly("subject",
                              [](const BoundCase& self) { return self.one.sequence.subject; })
       .def_property_readonly("name", [](const BoundCase& self) { return self.one.sequence.name; })

@@ -296,6 +296,12 @@ void BindDistance(py::module_& module) {
            "vertices, with `faces`. Repaired where that does not change the shape. Raises Error "
            "for surfaces without area.")
       .def_property_readonly("watertight", &MeshDistance::Watertight)
+      .def("__repr__",
+           [](const MeshDistance& self) {
+             return self.Cell() > 0.0
+                        ? fmt::format("<holdfast.SignedDistance: cells of {:g} m>", self.Cell())
+                        : std::string("<holdfast.SignedDistance: exact>");
+           })
       .def_property_readonly("cell", &MeshDistance::Cell,
                              "meters, 0 where distances are exact; a grid that would have more "
                              "than 20 million nodes has larger cells than asked for")

@@ -45,4 +45,6 @@ PYBIND11_MODULE(_core, module) {
   hf::BindStudies(module);
   hf::BindGenerators(module);
   hf::BindTraining(module);
+  hf::BindPickling(module);
+  hf::GiveSignatures(module);
 }

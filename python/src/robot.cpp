@@ -146,6 +146,10 @@ void BindRobot(py::module_& module) {
   py::class_<RobotHand>(module, "RobotHand", "A robot's hand: links, joints, fingers.")
       .def(py::init([](const std::filesystem::path& path) { return ReadRobotHand(path); }),
            "path"_a, "URDF (.urdf) or MJCF (.xml). Raises holdfast.Error for an invalid file")
+      .def("__repr__",
+           [](const RobotHand& self) {
+             return fmt::format("<holdfast.RobotHand: {}, {} joints>", self.name, self.NumDofs());
+           })
       .def_readonly("name", &RobotHand::name)
       .def_readonly("notes", &RobotHand::notes, "list of str: what was ignored or repaired")
       .def_property_readonly(
@@ -170,6 +174,11 @@ void BindRobot(py::module_& module) {
           "list of (part, link): detected links of each part of a human hand");
   py::class_<TransferredRobot, TransferredPtr>(module, "RobotTransfer",
                                                "A clip's hand, transferred to a robot's.")
+      .def("__repr__",
+           [](const TransferredRobot& self) {
+             return fmt::format("<holdfast.RobotTransfer: {} frames on {}>",
+                                self.transfer.poses.size(), self.Setup().robot.name);
+           })
       .def_property_readonly(
           "robot", [](const TransferredRobot& self) { return self.Setup().robot; }, "RobotHand")
       .def_property_readonly("joint_angles", &Joints,

@@ -100,14 +100,25 @@ py::object Score(const py::object& clip, const py::object& object, const py::obj
   return ToPython(result);
 }
 
-void RenderTo(const py::object& clip, const std::filesystem::path& path, const py::object& object,
-              double object_scale, const py::object& body,
-              const std::optional<std::filesystem::path>& markers, bool force, int threads,
-              const py::object& progress, const py::kwargs& given) {
+// (frames, height, width, 3), or (height, width, 3) of one frame.
+py::array PixelsOf(const std::vector<Image>& images, bool one) {
+  const Image& first = images.front();
+  std::vector<py::ssize_t> shape = {first.height, first.width, 3};
+  if (!one) shape.insert(shape.begin(), std::ssize(images));
+  py::array_t<std::uint8_t> pixels(shape);
+  std::uint8_t* to = pixels.mutable_data();
+  for (const Image& image : images) to = std::copy(image.rgb.begin(), image.rgb.end(), to);
+  return pixels;
+}
+
+py::object RenderTo(const py::object& clip, const std::optional<std::filesystem::path>& path,
+                    const py::object& object, double object_scale, const py::object& body,
+                    const std::optional<std::filesystem::path>& markers, bool force, int threads,
+                    const py::object& progress, const py::kwargs& given) {
   ClipPictureOptions how;
   SetOptions(given, OptionsOf(how));
   how.threads = ThreadsOf(threads);
-  const PictureFile file = PictureFileOf(path);
+  const PictureFile file = path ? PictureFileOf(*path) : PictureFile();
   const ReportInput scene = SceneOf(clip, object, object_scale, body);
   if (markers) how.how.markers = MeasuredMarkers(*markers);
   how.how.goals = GoalsIn(scene.metrics);
@@ -115,15 +126,25 @@ void RenderTo(const py::object& clip, const std::filesystem::path& path, const p
   if (!pictures.note.empty()) LogNotes({pictures.note});
   if (file.numbered) {
     for (const int number : pictures.frames) RequireNew(file.numbered->Name(number), force);
+  } else if (path) {
+    RequireNew(*path, force);
   } else {
-    RequireNew(path, force);
+    const auto [width, height] = how.size;
+    RequireMemory(static_cast<double>(pictures.frames.size()) * height, width, "render");
   }
+  std::vector<Image> images;
   RunWithProgress(progress, [&](const StagedProgress& watched) {
     const ClipRenderer renderer(scene.clip, scene.body, scene.betas,
                                 scene.clip.object && scene.object ? &*scene.object : nullptr);
-    WritePictures(renderer, pictures,
-                  [&](int done, int total) { return watched("render", done, total); });
+    const auto drawn = [&](int done, int total) { return watched("render", done, total); };
+    if (path) {
+      WritePictures(renderer, pictures, drawn);
+    } else {
+      images = DrawPictures(renderer, pictures, drawn);
+    }
   });
+  if (path) return py::none();
+  return PixelsOf(images, how.frame.has_value());
 }
 
 constexpr const char* kScoreDoc =
@@ -149,7 +170,9 @@ constexpr const char* kRenderDoc =
     "\n"
     "A .png is a sheet of pictures evenly spaced in the clip, or one picture of `frame`; with %d "
     "or %03d in the name, one picture per frame; a .gif or .mp4 is a video (written by the program "
-    "ffmpeg). markers: a result folder of 'holdfast solve', whose measured markers are also drawn. "
+    "ffmpeg). Without a path, returns the pixels: (height, width, 3) uint8 of `frame`, or (frames, "
+    "height, width, 3) of every `every`-th one. markers: a result folder of 'holdfast solve', "
+    "whose measured markers are also drawn. "
     "clip, object, body as in score(). Raises Error for existing files, unless force=True.\n"
     "\n"
     "Options:\n";
@@ -197,9 +220,10 @@ void BindScore(py::module_& module) {
       "holds an object. clip, object, body as in score(). friction: coefficient of hand and "
       "object. film: a video (.mp4, .gif) of the trial to write; raises Error if it exists, unless "
       "force=True. Raises holdfast.Error without MuJoCo.");
-  module.def("render", &RenderTo, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
-             "object_scale"_a = 1.0, "body"_a = py::none(), "markers"_a = py::none(),
-             "force"_a = false, "threads"_a = 0, "progress"_a = py::none(), render_doc.c_str());
+  module.def("render", &RenderTo, "clip"_a, "path"_a = py::none(), py::kw_only(),
+             "object"_a = py::none(), "object_scale"_a = 1.0, "body"_a = py::none(),
+             "markers"_a = py::none(), "force"_a = false, "threads"_a = 0,
+             "progress"_a = py::none(), render_doc.c_str());
 }
 
 }  // namespace holdfast::python

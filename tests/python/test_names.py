@@ -66,6 +66,30 @@ def test_everything_is_documented(name):
     assert len(documented()[name].__doc__) > 20
 
 
+def signatures():
+    """(dotted name, node of the stub) of every function and method; of overloads the last."""
+    found = {}
+    for node in ast.parse((FOLDER / "_core.pyi").read_text()).body:
+        for member in node.body if isinstance(node, ast.ClassDef) else [node]:
+            if isinstance(member, ast.FunctionDef) and not any(
+                    word in ast.unparse(member) for word in ("@property", ".setter")):
+                found[".".join([node.name] + ([member.name] if member is not node else []))] = member
+    return found
+
+
+@pytest.mark.parametrize("path", sorted(signatures()))
+def test_signatures_are_those_of_the_stub(path):
+    stub, item = signatures()[path].args, _core
+    for part in path.split("."):
+        item = getattr(item, part)
+    told = inspect.signature(item).parameters
+    named = [argument.arg for argument in stub.args + stub.kwonlyargs]
+    extra = set(told) - set(named) - {name for name in told if name.startswith("lambda_")}
+    assert set(named) <= set(told) and (not extra or stub.kwarg or path == "offhand"), (path, extra)
+    order = [name for name, one in told.items() if one.kind == one.POSITIONAL_OR_KEYWORD]
+    assert order == [argument.arg for argument in stub.args], path
+
+
 def arrays():
     """(item, argument) of everything in the stub that takes an array, by its dotted name."""
     for node in ast.parse((FOLDER / "_core.pyi").read_text()).body:
@@ -85,7 +109,7 @@ def test_arrays_have_shapes(path, argument):
     for part in path.split("."):
         item = getattr(item, part)
     owner = getattr(_core, path.split(".")[0])
-    text = item.__doc__ + owner.__doc__ + owner.__call__.__doc__
+    text = (item.__doc__ or "") + owner.__doc__ + (owner.__call__.__doc__ or "")
     for name in re.findall(r"\bas (?:for|in) (\w+)", text):
         text += getattr(_core, name, item).__doc__
     assert re.search(rf"\b{argument}\b[^.;]*? \(?\((?:[A-Zn0-9]+,? ?)+\)", text), text
@@ -93,11 +117,8 @@ def test_arrays_have_shapes(path, argument):
 
 def keywords(name):
     """{name: default} of the keyword-only parameters in the stub."""
-    for node in ast.parse((FOLDER / "_core.pyi").read_text()).body:
-        if isinstance(node, ast.FunctionDef) and node.name == name:
-            return {argument.arg: default for argument, default
-                    in zip(node.args.kwonlyargs, node.args.kw_defaults)}
-    raise AssertionError(name)
+    arguments = signatures()[name].args
+    return {argument.arg: default for argument, default in zip(arguments.kwonlyargs, arguments.kw_defaults)}
 
 
 @pytest.mark.parametrize("job", ["convert", "export", "fit", "grasp", "import_motion", "reach", "refine",

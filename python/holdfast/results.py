@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: MIT
+"""What Clip and all results share: pickling, saving, and the player in a notebook."""
+
+import html
+import json
+import pathlib
+import tempfile
+
+import numpy as np
+
+from . import _core
+
+_RESULTS = ("ConvertResult", "FitResult", "GraspResult", "ReachResult", "RefineResult", "RobotTransfer",
+            "SynthesisResult", "TakeResult", "TransferResult")
+
+
+class Page:
+    """The report of a clip, for notebooks: the last value of a cell shows the player.
+
+    html: the whole page, self-contained (4 to 6 MB)."""
+
+    def __init__(self, page, height):
+        self.html = page
+        self.height = height
+
+    def _repr_html_(self):
+        return (f'<iframe srcdoc="{html.escape(self.html)}" style="width:100%;height:{self.height}px;border:0">'
+                "</iframe>")
+
+    def __repr__(self):
+        return f"<holdfast player, {len(self.html) / 1e6:.1f} MB of HTML>"
+
+
+def show(self, *, height=720, **options):
+    """Shows the 3D player of report.html in a notebook.
+
+    height: of the player, pixels. options: as for report() (object, body, ...). Returns a Page. The
+    page becomes part of the notebook, with 4 to 6 MB for each player."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = pathlib.Path(folder) / "report.html"
+        _core.report(self, path, **options)
+        return Page(path.read_text(encoding="utf-8"), height)
+
+
+def _player(self):
+    try:
+        return show(self)._repr_html_()
+    except (_core.Error, TypeError):  # nothing to show: the notebook falls back to repr()
+        return None
+
+
+def _attributes(result):
+    kind = type(result)
+    return {name: getattr(result, name) for name in dir(kind)
+            if not name.startswith("_") and isinstance(getattr(kind, name), property)}
+
+
+class StoredResult:
+    """A result that was pickled or copied: its attributes, save() and show(), without the methods
+    that compute."""
+
+    def __init__(self, kind, attributes):
+        self.__dict__.update(attributes)
+        self._kind = kind
+
+    def __repr__(self):
+        return f"<holdfast.{self._kind}, stored>"
+
+
+def _reduce(self):
+    return StoredResult, (type(self).__name__, _attributes(self))
+
+
+# pickle finds Python's functions by name, but not those of the extension.
+def _restored(kind, state):
+    if kind in ("Clip", "ObjectTrack"):
+        return _core._clip(state) if kind == "Clip" else _core._track(state)
+    return _core.BodyModel.load(*state) if kind == "BodyModel" else _core.RobotHand(*state)
+
+
+def _reduce_input(self):
+    return _restored, (type(self).__name__, _core._state(self))
+
+
+def _plain(value):
+    """The numbers and texts of a value for JSON; None for meshes and clips."""
+    if isinstance(value, np.ndarray):
+        return value.tolist() if value.ndim < 2 else None
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, dict):
+        return {str(key): _plain(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(item) for item in value]
+    return value if isinstance(value, (bool, int, float, str)) else None
+
+
+def save(self, folder, *, force=False):
+    """Writes the result to a folder, which is created if needed: clip.npz, object.ply if the clip
+    holds an object, and metrics.json with the measures of the result.
+
+    Raises Error if one of the files exists, unless force=True."""
+    measures = self.metrics if hasattr(self, "metrics") else {
+        name: _plain(value) for name, value in _attributes_of(self).items() if name not in ("clip", "clips", "object")}
+    surface = self.clip.object.surface if self.clip.object else None
+    _core._save(self.clip, surface, folder, json.dumps(measures, indent=1), force)
+
+
+def _attributes_of(result):
+    if isinstance(result, StoredResult):
+        return {name: value for name, value in vars(result).items() if not name.startswith("_")}
+    return _attributes(result)
+
+
+def attach():
+    for name in _RESULTS:
+        kind = getattr(_core, name)
+        kind.__reduce__ = _reduce
+        if not hasattr(kind, "save"):
+            kind.save = save
+        if hasattr(kind, "clip"):
+            kind.show, kind._repr_html_ = show, _player
+    for kind in (_core.Clip, _core.ObjectTrack, _core.BodyModel, _core.RobotHand):
+        kind.__reduce__ = _reduce_input
+    _core.Clip.show, _core.Clip._repr_html_ = show, _player
+    StoredResult.save, StoredResult.show = save, show
+
+
+attach()
