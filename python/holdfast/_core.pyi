@@ -96,6 +96,15 @@ class Clip:
     def resample(self, frame_rate: float) -> Clip: ...
     def to_smplx(self) -> dict[str, _Floats]: ...
     @staticmethod
+    def from_smplx(
+        parameters: dict[str, Any],
+        frame_rate: float = 30.0,
+        *,
+        gender: str = "neutral",
+        object: Optional[ObjectTrack] = None,
+        holding_hand: Optional[ArrayLike] = None,
+    ) -> Clip: ...
+    @staticmethod
     def load(
         path: _Path,
         *,
@@ -121,7 +130,7 @@ class Clip:
     def show(self, *, height: int = 720, **options: Any) -> Page: ...
 
 def import_motion(
-    path: _Path,
+    path: Union[_Path, dict[str, Any]],
     *,
     body: Optional[BodyModel] = None,
     frame_rate: Optional[float] = None,

@@ -4,6 +4,7 @@
 import html
 import json
 import pathlib
+import pickle
 import tempfile
 
 import numpy as np
@@ -12,6 +13,25 @@ from . import _core
 
 _RESULTS = ("ConvertResult", "FitResult", "GraspResult", "ReachResult", "RefineResult", "RobotTransfer",
             "SynthesisResult", "TakeResult", "TransferResult")
+
+
+def _arrays(value):
+    """Tensors as arrays, in dicts and lists as well."""
+    if isinstance(value, dict):
+        return {str(key): _arrays(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_arrays(item) for item in value]
+    return value.detach().cpu().numpy() if hasattr(value, "detach") else value
+
+
+class stored_parameters:
+    """A dict of parameters as a file, for the importer; gone with this object."""
+
+    def __init__(self, parameters):
+        self.folder = tempfile.TemporaryDirectory()
+        self.path = pathlib.Path(self.folder.name) / "parameters.pkl"
+        with open(self.path, "wb") as file:
+            pickle.dump(_arrays(parameters), file, protocol=4)
 
 
 class Page:

@@ -4,11 +4,13 @@
 >>> import holdfast, holdfast.torch
 >>> body = holdfast.torch.Body(holdfast.BodyModel.load())
 >>> vertices, joints = body(poses, trans)
->>> loss = holdfast.torch.distance_energy(vertices[0], object_vertices, reference)
+>>> loss = holdfast.torch.distance_energy(vertices, object_vertices, reference).sum()
 >>> loss.backward()
 
-Holdfast computes on the CPU in float64; results have the dtype and the device of the first
-argument. Gradients are analytic and cannot be differentiated again.
+Leading dimensions are batches: "(..., N, 3)" is (N, 3), (T, N, 3) or (B, T, N, 3). Holdfast computes
+on the CPU in float64, frames in parallel; results have the dtype and the device of the first
+argument, so tensors on a GPU are copied to the CPU and back. Gradients are analytic and cannot be
+differentiated again.
 """
 
 try:
@@ -21,7 +23,7 @@ except ImportError as error:
 
 from . import _core
 
-__all__ = ["Body", "contact_energy", "distance_energy", "penetration_energy"]
+__all__ = ["Body", "contact_energy", "distance_energy", "penetration_energy", "rotation_vectors", "temporal_energy"]
 
 
 def _numpy(tensor):
@@ -38,7 +40,6 @@ class _Energy(torch.autograd.Function):
     @staticmethod
     def forward(ctx, energy, *points):
         value, *gradients = energy(*map(_numpy, points))
-        points = [torch.as_tensor(point) for point in points]  # arrays may be among them
         ctx.save_for_backward(*(_like(g, p) for g, p in zip(gradients, points)))
         return torch.as_tensor(value, dtype=points[0].dtype, device=points[0].device)
 
@@ -49,25 +50,77 @@ class _Energy(torch.autograd.Function):
         return None, *(grad.to(g.device, g.dtype) * g if needed else None for g, needed in pairs)
 
 
+def _batched(energy, points, constants=()):
+    """energy(*points, *constants) of every item of a batch. points: tensors (..., N, 3); constants:
+    arrays (..., N, M) without gradient. Those with fewer dimensions serve all items."""
+    points = [torch.as_tensor(point) for point in points]
+    constants = [torch.as_tensor(constant) for constant in constants]
+    shape = torch.broadcast_shapes(*(value.shape[:-2] for value in points + constants))
+    flat = [value.expand(*shape, *value.shape[-2:]).reshape(-1, *value.shape[-2:]) for value in points + constants]
+    count = len(points)
+    values = [_Energy.apply(lambda *p, rest=item[count:]: energy(*p, *map(_numpy, rest)), *item[:count])
+              for item in zip(*flat)]
+    return torch.stack(values).reshape(shape) if values else points[0].new_zeros(shape)
+
+
 def distance_energy(hand, object, reference):
-    """E_d = sum_ij (|h_i - o_j| - D_ij)^2 as a tensor: hand (N, 3), object (M, 3), D (N, M)."""
-    reference = _numpy(reference)
-    return _Energy.apply(lambda h, o: _core.distance_energy(h, o, reference), hand, object)
+    """E_d = sum_ij (|h_i - o_j| - D_ij)^2 (IMoS, eq. 7).
+
+    hand (..., N, 3) and object (..., M, 3) in meters, differentiated; reference D (..., N, M), meters.
+    Returns (...), square meters."""
+    return _batched(_core.distance_energy, (hand, object), (reference,))
 
 
 def contact_energy(hand, object, reference, threshold_m=0.01):
-    """E_c = sum |h_i - o_j|^2 over the pairs with D_ij < threshold_m, as a tensor."""
-    reference = _numpy(reference)
-    return _Energy.apply(
-        lambda h, o: _core.contact_energy(h, o, reference, threshold_m), hand, object
-    )
+    """E_c = sum |h_i - o_j|^2 over the pairs with D_ij < threshold_m (IMoS, eq. 8).
+
+    Shapes as for distance_energy(). Returns (...), square meters."""
+    return _batched(lambda h, o, d: _core.contact_energy(h, o, d, threshold_m), (hand, object), (reference,))
 
 
 def penetration_energy(points, signed_distance, give_m=0.0):
-    """sum_i max(0, -d(p_i) - give_m)^2 as a tensor: points (N, 3) in the frame of the surface."""
-    return _Energy.apply(
-        lambda p: _core.penetration_energy(p, signed_distance, give_m), points
-    )
+    """sum_i max(0, -d(p_i) - give_m)^2 of points in a surface.
+
+    points (..., N, 3) in the frame of the surface, meters, differentiated; signed_distance: a
+    holdfast.SignedDistance. Returns (...), square meters."""
+    return _batched(lambda p: _core.penetration_energy(p, signed_distance, give_m), (points,))
+
+
+def temporal_energy(rotation, translation, fingers, rotation_before, translation_before, fingers_before):
+    """E_t = |log(R_before^T R)|^2 + |T - T_before|^2 + |P - P_before|^2 (IMoS, eq. 9).
+
+    rotation (..., 3, 3), translation (..., 3) meters, fingers (..., 45) axis-angle in radians, and the
+    same of the frame before; all differentiated, by PyTorch. Returns (...)."""
+    turned = rotation_vectors(rotation_before.transpose(-1, -2) @ rotation)
+    return sum((change ** 2).sum(-1) for change in (turned, translation - translation_before, fingers - fingers_before))
+
+
+def rotation_vectors(rotations):
+    """Axis-angle (..., 3), radians, of rotation matrices (..., 3, 3) or of the 6D representation (..., 6):
+    the first two columns of the matrix, one after the other (Zhou et al. 2019). Matrices are taken as
+    they are; 6D are orthogonalized. Differentiable, except at half turns."""
+    if rotations.shape[-1] == 6:
+        first = torch.nn.functional.normalize(rotations[..., :3], dim=-1)
+        second = rotations[..., 3:] - (first * rotations[..., 3:]).sum(-1, keepdim=True) * first
+        second = torch.nn.functional.normalize(second, dim=-1)
+        columns = (first, second, torch.linalg.cross(first, second))
+        rotations = torch.stack(columns, -1)
+    m = rotations
+    xx, yy, zz = m[..., 0, 0], m[..., 1, 1], m[..., 2, 2]
+    # 4 q q^T: the column with the largest diagonal entry is accurate.
+    w, x, y, z = 1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz
+    wx, wy, wz = m[..., 2, 1] - m[..., 1, 2], m[..., 0, 2] - m[..., 2, 0], m[..., 1, 0] - m[..., 0, 1]
+    xy, xz, yz = m[..., 0, 1] + m[..., 1, 0], m[..., 0, 2] + m[..., 2, 0], m[..., 1, 2] + m[..., 2, 1]
+    all_columns = torch.stack([torch.stack(column, -1) for column in (
+        (w, wx, wy, wz), (wx, x, xy, xz), (wy, xy, y, yz), (wz, xz, yz, z))], -2)
+    best = torch.stack((w, x, y, z), -1).argmax(-1)[..., None, None].expand(*m.shape[:-2], 1, 4)
+    quaternion = torch.nn.functional.normalize(all_columns.gather(-2, best)[..., 0, :], dim=-1)
+    quaternion = torch.where(quaternion[..., :1] < 0, -quaternion, quaternion)
+    w, axis = quaternion[..., :1], quaternion[..., 1:]
+    square = (axis ** 2).sum(-1, keepdim=True)
+    small = square < 1e-20  # the derivative of a length at zero is not a number
+    sine = torch.where(small, torch.ones_like(square), square).sqrt()
+    return axis * torch.where(small, 2 / w, 2 * torch.atan2(sine, w) / sine)
 
 
 class _Vertices(torch.autograd.Function):
@@ -75,9 +128,7 @@ class _Vertices(torch.autograd.Function):
     def forward(ctx, body, poses, trans, betas):
         ctx.body = body
         ctx.save_for_backward(poses, trans, betas)
-        vertices, joints = body.model(
-            *map(_numpy, (poses, trans, betas)), body.vertex_ids, threads=body.threads
-        )
+        vertices, joints = body.model(*map(_numpy, (poses, trans, betas)), body.vertex_ids, threads=body.threads)
         return _like(vertices, poses), _like(joints, poses)
 
     @staticmethod
@@ -94,21 +145,43 @@ class _Vertices(torch.autograd.Function):
         return None, *by_inputs, *([None] * (3 - len(by_inputs)))
 
 
-class Body:
-    """A body model: body(poses, trans, betas) -> (vertices (T, V, 3), joints (T, 55, 3)), meters.
+class Body(torch.nn.Module):
+    """A body model as a module without parameters.
 
-    model: a holdfast.BodyModel. vertex_ids: the vertices to compute, all when None. poses (T, 165)
-    or (T, 55, 3), trans (T, 3), betas (B,), zero when None; all three are differentiated.
+    model: a holdfast.BodyModel. vertex_ids: the vertices to compute (V,), all if None. threads 0: all.
     """
 
     def __init__(self, model, vertex_ids=None, threads=0):
+        super().__init__()
         self.model = model
         self.vertex_ids = vertex_ids
         self.threads = threads
 
-    def __call__(self, poses, trans=None, betas=None):
-        if trans is None:
-            trans = poses.new_zeros(poses.shape[0], 3)
-        if betas is None:
-            betas = poses.new_zeros(0)
-        return _Vertices.apply(self, poses, trans, betas)
+    def forward(self, poses, trans=None, betas=None):
+        """Poses the body: (vertices (..., V, 3), joints (..., 55, 3)), meters, in the frame of trans.
+
+        poses: axis-angle (..., 165) or (..., 55, 3) in radians, matrices (..., 55, 3, 3), or 6D
+        (..., 55, 6) as in rotation_vectors(). trans (..., 3) meters, zero if None. betas: shape
+        coefficients (K,) of all, or (B, K) of each item of the first dimension of (B, T, ...); zero
+        if None. All three are differentiated."""
+        if poses.shape[-2:] == (3, 3) and poses.dim() > 3 or poses.shape[-2:] == (55, 6):
+            poses = rotation_vectors(poses)
+        if poses.shape[-2:] == (55, 3):
+            poses = poses.flatten(-2)
+        if poses.shape[-1:] != (165,):
+            raise ValueError(f"poses: expected (..., 165), (..., 55, 3), (..., 55, 3, 3) or (..., 55, 6), got {tuple(poses.shape)}")
+        batch = poses.shape[:-1]
+        trans = poses.new_zeros(*batch, 3) if trans is None else trans.expand(*batch, 3)
+        betas = poses.new_zeros(0) if betas is None else betas
+        if betas.dim() < 2:
+            vertices, joints = _Vertices.apply(self, poses.reshape(-1, 165), trans.reshape(-1, 3), betas)
+            return vertices.reshape(*batch, -1, 3), joints.reshape(*batch, 55, 3)
+        if betas.dim() > 2 or not batch or len(betas) not in (1, batch[0]):
+            raise ValueError(f"betas: expected (K,), or one row for each of {batch[0] if batch else 1}, got {tuple(betas.shape)}")
+        betas = betas.expand(batch[0], -1)
+        shown = [self.forward(pose, place, shape) for pose, place, shape in zip(poses, trans, betas)]
+        return tuple(torch.stack(part) for part in zip(*shown))
+
+    def extra_repr(self):
+        count = self.model.num_vertices if self.vertex_ids is None else len(self.vertex_ids)
+        return f"{self.model.name}, {count} vertices"

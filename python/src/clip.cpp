@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: MIT
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <tuple>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
 #include "geometry/clip/clip_arrays.h"
 #include "geometry/clip/resample.h"
 #include "geometry/import/load_clip.h"
+#include "geometry/suggestion.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
 #include "python/src/run.h"
@@ -114,7 +118,7 @@ LoadedClip Load(const std::string& path, const py::object& body, ImportFileOptio
   return loaded;
 }
 
-ClipPtr LoadAny(const std::filesystem::path& path, const py::object& body,
+ClipPtr LoadAny(const py::object& source, const py::object& body,
                 const std::optional<double>& frame_rate, const py::object& betas,
                 const std::vector<std::string>& hand_models, const py::kwargs& given) {
   if (frame_rate && !(*frame_rate >= 0.0)) {
@@ -125,7 +129,75 @@ ClipPtr LoadAny(const std::filesystem::path& path, const py::object& body,
   options.frame_rate = frame_rate;
   if (!betas.is_none()) options.motion.betas = Vector(betas, "betas");
   options.parameters.hand_models.assign(hand_models.begin(), hand_models.end());
-  return std::make_shared<Clip>(Load(path.string(), body, std::move(options)).clip);
+  if (!py::isinstance<py::dict>(source)) {
+    if (!IsPath(source)) {
+      throw py::type_error("path: expected a path or a dict of arrays, got " + TypeText(source));
+    }
+    return std::make_shared<Clip>(Load(py::str(source), body, std::move(options)).clip);
+  }
+  const py::object file = py::module_::import("holdfast.results").attr("stored_parameters")(source);
+  return std::make_shared<Clip>(Load(py::str(file.attr("path")), body, std::move(options)).clip);
+}
+
+// The rows of one of smplx's arguments: (T, 3 count), (T, count, 3), or (T, count, 1, 3).
+py::array_t<double> SmplxRows(const py::dict& parameters, const char* name, int count) {
+  py::object value = parameters[name];
+  if (py::hasattr(value, "detach")) value = value.attr("detach")().attr("cpu")().attr("numpy")();
+  const py::array array = py::array::ensure(value);
+  const py::ssize_t frames = array && array.ndim() > 0 ? array.shape(0) : 0;
+  if (!array || array.size() != 3 * count * frames) {
+    throw py::value_error(fmt::format(
+        "{}: expected (T, {}) numbers{}", name, 3 * count,
+        count == kJointsPerHand ? "; hands stored as principal components need import_motion"
+                                : ""));
+  }
+  return Floats(array.attr("reshape")(frames, 3 * count), name, {-1, 3 * count});
+}
+
+// What ToSmplx returned, or arguments of the same names. Joints that are not there are zero.
+ClipPtr FromSmplx(const py::dict& parameters, double frame_rate, const std::string& gender,
+                  const py::object& object, const py::object& holding_hand) {
+  constexpr std::tuple<const char*, int, int> kParts[] = {
+      {"global_orient", kPelvis, 1},
+      {"body_pose", 1, 21},
+      {"jaw_pose", kJaw, 1},
+      {"leye_pose", kLeftEye, 1},
+      {"reye_pose", kRightEye, 1},
+      {"left_hand_pose", kLeftHandBegin, kJointsPerHand},
+      {"right_hand_pose", kRightHandBegin, kJointsPerHand}};
+  std::vector<std::string> known = {"transl", "betas", "expression"};
+  for (const auto& part : kParts) known.emplace_back(std::get<0>(part));
+  for (const auto& [key, value] : parameters) {
+    const std::string name = py::str(key);
+    if (std::ranges::find(known, name) != known.end()) continue;
+    throw py::type_error(fmt::format("parameters: unknown name '{}'. {}smplx's are: {}", name,
+                                     Suggestion(name, known), fmt::join(known, ", ")));
+  }
+  if (!parameters.contains("global_orient")) {
+    throw py::type_error(
+        "parameters: expected 'global_orient' (T, 3), and others of smplx's names");
+  }
+  const py::ssize_t frames = SmplxRows(parameters, "global_orient", 1).shape(0);
+  py::array_t<double> poses({frames, py::ssize_t{3 * kNumJoints}}), trans({frames, py::ssize_t{3}});
+  for (py::array_t<double>* array : {&poses, &trans}) {
+    std::fill_n(array->mutable_data(), array->size(), 0.0);
+  }
+  for (const auto& [name, first, count] : kParts) {
+    if (!parameters.contains(name)) continue;
+    const py::array_t<double> rows = SmplxRows(parameters, name, count);
+    RequireLength(rows.shape(0), static_cast<int>(frames), name);
+    for (py::ssize_t t = 0; t < frames; ++t) {
+      std::copy_n(rows.data(t, 0), 3 * count, poses.mutable_data(t, 3 * first));
+    }
+  }
+  if (parameters.contains("transl")) trans = SmplxRows(parameters, "transl", 1);
+  py::object betas = py::none();
+  if (parameters.contains("betas")) {
+    betas = parameters["betas"];
+    if (py::hasattr(betas, "detach")) betas = betas.attr("detach")().attr("cpu")().attr("numpy")();
+    if (Dimensions(betas) == 2) betas = py::array::ensure(betas).attr("mean")(0);
+  }
+  return MakeClip(poses, trans, betas, frame_rate, gender, "smplx", object, holding_hand);
 }
 
 ClipPtr SliceOf(const Clip& clip, const py::slice& slice) {
@@ -284,7 +356,16 @@ void BindClip(py::module_& module) {
           "frame_rate"_a, "The clip resampled to another frame rate, Hz.")
       .def("to_smplx", &ToSmplx,
            "The arguments of smplx's forward() by name, arrays (T, ...) and betas (1, B), for a "
-           "model created with use_pca=False, flat_hand_mean=True.")
+           "model created with use_pca=False, flat_hand_mean=True, batch_size=len(clip), "
+           "num_betas=clip.betas.size.")
+      .def_static(
+          "from_smplx", &FromSmplx, "parameters"_a, "frame_rate"_a = 30.0, py::kw_only(),
+          "gender"_a = "neutral", "object"_a = py::none(), "holding_hand"_a = py::none(),
+          "A clip of smplx's arguments by name, arrays or tensors (T, ...): what to_smplx() "
+          "returns. Hands are complete angles (T, 45): those stored as principal components, "
+          "or relative to the mean hand, need import_motion. Joints and translation that are "
+          "not given are zero; of betas (T, B) the mean is used; expression is ignored. "
+          "frame_rate in Hz; holding_hand (T,), and the others, as in Clip().")
       .def_static("load", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
                   "frame_rate"_a = py::none(), "betas"_a = py::none(),
                   "hand_models"_a = std::vector<std::string>(), load_doc.c_str())
@@ -300,7 +381,9 @@ void BindClip(py::module_& module) {
           "file exists, unless force=True.");
   static const std::string doc =
       "Imports a clip from GRAB, AMASS, ARCTIC, Motion-X, smplx parameters, glTF, BVH, ASF/AMC, "
-      "...; the format is detected from the content. frame_rate in Hz; 0: the file's; None: the "
+      "...; the format is detected from the content. path: a file or folder, or the content of a "
+      "file of parameters as a dict of arrays (or tensors) by the names in it. frame_rate in Hz; "
+      "0: the file's; None: the "
       "file's, but 30 for retargeted motion. The mesh of its object, which the file contains or "
       "references, is clip.object.surface. Decisions made by the import are logged to 'holdfast' "
       "(INFO; WARNING if they may be wrong, such as a frame rate that the file does not state). "

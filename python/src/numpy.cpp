@@ -8,6 +8,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include "geometry/rotation.h"
+
 namespace holdfast::python {
 namespace {
 
@@ -114,10 +116,54 @@ Eigen::VectorXd Vector(const py::handle& value, const char* name) {
   return Eigen::Map<const Eigen::VectorXd>(array.data(), array.size());
 }
 
+namespace {
+
+// The rotation of 9 numbers, rows of a matrix, or of 6, its first two columns.
+Eigen::Vector3d RotationVector(const double* numbers, bool matrix, const char* name, py::ssize_t t,
+                               int joint) {
+  Eigen::Matrix3d rotation;
+  if (matrix) {
+    rotation = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(numbers);
+  } else {
+    const Eigen::Map<const Eigen::Vector3d> first(numbers), second(numbers + 3);
+    rotation.col(0) = first.normalized();
+    rotation.col(1) = (second - rotation.col(0).dot(second) * rotation.col(0)).normalized();
+    rotation.col(2) = rotation.col(0).cross(rotation.col(1));
+  }
+  constexpr double kOff = 1e-3;
+  if (!((rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).norm() < kOff) ||
+      rotation.determinant() < 0.0) {
+    throw py::value_error(
+        fmt::format("{}[{}, {}] is no rotation: orthogonalize it first", name, t, joint));
+  }
+  return LogSO3(rotation);
+}
+
+std::vector<JointPose> PosesOfRotations(const py::array_t<double>& array, bool matrices,
+                                        const char* name) {
+  std::vector<JointPose> poses(static_cast<std::size_t>(array.shape(0)));
+  const int size = matrices ? 9 : 6;
+  const double* numbers = array.data();
+  for (py::ssize_t t = 0; t < array.shape(0); ++t) {
+    for (int joint = 0; joint < kNumJoints; ++joint, numbers += size) {
+      poses[t].col(joint) = RotationVector(numbers, matrices, name, t, joint);
+    }
+  }
+  return poses;
+}
+
+}  // namespace
+
 std::vector<JointPose> Poses(const py::handle& value, const char* name) {
-  const py::array_t<double> array = Dimensions(value) == 3
-                                        ? Floats(value, name, {-1, kNumJoints, 3})
-                                        : Floats(value, name, {-1, 3 * kNumJoints});
+  const py::ssize_t dimensions = Dimensions(value);
+  if (dimensions == 4) {
+    return PosesOfRotations(Floats(value, name, {-1, kNumJoints, 3, 3}), true, name);
+  }
+  if (dimensions == 3 && py::array::ensure(value).shape(2) == 6) {
+    return PosesOfRotations(Floats(value, name, {-1, kNumJoints, 6}), false, name);
+  }
+  const py::array_t<double> array = dimensions == 3 ? Floats(value, name, {-1, kNumJoints, 3})
+                                                    : Floats(value, name, {-1, 3 * kNumJoints});
   std::vector<JointPose> poses(static_cast<std::size_t>(array.shape(0)));
   static_assert(sizeof(JointPose) == 3 * kNumJoints * sizeof(double));
   if (array.size() > 0) {

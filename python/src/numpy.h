@@ -45,7 +45,8 @@ void RequireMemory(double rows, double columns, const std::string& name);
 Eigen::Matrix3Xd Columns(const py::handle& value, const char* name, py::ssize_t rows = -1);
 /// Converts (N,) of any length.
 Eigen::VectorXd Vector(const py::handle& value, const char* name);
-/// Converts (T, 165) or (T, 55, 3).
+/// Converts axis-angle (T, 165) or (T, 55, 3), matrices (T, 55, 3, 3), or 6D (T, 55, 6): the first
+/// two columns of the matrix, one after the other. Throws ValueError for what is no rotation.
 std::vector<JointPose> Poses(const py::handle& value, const char* name);
 
 /// Returns the columns of a matrix as rows of an array (n, rows), copied.

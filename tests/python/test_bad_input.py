@@ -108,6 +108,9 @@ ROWS = {
     "Clip.trans": Array(lambda v: clip(trans=v), TRANS),
     "Clip.betas": Array(lambda v: clip(betas=v), BETAS, none=True),
     "Clip.holding_hand": Array(lambda v: clip(holding_hand=v), np.array([0, 1, 2, 3]), none=True),
+    "Clip.from_smplx.holding_hand": Array(
+        lambda v: holdfast.Clip.from_smplx({"global_orient": np.zeros((4, 3))}, holding_hand=v).holding_hand,
+        np.array([0, 1, 2, 3]), none=True),
     "Clip.load.betas": Array(lambda v: holdfast.Clip.load("demo_drink", betas=v).poses, BETAS, none=True),
     "import_motion.betas": Array(lambda v: holdfast.import_motion("demo_drink", betas=v).poses, BETAS, none=True),
     "Clip.betas.value": Array(lambda v: assigned("betas", v), BETAS),

@@ -129,6 +129,71 @@ def test_smplx_arguments(demo):
     np.testing.assert_array_equal(arguments["right_hand_pose"], demo.poses[:, 120:165])
 
 
+class Smplx:
+    """The checks of shape that smplx's SMPLX.forward() makes of its arguments, and its full pose: for a
+    model created with use_pca=False, flat_hand_mean=True, and these batch_size and num_betas."""
+
+    def __init__(self, batch_size, num_betas, expressions=10):
+        self.expression = np.zeros((batch_size, expressions))
+        self.landmarks = np.zeros((batch_size, 51, 3))
+        self.num_betas = num_betas
+
+    def forward(self, betas=None, global_orient=None, body_pose=None, left_hand_pose=None, right_hand_pose=None,
+                transl=None, expression=None, jaw_pose=None, leye_pose=None, reye_pose=None):
+        expression = self.expression if expression is None else expression
+        hands = [np.einsum("bi,ij->bj", pose, np.eye(45)) for pose in (left_hand_pose, right_hand_pose)]
+        pose = np.concatenate([global_orient, body_pose, jaw_pose, leye_pose, reye_pose, *hands], axis=1)
+        batch = max(len(betas), len(global_orient), len(body_pose))
+        betas = np.broadcast_to(betas, (batch // len(betas) * len(betas), betas.shape[1]))
+        shape = np.concatenate([betas, expression], axis=-1)
+        assert shape.shape == (batch, self.num_betas + expression.shape[1]) and len(self.landmarks) == batch
+        return pose, betas, transl
+
+
+def test_arguments_run_in_smplx_and_come_back(demo):
+    clip = demo.copy()
+    clip.betas = np.linspace(-1, 1, 12)
+    arguments = clip.to_smplx()
+    pose, betas, transl = Smplx(batch_size=len(clip), num_betas=clip.betas.size).forward(**arguments)
+    np.testing.assert_array_equal(pose, clip.poses)
+    np.testing.assert_array_equal(betas[3], clip.betas)
+    np.testing.assert_array_equal(transl, clip.trans)
+    again = holdfast.Clip.from_smplx(arguments, clip.frame_rate)
+    for name in ("poses", "trans", "betas", "frame_rate"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(clip, name))
+    bare = holdfast.Clip.from_smplx({"global_orient": arguments["global_orient"], "body_pose": clip.pose_body.reshape(-1, 21, 3)})
+    assert not bare.trans.any() and not bare.pose_hand.any() and bare.betas.size == 0
+    np.testing.assert_array_equal(bare.pose_body, clip.pose_body)
+    refused(ValueError, "principal components need import_motion", holdfast.Clip.from_smplx,
+            arguments | {"left_hand_pose": np.zeros((len(clip), 12))})
+    refused(TypeError, "'body_pos'. Did you mean 'body_pose'", holdfast.Clip.from_smplx, {"body_pos": clip.pose_body})
+    refused(ValueError, "expected 8 rows", holdfast.Clip.from_smplx, arguments | {"jaw_pose": np.zeros((3, 3))})
+    as_lists = holdfast.import_motion({name: value.tolist() for name, value in arguments.items()}, up="z", keep_ground=True)
+    np.testing.assert_allclose(as_lists.trans, clip.trans, atol=1e-12)
+    refused(TypeError, "a path or a dict", holdfast.import_motion, 5)
+    refused(holdfast.Error, "without a known motion", holdfast.import_motion, {"numbers": np.zeros(3)})
+
+
+def matrices(poses):
+    """Rotation matrices (T, 55, 3, 3) of axis-angle (T, 165)."""
+    vectors = poses.reshape(len(poses), 55, 3)
+    angle = np.maximum(np.linalg.norm(vectors, axis=-1)[..., None, None], 1e-12)
+    x, y, z = np.moveaxis(vectors / angle[..., 0], -1, 0)
+    zero = np.zeros_like(x)
+    cross = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], -1).reshape(*x.shape, 3, 3)
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+
+
+def test_matrices_and_6d_are_poses(demo):
+    turned = matrices(demo.poses)
+    six = np.concatenate([turned[..., 0], turned[..., 1]], axis=-1)
+    for poses in (turned, six, 2.0 * six):
+        np.testing.assert_allclose(holdfast.Clip(poses, demo.trans).poses, demo.poses, atol=1e-9)
+    refused(ValueError, r"poses\[0, 0\] is no rotation", holdfast.Clip, 1.1 * turned, demo.trans)
+    refused(ValueError, "no rotation", holdfast.Clip, 0.0 * six, demo.trans)
+    refused(ValueError, "expected", holdfast.Clip, turned[:, :54], demo.trans)
+
+
 FIXTURES = Path(__file__).parents[1] / "fixtures"
 
 

@@ -385,7 +385,8 @@ TEST(BodyLayouts, NamesTheRigsThatAreNotRead) {
   for (const auto& [name, rig] : {std::pair("compact_v6_1.model", "MHR"),
                                   std::pair("SOMAHand.npz", "SOMA"), std::pair("anny", "Anny")}) {
     if (std::string_view(name) != "anny") std::ofstream(folder / name) << "x";
-    EXPECT_THAT(testing::ErrorText([&] { BodyModel::Load(folder / name); }), ::testing::HasSubstr(rig));
+    EXPECT_THAT(testing::ErrorText([&] { BodyModel::Load(folder / name); }),
+                ::testing::HasSubstr(rig));
   }
 }
 
