@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
       "Every command has --help with examples. Exit codes: 0 done, 1 invalid input,\n"
       "2 usage error, 3 the fit failed, 130 interrupted.",
       "holdfast"};
-  app.set_version_flag("--version", "holdfast " HOLDFAST_VERSION);
+  app.set_version_flag("--version", "holdfast " HOLDFAST_VERSION "\n" HOLDFAST_MADE_OF);
   AddCompletionOption(app);
   app.require_subcommand(1);
   int exit_code = kDone;

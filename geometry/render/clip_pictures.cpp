@@ -117,6 +117,8 @@ class Drawing {
   Drawing(const ClipRenderer& renderer, const ClipPictures& pictures,
           const std::function<bool(int, int)>& progress)
       : renderer_(renderer), pictures_(pictures), progress_(progress), how_(pictures.how) {
+    total_ = static_cast<int>(pictures.frames.size());
+    if (pictures.file.video) total_ = FramesRequested(*pictures.file.video, total_);
     if (how_.view == ClipView::kHand && !how_.azimuth_deg && !how_.elevation_deg) {
       how_.hand_direction_rad = renderer.HandDirection(pictures.frames, pictures.threads);
     }
@@ -131,8 +133,7 @@ class Drawing {
       const std::scoped_lock guard(mutex_);
       if (stopped_) return;
       ++done_;
-      const int total = std::max(done_, static_cast<int>(pictures_.frames.size()));
-      if (progress_ && !progress_(done_, total)) stopped_ = true;
+      if (progress_ && !progress_(done_, total_)) stopped_ = true;
     });
     if (stopped_) images.clear();
     return images;
@@ -145,7 +146,7 @@ class Drawing {
   const std::function<bool(int, int)>& progress_;
   ClipRenderOptions how_;
   std::mutex mutex_;
-  int done_ = 0;
+  int total_, done_ = 0;
   bool stopped_ = false;
 };
 

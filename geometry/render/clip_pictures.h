@@ -137,9 +137,9 @@ std::vector<Image> DrawPictures(const ClipRenderer& renderer, const ClipPictures
 
 /// Draws the frames on several threads and writes them; videos and numbered pictures in batches.
 /// `progress(done, total)` is called after each picture, never concurrently (a .gif draws some
-/// frames twice, so total grows), and stops by returning false. Then WritePictures returns false:
-/// no video or sheet is written, only the numbered pictures so far. Throws Error as ClipRenderer
-/// and WriteVideo do.
+/// frames twice, and counts them twice), and stops by returning false. Then WritePictures returns
+/// false: no video or sheet is written, only the numbered pictures so far. Throws Error as
+/// ClipRenderer and WriteVideo do.
 bool WritePictures(const ClipRenderer& renderer, const ClipPictures& pictures,
                    const std::function<bool(int, int)>& progress = {});
 

@@ -238,6 +238,10 @@ std::optional<VideoFormat> VideoFormatOf(const fs::path& path) {
   return std::nullopt;
 }
 
+int FramesRequested(VideoFormat format, int num_frames) {
+  return num_frames + (format == VideoFormat::kGif ? std::min(kPaletteFrames, num_frames) : 0);
+}
+
 bool WriteVideo(const fs::path& path, int num_frames, double frame_rate, int batch,
                 const std::function<std::vector<Image>(std::span<const int>)>& draw) {
   const std::optional<VideoFormat> format = VideoFormatOf(path);
@@ -247,8 +251,7 @@ bool WriteVideo(const fs::path& path, int num_frames, double frame_rate, int bat
   Require(path, *format, num_frames, frame_rate);
 
   std::vector<int> order;
-  const int palette_frames =
-      *format == VideoFormat::kGif ? std::min(kPaletteFrames, num_frames) : 0;
+  const int palette_frames = FramesRequested(*format, num_frames) - num_frames;
   for (int k = 0; k < palette_frames; ++k) {
     order.push_back(palette_frames == 1 ? 0 : k * (num_frames - 1) / (palette_frames - 1));
   }

@@ -22,6 +22,9 @@ inline constexpr double kMaxGifRate = 50.0;
 /// Returns the format by file extension, ignoring case; nothing for another extension.
 std::optional<VideoFormat> VideoFormatOf(const std::filesystem::path& path);
 
+/// Number of frames that WriteVideo requests, those of a .gif's palette included.
+int FramesRequested(VideoFormat format, int num_frames);
+
 /// Encodes frames 0 .. num_frames - 1, requested in order, `batch` at once, with the program
 /// `ffmpeg` (found in PATH, started without a shell). `draw` returns the frames of these indices,
 /// in order, or an empty vector to stop. For a .gif, some frames are requested twice: its palette

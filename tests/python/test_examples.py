@@ -2,6 +2,7 @@
 """The ```python blocks of docs/ and README.md, and examples/, run as they are."""
 import ast
 import importlib.util
+import json
 import os
 import re
 import subprocess
@@ -63,7 +64,24 @@ def test_blocks_of(page, has_player, tmp_path):
 
 
 def test_every_example_is_run():
-    assert {path.stem for path in (ROOT / "examples").glob("*.py")} == set(SMALL)
+    in_blender = {"open_in_blender"}  # test "show_gltf_blender"
+    assert {path.stem for path in (ROOT / "examples").glob("*.py")} - in_blender == set(SMALL)
+
+
+@pytest.mark.parametrize("notebook", sorted((ROOT / "examples").glob("*.ipynb")), ids=lambda path: path.stem)
+def test_notebook(notebook, has_player, tmp_path, monkeypatch):
+    """Its cells in order, and the last value of each as a notebook shows it."""
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    for cell in json.loads(notebook.read_text())["cells"]:
+        if cell["cell_type"] != "code" or (not has_player and ".show(" in "".join(cell["source"])):
+            continue
+        tree = ast.parse("".join(cell["source"]))
+        last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
+        exec(compile(tree, notebook.name, "exec"), names)
+        value = eval(compile(ast.Expression(last.value), notebook.name, "eval"), names) if last else None
+        assert not hasattr(value, "_repr_html_") or value._repr_html_().startswith("<iframe")
+        assert not cell["outputs"], "clear the outputs before a commit"
 
 
 @pytest.mark.parametrize("name", SMALL)
