@@ -16,16 +16,18 @@ arguments = parser.parse_args()
 
 truth = holdfast.fit(holdfast.Clip.load("demo_drink")[: arguments.frames], "mug").clip
 noisy = truth.copy()
+assert truth.object and noisy.object
+right = truth.object.trans
 random = np.random.default_rng(1)
 noisy.object.trans[:] += 1e-3 * arguments.noise_mm * random.standard_normal((len(noisy), 3))
 
 refined = holdfast.refine(noisy, "mug", hand="clip")
 
 
-def error_mm(clip):
+def error_mm(clip: holdfast.Clip) -> float:
     """RMS distance of the object from where it was."""
-    off = clip.object.trans - truth.object.trans
-    return 1e3 * np.sqrt((off**2).sum(axis=1).mean())
+    assert clip.object
+    return 1e3 * float(np.linalg.norm(clip.object.trans - right)) / len(clip) ** 0.5
 
 
 print(f"{'':32s}{'noisy':>12s}{'refined':>12s}")

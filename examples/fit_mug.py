@@ -8,7 +8,7 @@ import argparse
 import holdfast
 
 
-def show(stage, done, total):
+def show(stage: str, done: int, total: int) -> None:
     print(f"\r{stage} {done}/{total}  ", end="", flush=True)
 
 

@@ -19,6 +19,7 @@ arguments = parser.parse_args()
 
 held = holdfast.fit(holdfast.Clip.load("demo_drink")[: arguments.frames], "mug", hand="right")
 clip = held.clip
+assert clip.object
 model = holdfast.BodyModel.load()
 body = losses.Body(model, model.hand_vertex_ids("right"))
 mug, _ = holdfast.decimate(held.object, 300)
@@ -34,7 +35,7 @@ cross = torch.stack([o, -z, y, z, o, -x, -y, x, o], 1).reshape(-1, 3, 3)
 turn = torch.matrix_exp(cross)  # (T, 3, 3), world from object
 
 
-def in_object(vertices):
+def in_object(vertices: torch.Tensor) -> torch.Tensor:
     """Hand vertices (T, V, 3) in the mug's frame."""
     return (vertices - place[:, None]) @ turn
 
@@ -50,10 +51,7 @@ optimizer = torch.optim.Adam(network.parameters(), 3e-3)
 for step in range(arguments.steps):
     fingers = network(poses[:, :FINGERS])
     hands = in_object(body(torch.cat([poses[:, :FINGERS], fingers], 1), trans, betas)[0])
-    loss = sum(
-        losses.distance_energy(hand, mug, reference) + 1e4 * losses.penetration_energy(hand, inside)
-        for hand in hands
-    ) / len(hands)
+    loss = (losses.distance_energy(hands, mug, reference) + 1e4 * losses.penetration_energy(hands, inside)).mean()
     optimizer.zero_grad()
     loss.backward()
     optimizer.step()

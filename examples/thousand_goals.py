@@ -6,6 +6,7 @@ A thousand take some minutes; the same --seed gives the same motions.
 import argparse
 
 import numpy as np
+from numpy.typing import NDArray
 
 import holdfast
 
@@ -16,12 +17,16 @@ parser.add_argument("--output", default="reaches.npz")
 arguments = parser.parse_args()
 
 random = np.random.default_rng(arguments.seed)
-angle = random.uniform(-np.pi, np.pi, arguments.count)
-distance = random.uniform(0.5, 2.5, arguments.count)
-height = random.uniform(0.5, 1.6, arguments.count)
+count: int = arguments.count
+angle = random.uniform(-np.pi, np.pi, count)
+distance = random.uniform(0.5, 2.5, count)
+height = random.uniform(0.5, 1.6, count)
 goals = np.stack([distance * np.cos(angle), distance * np.sin(angle), height], axis=1)
 
-poses, trans, lengths, reached = [], [], [], []
+poses: list[NDArray[np.float64]] = []
+trans: list[NDArray[np.float64]] = []
+lengths: list[int] = []
+reached: list[bool] = []
 for k, goal in enumerate(goals):
     result = holdfast.reach(goal, samples=4, refit=False, seed=arguments.seed + k)
     poses.append(result.clip.poses)

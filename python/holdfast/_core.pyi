@@ -624,12 +624,15 @@ class TakeResult:
     def save(self, folder: _Path, *, force: bool = False) -> None: ...
     def show(self, *, height: int = 720, **options: Any) -> Page: ...
 
+@overload
+def reach(goals: ArrayLike, *, object: _Object, **options: Any) -> TakeResult: ...
+@overload
 def reach(
     goals: ArrayLike,
     *,
     clip: Optional[_Clip] = None,
     frame: Optional[int] = None,
-    object: Optional[_Object] = None,
+    object: None = None,
     grasp: Literal["auto", "power", "precision", "handle"] = "auto",
     object_yaw_deg: Optional[float] = None,
     object_scale: float = 1.0,
@@ -651,7 +654,7 @@ def reach(
     seed: int = 1,
     threads: int = 0,
     progress: _Progress = None,
-) -> Union[ReachResult, TakeResult]: ...
+) -> ReachResult: ...
 
 class GoalFollower:
     def __init__(

@@ -3,6 +3,7 @@
 
 import html
 import json
+import math
 import pathlib
 import pickle
 import tempfile
@@ -37,11 +38,10 @@ class stored_parameters:
 class Page:
     """The report of a clip, for notebooks: the last value of a cell shows the player.
 
-    html: the whole page, self-contained (4 to 6 MB)."""
+    html: the whole page, self-contained (2 to 6 MB)."""
 
     def __init__(self, page, height):
-        self.html = page
-        self.height = height
+        self.html, self.height = page, height
 
     def _repr_html_(self):
         return (f'<iframe srcdoc="{html.escape(self.html)}" style="width:100%;height:{self.height}px;border:0">'
@@ -55,7 +55,7 @@ def show(self, *, height=720, **options):
     """Shows the 3D player of report.html in a notebook.
 
     height: of the player, pixels. options: as for report() (object, body, ...). Returns a Page. The
-    page becomes part of the notebook, with 4 to 6 MB for each player."""
+    page becomes part of the notebook, with 2 to 6 MB for each player."""
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "report.html"
         _core.report(self, path, **options)
@@ -112,6 +112,8 @@ def _plain(value):
         return {str(key): _plain(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
         return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
     return value if isinstance(value, (bool, int, float, str)) else None
 
 
@@ -120,8 +122,10 @@ def save(self, folder, *, force=False):
     holds an object, and metrics.json with the measures of the result.
 
     Raises Error if one of the files exists, unless force=True."""
-    measures = self.metrics if hasattr(self, "metrics") else {
-        name: _plain(value) for name, value in _attributes_of(self).items() if name not in ("clip", "clips", "object")}
+    if not hasattr(self, "clip"):
+        raise TypeError(f"{self!r} has no clip to save")
+    measures = _plain(self.metrics if hasattr(self, "metrics") else {
+        name: value for name, value in _attributes_of(self).items() if name not in ("clip", "clips", "object")})
     surface = self.clip.object.surface if self.clip.object else None
     _core._save(self.clip, surface, folder, json.dumps(measures, indent=1), force)
 

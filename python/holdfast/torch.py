@@ -13,8 +13,16 @@ argument, so tensors on a GPU are copied to the CPU and back. Gradients are anal
 differentiated again.
 """
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Optional, Sequence, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
 try:
     import torch
+    from torch import Tensor
     from torch.autograd.function import once_differentiable
 except ImportError as error:
     raise ImportError(
@@ -22,6 +30,8 @@ except ImportError as error:
     ) from error
 
 from . import _core
+
+_Points = Union[Tensor, NDArray[np.float64]]
 
 __all__ = ["Body", "contact_energy", "distance_energy", "penetration_energy", "rotation_vectors", "temporal_energy"]
 
@@ -63,7 +73,7 @@ def _batched(energy, points, constants=()):
     return torch.stack(values).reshape(shape) if values else points[0].new_zeros(shape)
 
 
-def distance_energy(hand, object, reference):
+def distance_energy(hand: Tensor, object: _Points, reference: _Points) -> Tensor:
     """E_d = sum_ij (|h_i - o_j| - D_ij)^2 (IMoS, eq. 7).
 
     hand (..., N, 3) and object (..., M, 3) in meters, differentiated; reference D (..., N, M), meters.
@@ -71,14 +81,14 @@ def distance_energy(hand, object, reference):
     return _batched(_core.distance_energy, (hand, object), (reference,))
 
 
-def contact_energy(hand, object, reference, threshold_m=0.01):
+def contact_energy(hand: Tensor, object: _Points, reference: _Points, threshold_m: float = 0.01) -> Tensor:
     """E_c = sum |h_i - o_j|^2 over the pairs with D_ij < threshold_m (IMoS, eq. 8).
 
     Shapes as for distance_energy(). Returns (...), square meters."""
     return _batched(lambda h, o, d: _core.contact_energy(h, o, d, threshold_m), (hand, object), (reference,))
 
 
-def penetration_energy(points, signed_distance, give_m=0.0):
+def penetration_energy(points: Tensor, signed_distance: _core.SignedDistance, give_m: float = 0.0) -> Tensor:
     """sum_i max(0, -d(p_i) - give_m)^2 of points in a surface.
 
     points (..., N, 3) in the frame of the surface, meters, differentiated; signed_distance: a
@@ -86,7 +96,8 @@ def penetration_energy(points, signed_distance, give_m=0.0):
     return _batched(lambda p: _core.penetration_energy(p, signed_distance, give_m), (points,))
 
 
-def temporal_energy(rotation, translation, fingers, rotation_before, translation_before, fingers_before):
+def temporal_energy(rotation: Tensor, translation: Tensor, fingers: Tensor, rotation_before: Tensor,
+                    translation_before: Tensor, fingers_before: Tensor) -> Tensor:
     """E_t = |log(R_before^T R)|^2 + |T - T_before|^2 + |P - P_before|^2 (IMoS, eq. 9).
 
     rotation (..., 3, 3), translation (..., 3) meters, fingers (..., 45) axis-angle in radians, and the
@@ -95,7 +106,7 @@ def temporal_energy(rotation, translation, fingers, rotation_before, translation
     return sum((change ** 2).sum(-1) for change in (turned, translation - translation_before, fingers - fingers_before))
 
 
-def rotation_vectors(rotations):
+def rotation_vectors(rotations: Tensor) -> Tensor:
     """Axis-angle (..., 3), radians, of rotation matrices (..., 3, 3) or of the 6D representation (..., 6):
     the first two columns of the matrix, one after the other (Zhou et al. 2019). Matrices are taken as
     they are; 6D are orthogonalized. Differentiable, except at half turns."""
@@ -151,13 +162,14 @@ class Body(torch.nn.Module):
     model: a holdfast.BodyModel. vertex_ids: the vertices to compute (V,), all if None. threads 0: all.
     """
 
-    def __init__(self, model, vertex_ids=None, threads=0):
+    def __init__(self, model: _core.BodyModel, vertex_ids: Union[Sequence[int], NDArray[np.int32], None] = None,
+                 threads: int = 0) -> None:
         super().__init__()
         self.model = model
         self.vertex_ids = vertex_ids
         self.threads = threads
 
-    def forward(self, poses, trans=None, betas=None):
+    def forward(self, poses: Tensor, trans: Optional[Tensor] = None, betas: Optional[Tensor] = None) -> tuple[Tensor, Tensor]:
         """Poses the body: (vertices (..., V, 3), joints (..., 55, 3)), meters, in the frame of trans.
 
         poses: axis-angle (..., 165) or (..., 55, 3) in radians, matrices (..., 55, 3, 3), or 6D
@@ -180,8 +192,14 @@ class Body(torch.nn.Module):
             raise ValueError(f"betas: expected (K,), or one row for each of {batch[0] if batch else 1}, got {tuple(betas.shape)}")
         betas = betas.expand(batch[0], -1)
         shown = [self.forward(pose, place, shape) for pose, place, shape in zip(poses, trans, betas)]
-        return tuple(torch.stack(part) for part in zip(*shown))
+        vertices, joints = zip(*shown)
+        return torch.stack(vertices), torch.stack(joints)
 
-    def extra_repr(self):
+    if TYPE_CHECKING:  # for checkers: what Module.__call__ forwards
+
+        def __call__(self, poses: Tensor, trans: Optional[Tensor] = None,
+                     betas: Optional[Tensor] = None) -> tuple[Tensor, Tensor]: ...
+
+    def extra_repr(self) -> str:
         count = self.model.num_vertices if self.vertex_ids is None else len(self.vertex_ids)
         return f"{self.model.name}, {count} vertices"
