@@ -96,7 +96,7 @@ struct Declare {
     std::string off = option.help;
     off[0] = static_cast<char>(std::tolower(static_cast<unsigned char>(off[0])));
     return command.add_flag_callback(
-        option.flag, [value] { *value = false; }, "Turns off: " + off);
+        option.flag, [value] { *value = false; }, "Do not " + off);
   }
   template <typename T>
   CLI::Option* operator()(T* value) const {

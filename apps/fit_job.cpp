@@ -268,8 +268,8 @@ TriangleMesh SurfaceNamed(const char* option, const std::vector<std::string>& as
     if (!fs::is_regular_file(name)) Unknown(option, name, groups, object);
     if (!fs::is_regular_file(object)) {
       throw Error(fmt::format("{} {}", option, name),
-                  fmt::format("lists vertices of a file, which {} is not", object),
-                  "Give the object as a file");
+                  fmt::format("lists vertices of a mesh file, but {} is not a file", object),
+                  "Give the object as a mesh file");
     }
     const TriangleMesh mesh = ReadMesh(object);
     try {

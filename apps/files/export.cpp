@@ -305,8 +305,8 @@ int Run(const ExportCommand& options) {
     try {
       physics = PhysicsOfClip(input, how.density_kg_m3, protocol);
     } catch (const Error& error) {  // if decomposition of the mesh fails
-      Note(common, fmt::format("warning: the object is exported as its convex hull, and hands only "
-                               "push: {} {} (a held object may fall)",
+      Note(common, fmt::format("warning: the object is exported as its convex hull and the hands "
+                               "as kinematic bodies: {} {} (a held object may fall)",
                                input.object_source, error.Problem()));
     }
   }
@@ -390,9 +390,10 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "key\n"
       "         frame for each frame (poses, mocap bodies, ctrl); meshes in scene_assets/\n"
       "  .npz   the clip itself (AMASS layout, z up), cut to --start and --end\n"
-      "  .jsonl JSON lines for viewers such as rerun and viser: a line of names and meshes, then "
-      "one\n"
-      "         per frame: poses of all joints and the object, contacts (docs/formats.md)\n"
+      "  .jsonl JSON lines for viewers such as rerun and viser: the first line has "
+      "names and\n"
+      "         meshes, each further line one frame: joint and object poses, contacts\n"
+      "         (docs/formats.md)\n"
       "  contacts.npz, .csv  contact points, normals and depths in each frame, and poses of wrists "
       "and\n"
       "         fingertips (docs/formats.md); also any name that ends in contacts, as "

@@ -328,7 +328,8 @@ int Run(const ImportCommand& options) {
   const ObjectMesh mesh = SettleMesh(options, imported);
   if (!imported.motion) NoteBody(import.parameters.body, mesh, imported);
   if (imported.goal && mesh.surface) {
-    imported.notes.push_back("warning: the goal is dropped: a clip with an object's mesh has none");
+    imported.notes.push_back(
+        "warning: the goal is dropped: a clip with an object's mesh cannot store one");
   }
   for (const std::string& note : imported.notes) Note(common, "note: " + note);
   if (!imported.motion) {

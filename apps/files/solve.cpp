@@ -189,8 +189,9 @@ int SolveHand(const SolveCommand& options) {
   }
   if (report.other_rms_mm > 0 && report.rms_mm > kMaxShareOfOther * report.other_rms_mm) {
     Note(options.common,
-         fmt::format("warning: {}: the {} hand in the order of {} fits hardly better than another "
-                     "reading ({:.1f} mm and {:.1f} mm): give --hand and --order",
+         fmt::format("warning: {}: side or order of the keypoints is ambiguous: a {} hand in the "
+                     "order of {} fits to {:.1f} mm, the next best to {:.1f} mm. Give --hand and "
+                     "--order",
                      options.recording, SideName(report.side), report.order, report.rms_mm,
                      report.other_rms_mm));
   }

@@ -72,8 +72,8 @@ std::string Text(const RefineCommand& options, const RefineReport& report) {
   if (before.hand_frames > 0) {
     const auto percent = [&](int tips) { return 100.0 * tips / (5.0 * before.hand_frames); };
     text += fmt::format(
-        "  fingertips touch    {:8.1f}   {:8.1f}   % of them in the frames held\n"
-        "  beside, inside      {:4.0f},{:3.0f}   {:4.0f},{:3.0f}   %: do not touch\n",
+        "  fingertips touch    {:8.1f}   {:8.1f}   % of fingertips in the frames held\n"
+        "  too far, too deep   {:4.0f},{:3.0f}   {:4.0f},{:3.0f}   % of fingertips\n",
         percent(before.tips.touch), percent(after.tips.touch), percent(before.tips.beside),
         percent(before.tips.inside), percent(after.tips.beside), percent(after.tips.inside));
   }

@@ -30,7 +30,8 @@ void AddTrackOptions(CLI::App& command, CLI::Option& goal, ReachCommand& reach) 
   command
       .add_option(
           "--rate", reach.rate_hz,
-          "Goals per second in the table [30, or from its times]; each frame uses the latest goal")
+          "Goals per second in the table [from its time column, else 30]; each frame uses the "
+          "latest goal")
       ->check(CLI::Range(0.1, 10'000.0))
       ->needs(track);
   command
@@ -77,7 +78,7 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       ->excludes(command->get_option("--free-time"));
   CLI::Option* object = command->add_option(
       "--object", reach.object,
-      "Mesh or embedded object to take: it stands on a table with the middle of its bottom at the "
+      "Mesh or embedded object to take: it stands on a table with the center of its base at the "
       "first --goal and is carried to the other goals. Needs --grasp");
   command
       ->add_option("--grasp", reach.grasp,
@@ -115,13 +116,14 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "times\n"
       "while the wrist still approaches). If no sample reaches the goals, sampling is repeated "
       "once\n"
-      "with 1.5 times the time. The best sample is the one with the most goals reached; then "
-      "without\n"
-      "a second crouch; then with the lowest motion cost (speed, turns, lean, pelvis height, "
-      "joint\n"
-      "limits, accelerations) if all goals are reached, else the lowest sum of closest "
-      "distances.\n"
-      "If it ends off balance after the feet are pinned, the next one is tried, up to six.\n");
+      "with 1.5 times the time. Samples are ranked by:\n"
+      "  1. the number of goals reached\n"
+      "  2. no second crouch\n"
+      "  3. the lowest motion cost (speed, turns, lean, pelvis height, joint limits, "
+      "accelerations)\n"
+      "     if all goals are reached, else the lowest sum of closest distances\n"
+      "If the best sample ends off balance after the feet are pinned, the next is tried, up to "
+      "six.\n");
   command->callback([options, &exit_code] {
     if (options->reach.goals.empty() && options->reach.track.empty()) {
       throw CLI::RequiredError("--goal or --track");

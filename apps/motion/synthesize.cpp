@@ -37,8 +37,9 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   CLI::Option* action =
       command->add_option("--action", job.action, "The action: " + ScriptedActionNames())
           ->excludes(sentence);
-  CLI::Option* object = command->add_option("--object", job.object,
-                                            std::string(kObjectHelp) + "; default: the sentence's");
+  CLI::Option* object =
+      command->add_option("--object", job.object,
+                          std::string(kObjectHelp) + "; default: the object named in the sentence");
   action->needs(object);
   command->add_option("--class", job.job.object_class,
                       "Class of the object for the networks: mug, waterbottle, ... [its name]");
@@ -64,8 +65,8 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
                             : "Networks (.safetensors); this program was built without networks")
       ->required(!embedded);
   command->add_option("--action-vectors", job.action_vectors,
-                      "Vectors of a text encoder (.npz, .safetensors): of the 29 actions, for "
-                      "networks trained with them, and of the sentence, to find its action");
+                      "Text-encoder vectors (.npz, .safetensors) of the 29 actions, for networks "
+                      "trained with them, and of the sentence, to find its action");
   command->add_flag_callback(
       "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
   AddOption(*command, "-o,--output", job.output,
@@ -125,7 +126,7 @@ imos::Intent IntentOfSentence(SynthesizeCommand& job, const std::vector<std::str
   if (!job.action_vectors.empty()) {
     nearest = imos::FindNearestAction(job.action_vectors, job.sentence, names);
     if (!nearest) {
-      Note(common, fmt::format("note: {} has no vector of \"{}\": its words tell the action",
+      Note(common, fmt::format("note: {} has no vector of \"{}\": the action is found by its words",
                                job.action_vectors, job.sentence));
     }
   }

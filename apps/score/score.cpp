@@ -83,7 +83,7 @@ std::string AddTrials(std::span<const std::optional<ClipTrial>> trials,
     text +=
         fmt::format("{}: {}\n", scores[c].source,
                     trials[c] ? TrialText(*trials[c])
-                              : "not simulated: in no frame does exactly one hand hold an object");
+                              : "not simulated: no frame has exactly one hand holding an object");
   }
   return text;
 }

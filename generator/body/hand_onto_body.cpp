@@ -105,8 +105,8 @@ OptionTable OptionsOf(ParameterFileOptions& options) {
                 {"smplx", "smplx"},
                 {"smplh", "smplh"},
                 {"mano", "mano"}},
-               "Array names: amass; smplx, smplh, mano: those of the smplx package; auto: from the "
-               "file extension");
+               "Array names: amass (AMASS); smplx, smplh or mano (arguments of the smplx package); "
+               "auto (from the file extension)");
   table.Choice("to_hands", options.to_hands,
                {{"complete", HandConvention::kComplete}, {"relative", HandConvention::kRelative}},
                "Finger angles of the result: complete (flat_hand_mean), or relative to its model's "

@@ -273,14 +273,14 @@ std::vector<fs::path> ExportedFiles(const ClipScene& scene, const ExportOptions&
 OptionTable OptionsOf(ExportOptions& options) {
   OptionTable table;
   table.Flag("correctives", options.correctives,
-             ".glb, .usda: write pose correctives as morph targets; without them the file is "
+             "Write pose correctives as morph targets (.glb, .usda). Without them, the file is "
              "smaller, but the skin is off by centimeters at bent joints");
   table.Number("tolerance", "mm", ScaledNumber{&options.tolerance_m, 1e-3}, {1e-3, 100.0},
                ".glb, .usda: maximum distance from the body model's surface, mm");
-  table.Number("density", "", options.density_kg_m3, {1.0, 30'000.0}, "the mass of trials",
+  table.Number("density", "", options.density_kg_m3, {1.0, 30'000.0}, "mass as in score --physics",
                ".xml: density of the object, kg/m3 (water: 1000)");
   table.Number("every", "", options.every, {.low = 1.0},
-               "Mesh sequences, .usda, .xml and .jsonl: every n-th frame");
+               "Write every n-th frame (mesh sequences, .usda, .xml, .jsonl)");
   return table;
 }
 

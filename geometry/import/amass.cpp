@@ -277,8 +277,8 @@ ImportedClip ImportAmass(const Fields& fields, const std::filesystem::path& path
           "finger angles are taken as differences from the mean hand, which was added";
     } else if (FingersLookFlat(clip, *options.body) == false) {
       imported.notes.push_back(
-          "relaxed fingers are near zero, not near a mean hand, as if angles were differences from "
-          "it (if so, use --flat-hand-mean no)");
+          "finger angles at rest are near zero, not near the mean hand: they may be relative to "
+          "the mean hand (if so, use --flat-hand-mean no)");
     }
     if (frames > 1 && FingersStand(clip)) {
       imported.notes.push_back("the fingers never move: they were not captured");

@@ -292,7 +292,7 @@ ImportedClip ImportBodyOfOakInk2(const Fields& fields, const fs::path& path,
   imported.format = "OakInk2, body";
   clip.frame_rate = options.source_frame_rate.value_or(kOakInk2Rate);
   imported.conventions.push_back("rotations are quaternions, w first; fingers are complete");
-  imported.notes.push_back("the set tracks no legs: they are straight");
+  imported.notes.push_back("the data set does not track legs: they are kept straight");
   const std::optional<SceneObject> object =
       ChooseObject(ObjectsOfOakInk2(fields, frames), WristPaths(clip, *options.body), options.prop,
                    path.string(), imported.notes);

@@ -197,8 +197,8 @@ ImportedClip ImportDataFile(const fs::path& path, const ParameterOptions& option
     throw Error(path.string(), "is a body model, not a motion", "Give it with --body");
   }
   if (LooksLikeObjectPoses(fields)) {
-    throw Error(path.string(), "holds the poses of an object, but of no person or hand",
-                "Give the file of the person beside it: the object is imported with it");
+    throw Error(path.string(), "holds object poses, but no person or hand",
+                "Give the person's file in the same folder: it is imported with its object");
   }
   if (has("armature") && has("objects")) {
     throw Error(path.string(),
@@ -334,8 +334,8 @@ OptionTable OptionsOf(ImportFileOptions& options) {
   table.Flag("keep_ground", parameters.keep_ground,
              "Keep the heights; do not shift the feet to z = 0");
   table.Text("prop", parameters.prop,
-             "Object to use of a scene with several, by its name (glTF: its node); if left out, "
-             "the moving one, the nearest to a hand if several move");
+             "Name of the object to use in a scene with several (glTF: name of its node); default: "
+             "the object that moves, or the one nearest to a hand if several move");
   table.Group("Motions with their own skeleton");
   table.Text(
       "map", motion.map,
@@ -343,10 +343,10 @@ OptionTable OptionsOf(ImportFileOptions& options) {
           "JSON map of joint names {{\"source joint\": \"smplx joint\"}}; not needed for: {}",
           fmt::join(KnownSkeletons(), "; ")));
   table.Text("asf", motion.skeleton,
-             "Skeleton of an .amc file; if left out, it is searched in its folder");
+             "Skeleton (.asf) of an .amc file; default: the matching .asf in the same folder");
   table.Text("animation", motion.animation,
-             "Animation of a glTF with several; if left out, the longest one of the character");
-  table.Text("character", motion.character, "Character of a glTF with several");
+             "Animation to use in a glTF file with several; default: the character's longest");
+  table.Text("character", motion.character, "Character to use in a glTF file with several");
   table.Group("Parameters of a body model");
   table.Choice("hands", parameters.hands,
                {{"body", ImportedHands::kOfBody},
@@ -386,8 +386,8 @@ ImportedFile ImportFile(const fs::path& path, const ImportFileOptions& options) 
   NoteRotationDefects(imported);
   if (options.motion.betas.size() > 0) {
     imported.notes.push_back(
-        "warning: betas are ignored: this file has those of its body; they are for motions with "
-        "their own skeleton");
+        "warning: betas are ignored: this file has its own; the option applies only to motions "
+        "with their own skeleton");
   }
   RequireInRange(clip, path.string());
   if (std::string note = WrapJointAngles(clip); !note.empty()) {

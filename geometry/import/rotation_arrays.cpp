@@ -162,8 +162,8 @@ bool IsInterleaved(const Eigen::MatrixXd& numbers, const NpyMember& member,
   if (known) return *known;
   throw Error(
       member.where,
-      fmt::format("has shape {}: 6D rotations, but the numbers do not show whether by rows or by "
-                  "columns (they are {})",
+      fmt::format("has shape {}: 6D rotations, but it is ambiguous whether they are stored by rows "
+                  "or by columns (they are {})",
                   member.ShapeText(),
                   best < kSixDTolerance ? "orthonormal both ways" : "not orthonormal either way"),
       "Give matrices (frames, joints, 3, 3), or (frames, joints, 3, 2): their first two "

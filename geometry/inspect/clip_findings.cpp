@@ -82,7 +82,7 @@ void DescribePosture(const LooseMotion& motion, const Posture& posture, Inspecti
   if (posture.fastest_root_m_per_s > 13.0) {
     inspection.Warn(fmt::format("the root moves at up to {:.0f} m/s, faster than a sprinter",
                                 posture.fastest_root_m_per_s),
-                    "check for leaps, a wrong frame rate or a wrong unit");
+                    "check for discontinuities, a wrong frame rate or a wrong unit");
   }
 }
 
@@ -98,9 +98,10 @@ void DescribeMotion(const LooseMotion& motion, double meters_per_unit, Inspectio
                                    kDegrees * leap.size)
                      : fmt::format("frame {}: {} by {:.2f} m", leap.frame, leap.what, leap.size));
     }
-    inspection.Warn(fmt::format("leaps in {} of {} frames ({}{})", leaps.size(), motion.frames,
-                                fmt::join(shown, "; "), leaps.size() > kShownLeaps ? "; ..." : ""),
-                    "cut the clip there, or smooth it");
+    inspection.Warn(
+        fmt::format("discontinuities in {} of {} frames ({}{})", leaps.size(), motion.frames,
+                    fmt::join(shown, "; "), leaps.size() > kShownLeaps ? "; ..." : ""),
+        "cut the clip there, or smooth it");
   }
   const std::vector<JointLimitViolation> bends = FindOverbends(motion);
   inspection.AddFact("overbent_joints", static_cast<double>(bends.size()), "");

@@ -113,9 +113,10 @@ void JudgeLeaps(const SourceMotion& motion, const SkeletonMap& map, Inspection& 
     inspection.Warn("frame 0 is a separate pose (often a T-pose); the motion begins in frame 1",
                     "skip the first frame");
   } else {
-    inspection.Warn(fmt::format("leaps in {} frame{} ({}{})", count, count == 1 ? "" : "s",
-                                fmt::join(frames, ", "), count > kShownJoints ? ", ..." : ""),
-                    "cut the motion there");
+    inspection.Warn(
+        fmt::format("discontinuities in {} frame{} ({}{})", count, count == 1 ? "" : "s",
+                    fmt::join(frames, ", "), count > kShownJoints ? ", ..." : ""),
+        "cut the motion there");
   }
 }
 

@@ -214,7 +214,7 @@ std::vector<std::string> Describe(const MeshReport& report) {
         "around holes: the surface is open there");
   fault(report.num_non_manifold_edges, "edge", "edges", "shared by three faces or more");
   fault(report.num_non_manifold_vertices, "vertex", "vertices",
-        "where parts of the surface touch in a point only");
+        "where parts of the surface touch only at a point");
   fault(report.num_duplicate_vertices, "vertex", "vertices",
         "at exactly the position of another (repair welds them)");
   fault(report.num_unreferenced_vertices, "vertex", "vertices", "of no face (repair drops them)");

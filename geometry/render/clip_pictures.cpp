@@ -47,17 +47,17 @@ OptionTable OptionsOf(ClipPictureOptions& options) {
                 {"follow", ClipView::kFollow},
                 {"hand", ClipView::kHand}},
                "auto: follow for a sheet of a walking person, otherwise front");
-  table.Number("azimuth", "deg", options.how.azimuth_deg, {-360, 360}, "by the camera",
+  table.Number("azimuth", "deg", options.how.azimuth_deg, {-360, 360}, "depends on --camera",
                "Azimuth of the camera: degrees from the front (follow, hand: from -y), positive to "
                "the person's left");
-  table.Number("elevation", "deg", options.how.elevation_deg, {-90, 90}, "by the camera",
+  table.Number("elevation", "deg", options.how.elevation_deg, {-90, 90}, "depends on --camera",
                "Elevation of the camera, degrees");
   table.Pair("sheet", options.sheet, {1, 100}, "Columns and rows of the sheet");
   table.Number("frame", "", options.frame, kNonNegative, "all", "Only this frame, from 0");
   table.Number("every", "", options.every, {1, 1e6},
-               "Numbered pictures and videos: every n-th frame");
+               "Use every n-th frame (numbered pictures and videos)");
   table.Number("fps", "", options.fps, {0.1, 240.0}, "the clip's; .gif: at most 50",
-               "Videos: frames per second, at the clip's speed");
+               "Frame rate of a video; does not change the playback speed");
   table.Pair("size", options.size, {1, 16384}, "Width and height of each picture, pixels");
   table.Number("supersampling", "", options.how.picture.supersampling, {1, 4},
                "Samples along each side of a pixel");

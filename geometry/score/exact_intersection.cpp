@@ -255,7 +255,7 @@ Solid::Solid(TriangleMesh surface, bool close_holes)
 std::string_view Describe(VolumeStatus status) {
   constexpr std::array<std::string_view, 4> kClauses = {
       "exact", "a surface is not closed and bounds no volume",
-      "a surface crosses itself where the other body is", "the cut surfaces do not close"};
+      "a surface intersects itself where the two solids overlap", "the cut surfaces do not close"};
   return kClauses[static_cast<std::size_t>(status)];
 }
 

@@ -5,8 +5,9 @@
 >>> held = holdfast.fit("demo_drink", "mug")
 >>> held.clip.save("held.npz")
 
-Arrays are numpy's, frames first; meters, radians, z up. docs/python.md has a table of all there is.
-holdfast.torch (imported apart, needs PyTorch) has the body model and the energy terms for learning.
+Arrays are numpy's, frames first; meters, radians, z up. docs/python.md lists all functions and
+classes. holdfast.torch (a separate import, needs PyTorch) has the body model and the energy terms as
+differentiable functions.
 """
 
 from . import _core, results

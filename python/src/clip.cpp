@@ -361,10 +361,10 @@ void BindClip(py::module_& module) {
       .def_static(
           "from_smplx", &FromSmplx, "parameters"_a, "frame_rate"_a = 30.0, py::kw_only(),
           "gender"_a = "neutral", "object"_a = py::none(), "holding_hand"_a = py::none(),
-          "A clip of smplx's arguments by name, arrays or tensors (T, ...): what to_smplx() "
-          "returns. Hands are complete angles (T, 45): those stored as principal components, "
-          "or relative to the mean hand, need import_motion. Joints and translation that are "
-          "not given are zero; of betas (T, B) the mean is used; expression is ignored. "
+          "Makes a clip from the arguments of smplx by name, arrays or tensors (T, ...), as "
+          "returned by to_smplx(). Hands are complete angles (T, 45); use import_motion for "
+          "principal components and for angles relative to the mean hand. Missing joints and "
+          "translation are zero; betas (T, B) are averaged; expression is ignored. "
           "frame_rate in Hz; holding_hand (T,), and the others, as in Clip().")
       .def_static("load", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
                   "frame_rate"_a = py::none(), "betas"_a = py::none(),

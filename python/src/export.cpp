@@ -54,8 +54,9 @@ py::dict Export(const py::object& clip, const std::filesystem::path& path, const
     try {
       physics = PhysicsOfClip(scene, options.density_kg_m3, protocol);
     } catch (const Error& error) {  // if decomposition of the mesh fails
-      LogNotes({fmt::format("the object is exported as its convex hull, and hands only push: it {}",
-                            error.Problem())});
+      LogNotes({fmt::format(
+          "the object is exported as its convex hull and the hands as kinematic bodies: it {}",
+          error.Problem())});
     }
   }
   options.physics = physics ? &*physics : nullptr;

@@ -65,7 +65,7 @@ CarriedPtr Fit(const py::object& clip, const py::object& object, const py::objec
 
 constexpr const char* kFitDoc =
     R"(Fits an object to a clip: solves object pose and finger angles for
-every frame. If the clip has the object's trajectory, the trajectory is the data; else a hand takes
+every frame. If the clip has an object trajectory, the fit uses it as data; otherwise a hand takes
 the object in the first frame and holds it.
 
 clip: Clip, path, or name of an embedded clip. object: path, name of an embedded object, or
@@ -264,7 +264,7 @@ void BindFit(py::module_& module) {
       [fit = py::object(module.attr("fit"))](const py::object& clip, const py::object& object,
                                              const py::kwargs& options) {
         if (options.contains("hand_over")) {
-          throw py::type_error("offhand: hand_over is True; use fit() for what does not change");
+          throw py::type_error("offhand: hand_over is always True; use fit() to fit without it");
         }
         return fit(clip, object, "hand_over"_a = true, **options);
       },

@@ -68,7 +68,7 @@ class LiveFitter {
 
   LiveFrame Step(const JointPose& pose, const Eigen::Vector3d& trans) {
     const std::scoped_lock guard(lock_);
-    if (!holds_) throw std::runtime_error("FrameFitter.step: no hand holds: start() first");
+    if (!holds_) throw std::runtime_error("FrameFitter.step: no hold: call start() first");
     last_.report = fitter_.Solve(pose, trans);
     last_.body = fitter_.Body();
     return Frame();
@@ -157,7 +157,7 @@ Eigen::Quaterniond RotationOf(const py::object& value, const char* name) {
       Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(numbers.data());
   if (!(rotation * rotation.transpose()).isIdentity(1e-3) || rotation.determinant() < 0.0) {
     throw py::value_error(fmt::format(
-        "{}: expected a rotation: R R^T is not the identity to 0.001, or a reflection", name));
+        "{}: expected a rotation matrix: R R^T within 0.001 of the identity, determinant 1", name));
   }
   return Eigen::Quaterniond(rotation).normalized();
 }
@@ -267,11 +267,9 @@ void BindFrameFitter(py::module_& module) {
            "penetration of hand and object is resolved. Returns (R (3, 3), T (3,), fingers (45,); "
            "of both hands (2, 45), right and left). May be called again.")
       .def("step", &StepFitter, "poses"_a, "trans"_a,
-           "Solves the next frame, poses (165,) or (55, 3) and trans (3,): the object's R (3, 3) "
-           "and T "
-           "(3,) meters, world, and the hand's fingers (45,) axis-angle in radians, of both hands "
-           "(2, "
-           "45), right and left. RuntimeError before start().")
+           "Solves the next frame, poses (165,) or (55, 3) and trans (3,). Returns the object's "
+           "R (3, 3) and T (3,) meters, world, and the hand's fingers (45,) axis-angle in radians; "
+           "for both hands (2, 45), right and left. Raises RuntimeError before start().")
       .def_property_readonly(
           "poses",
           [](LiveFitter& self) {

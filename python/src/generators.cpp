@@ -521,10 +521,10 @@ void BindActionCase(py::module_& module) {
 }
 
 constexpr const char* kReachMotionsDoc =
-    R"(Motions of the embedded body to goals of the right wrist,
-as WANDR's protocol evaluates them (Diomataris et al. 2024): N at once, all of `frames` at 30 Hz.
+    R"(Generates N motions of the embedded body to goals of the right wrist,
+as WANDR's protocol evaluates them (Diomataris et al. 2024), each of `frames` frames at 30 Hz.
 
-states (N, 135) and previous_deltas (N, 135): where they start (reach_starts). goals (N, 3) meters,
+states (N, 135) and previous_deltas (N, 135): the start states (reach_starts). goals (N, 3) meters,
 deadlines (N,) in frames from the start, streams (N,) of `seed` that latents are drawn from, with
 standard deviation sigma. method: 'intention', 'latent-opt', 'vae-opt-lm', 'vae-opt-lbfgs',
 'vae-opt-lbfgs-step1' or 'vae-opt-adam'. refit: planted feet are pinned and the wrist is placed.

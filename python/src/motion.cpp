@@ -171,7 +171,7 @@ goals: (K, 3) or (3,), world, meters, z up from the ground. clip: continues from
 embedded clip, at `frame` (from 0, at the clip's rate; None: the last); None: a person of `body` who
 stands at the origin, facing -y.
 
-object: a mesh that stands on a table with the middle of its bottom at the first goal, is taken
+object: a mesh that stands on a table with the center of its base at the first goal, is taken
 there and carried to the other goals; as for fit(). approach: (3,) along the forearm, elbow to
 wrist, on arrival (latent-opt). obstacles: list of mesh files or (vertices, faces) in the world
 (latent-opt). weights: file of another network.

@@ -134,7 +134,7 @@ Eigen::Vector3d RotationVector(const double* numbers, bool matrix, const char* n
   if (!((rotation.transpose() * rotation - Eigen::Matrix3d::Identity()).norm() < kOff) ||
       rotation.determinant() < 0.0) {
     throw py::value_error(
-        fmt::format("{}[{}, {}] is no rotation: orthogonalize it first", name, t, joint));
+        fmt::format("{}[{}, {}] is not a rotation: orthogonalize it first", name, t, joint));
   }
   return LogSO3(rotation);
 }

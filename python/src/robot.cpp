@@ -182,7 +182,7 @@ void BindRobot(py::module_& module) {
       .def_property_readonly(
           "robot", [](const TransferredRobot& self) { return self.Setup().robot; }, "RobotHand")
       .def_property_readonly("joint_angles", &Joints,
-                             "(T, J) of the joints of robot.joints, in their order")
+                             "(T, J) radians or meters, columns in the order of robot.joints")
       .def_property_readonly("wrist", &Wrist,
                              "(orient (T, 3), trans (T, 3)): axis-angle and place of the robot's "
                              "root in the world")
@@ -202,7 +202,7 @@ void BindRobot(py::module_& module) {
           "dict: the same measures of the clip's human hand")
       .def_property_readonly(
           "solve_ms", [](const TransferredRobot& self) { return self.transfer.solve_ms; },
-          "wall time of solving all frames, without the starts of the first frame, ms")
+          "wall time to solve all frames, ms, without the search for a start in the first frame")
       .def("baseline", &ByBaseline, "method"_a,
            "The same clip on the same robot by a published method, as a RobotTransfer: "
            "'laplacian' (an interaction mesh, OmniRetarget, Yang et al. 2025), 'keypoints' "

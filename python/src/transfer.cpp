@@ -106,10 +106,11 @@ constexpr const char* kTransferDoc =
 person, keeping contacts: a dense map between the objects' surfaces maps contact points and
 distances; then hand and object are fitted.
 
-clip: Clip, path, or result with an object (its mesh, or from_object). object: the other one, as for
-fit(); None: the clip's own. scale: factor, or (3,) one for each axis. map: found by shape, or pairs of
-points ((n, 3), (n, 3)), meters, or a path to them. betas: (B,) shape of another person. Returns
-TransferResult. Raises FitFailure if no hand touches the object, Stopped, and Error.
+clip: Clip, path, or result with an object (its mesh, or from_object). object: the target object,
+as for fit(); None: the clip's own. scale: factor, or (3,) one for each axis. map: corresponding
+points ((n, 3), (n, 3)), meters, or a path to them; None: found from the shapes. betas: (B,) shape
+of another person. Returns TransferResult. Raises FitFailure if no hand touches the object, Stopped,
+and Error.
 
     held = holdfast.fit('demo_drink', 'mug')
     large = holdfast.transfer(held, scale=1.2)

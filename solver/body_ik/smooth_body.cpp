@@ -215,7 +215,7 @@ BodyJitter Measure(std::span<const BodyPlacement> placed, std::span<const Soles>
 
 void Require(const Clip& clip, const SmoothOptions& options, const std::string& where) {
   if (clip.object) {
-    throw Error(where, "has an object, which smoothing the body alone would take out of the hand",
+    throw Error(where, "has an object: smoothing only the body would move the hand away from it",
                 "Refine it without --smooth");
   }
   if (IsHandAlone(clip)) {

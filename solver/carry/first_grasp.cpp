@@ -212,7 +212,7 @@ FirstGrasp TakeGivenGrasp(const HandModel& hand, const PreparedObject& object,
   if (first.given->min_distance_mm > kMaxAway_mm) {
     first.clean = false;
     first.warnings.push_back(
-        fmt::format("the hand of {} is {:.0f} mm from {}: is it of this object, in meters?",
+        fmt::format("the hand of {} is {:.0f} mm from {}: check that object and unit match",
                     given.source, first.given->min_distance_mm, object.object.name));
   } else if (first.given->max_penetration_mm > kMaxDeep_mm) {
     first.clean = false;

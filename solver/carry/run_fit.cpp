@@ -60,7 +60,7 @@ void AddSolverOptions(FitJob& job, OptionTable& table) {
                "Maximum number of iterations per frame");
   table.Choice("precision", fit.precision,
                {{"single", PairPrecision::kSingle}, {"double", PairPrecision::kDouble}},
-               "Arithmetic of the pair loop");
+               "Floating-point precision of the loop over hand-object pairs");
 }
 
 void AddHandOverOptions(CarryOptions& carry, OptionTable& table) {
@@ -75,7 +75,7 @@ void AddHandOverOptions(CarryOptions& carry, OptionTable& table) {
   table.Number("max_switches", "", carry.handover.max_switches, {1, 100},
                "Maximum number of detected hand-overs");
   table.Number("dwell", "s", carry.handover.dwell_s, {0.0, 10.0},
-               "Approximate time for which both hands hold around a given switch, s");
+               "Approximate time that both hands hold the object around a frame of --switch, s");
 }
 
 // Reads --first-grasp.
@@ -211,7 +211,7 @@ OptionTable OptionsOf(FitJob& job) {
       "Fit a drinking motion: the cup stands on the table until the hand takes it, is at the mouth "
       "when the hand is there, and is put back; neck and head move to the cup's rim");
   table.Choice("drinking", job.no_drink, {{"auto", false}, {"off", true}},
-               "auto: if the clip drinks and the object is a vessel, fit it as with --drink; off: "
+               "auto: same as --drink if the clip shows drinking and the object is a vessel; off: "
                "hold the object throughout");
   table.Number("start", "", job.start, kNonNegative, "First frame to fit");
   table.Number("end", "", job.end, {}, "Frame to stop before; -1 is the clip's end");

@@ -256,7 +256,7 @@ OptionTable OptionsOf(GraspJob& job) {
   table.Number("object_scale", "", job.object_scale, kPositive,
                "Multiplies the object's coordinates (0.001 for millimeters)");
   table.Number("closings", "", search.closings, {1, 100'000},
-               "Number of hand placements for which the fingers are closed");
+               "Number of hand placements to try, closing the fingers at each");
   table.Number("refinements", "", search.refinements, {1, 100'000},
                "Number of closed hands to refine");
   table.Number("friction", "", search.friction, {0.01, 2.0},

@@ -563,8 +563,8 @@ std::vector<std::string> ClearanceWarnings(const ClearanceReport& report) {
   }
   if (report.kept > 0) {
     warnings.push_back(fmt::format(
-        "arms and object keep the clip's motion in {} frames with penetration: no motion in which "
-        "the wrist moves by at most {:.0f} cm and turns by at most {:.0f} degrees avoids it",
+        "penetration remains in {} frames, where arms and object keep the clip's motion: moving "
+        "the wrist by at most {:.0f} cm and {:.0f} degrees cannot avoid it",
         report.kept, 1e2 * bounds.max_shift_m, bounds.max_turn_rad / kDegree));
   }
   return warnings;

@@ -68,8 +68,8 @@ GraspPlace::GraspPlace(const TriangleMesh& object, const Wanted& wanted)
   }
   if (faces.empty()) {
     throw Error(wanted.avoid.NumFaces() > 0 || !balls_.empty() ? "--avoid" : "--region",
-                "leaves nothing of the object's surface to hold",
-                "Give a region of the object, and avoid less than all of it");
+                "leaves no surface of the object to hold",
+                "Choose a larger region, or avoid less of the object");
   }
   surface_ = {object.vertices, object.faces(Eigen::all, faces)};
   if (at_) {

@@ -324,7 +324,8 @@ OptionTable OptionsOf(KeypointOptions& options) {
   table.Group("Keypoints of a hand");
   table.Choice("hand", options.side,
                {{"auto", std::optional<Side>()}, {"right", Side::kRight}, {"left", Side::kLeft}},
-               "Side; auto: the one that fits, of two hands the right one");
+               "Side of the hand; auto: the side that fits better, or right if the file has both "
+               "hands");
   std::vector<std::pair<std::string, const KeypointOrder*>> orders = {{"auto", nullptr}};
   std::string help = "Order of the keypoints; auto: the one that fits. ";
   for (const KeypointOrder& order : KeypointOrders()) {
@@ -333,7 +334,7 @@ OptionTable OptionsOf(KeypointOptions& options) {
   }
   table.Choice("order", options.order, orders, help);
   table.Number("meters_per_unit", "", options.meters_per_unit, {1e-6, 1e3},
-               "that of a hand: m, cm or mm", "Length unit of the keypoints");
+               "from the size of the hand: m, cm or mm", "Length unit of the keypoints");
   table.Choice("up", options.up, UpAxisChoices(), "Up axis of the keypoints; auto: z, with a note");
   table.Number("fps", "", options.rate_hz, {1.0, 1000.0}, "Frames per second of the keypoints");
   return table;
@@ -388,9 +389,9 @@ SolvedKeypoints SolveKeypoints(const std::vector<KeypointTable>& tables,
   std::ranges::stable_sort(readings, {}, &Reading::rms_m);
   const Reading& best = readings[0];
   if (!std::isfinite(best.rms_m)) {
-    throw Error(where, "is of no size that a hand has in meters, centimeters or millimeters",
+    throw Error(where, "does not have the size of a hand in meters, centimeters or millimeters",
                 "Give the unit with --meters-per-unit; pixels and normalized image coordinates "
-                "have none");
+                "cannot be used");
   }
   report.side = best.side;
   report.order = best.order->name;

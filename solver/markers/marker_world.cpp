@@ -176,8 +176,8 @@ MarkerWorld FindWorld(const MarkedPerson& person, const MarkerRecording& recordi
     const auto found = UpAlong(axis, body_up(axis) > 0.0);
     if (!up && body_up(axis) < 0.0 && thickness < 0.0) {
       throw Error(where,
-                  "is mirrored: left and right are exchanged, by the names or by a flipped axis",
-                  "Exchange L and R in the names, or export with right-handed axes");
+                  "is mirrored: left and right are swapped in the names, or an axis is flipped",
+                  "Swap L and R in the names, or export with right-handed axes");
     }
     if (!up && body_up(axis) < 0.0) {
       throw Error(

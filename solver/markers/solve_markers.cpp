@@ -343,7 +343,7 @@ SolvedRecording SolveMarkers(const MarkerRecording& recording, const MarkerRecor
       if (recording.Find(site.name)) seen.push_back(site.name);
     }
     throw Error(where,
-                fmt::format("fewer than {} known markers are seen at a time; {} known: {}",
+                fmt::format("no frame shows at least {} known markers; {} known: {}",
                             kFewestMarkers, seen.size(), fmt::join(seen, " ")),
                 NearestKnown(report, options.table) +
                     "Give the whole recording, or a table of its other names with --markers");

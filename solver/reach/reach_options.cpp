@@ -123,8 +123,8 @@ OptionTable OptionsOf(ReachJob& job) {
              "Arrive at any time before the goal is due (latent-opt)");
   table.Flag(
       "refit", options.refit,
-      "Pin the feet and place the wrist on the goal afterwards. The network's own motion ends some "
-      "centimeters from the goal (latent-opt: millimeters)");
+      "Pin the feet and place the wrist on the goal afterwards. Without this step, the motion ends "
+      "some centimeters from the goal (latent-opt: millimeters)");
   table.Flag("refit_all", options.refit_all, "Refit all motions, not only the best");
   AddStyleOption(table, "grasp", job.grasp,
                  "Grasp that takes the object: power, precision, handle, or auto (the best)");

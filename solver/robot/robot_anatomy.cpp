@@ -481,7 +481,7 @@ RobotAnatomy AnatomyOf(const RobotHand& hand, const std::vector<PartLink>& parts
       chain.insert(chain.end(), links.begin(), links.end());
     }
     if (std::ranges::none_of(chain, [&](int k) { return hand.links[k].dof >= 0; })) {
-      throw Error(source, fmt::format("gives {} no movable link", kFingerNames[human]),
+      throw Error(source, fmt::format("assigns no movable link to {}", kFingerNames[human]),
                   "Name the links that its joints move");
     }
     RobotFinger finger = anatomist.FingerOf(chain);

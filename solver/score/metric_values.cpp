@@ -435,20 +435,20 @@ std::vector<MetricDefinition> MetricDefinitions(const ScoreOptions& options) {
   other(kStanding, "pelvis_range_mm", "pelvis, range", "mm", 0, kLower,
         "largest horizontal distance of two positions of the pelvis");
   other(kStanding, "free_wrist_range_mm", "free wrist, range", "mm", 0, kLower,
-        "largest distance of two positions of the wrist of the hand that holds the object in fewer "
-        "frames (without a difference: that moves less)");
+        "largest distance between two positions of the wrist of the hand that holds the object in "
+        "fewer frames (if equal, of the wrist that moves less)");
   other(kStanding, "head_range_deg", "head, range", "deg", 1, kLower,
         "largest angle between two directions of the face");
   other(kStanding, "gaze_off_deg", "face from the object", "deg", 1, kHigher,
-        "mean angle between the direction of the face and the way from the eyes to the object's "
+        "mean angle between the direction of the face and the line from the eyes to the object's "
         "center (without an object: to the other wrist), over frames in which it is more than 30 "
         "cm from the eyes");
   other(kStanding, "trunk_lean_start_deg", "lean at the start", "deg", 1, kHigher,
-        "forward angle of the way from pelvis to neck from the vertical, in the first frame");
+        "forward angle between the vertical and the line from pelvis to neck, in the first frame");
   other(kStanding, "head_down_start_deg", "face down at the start", "deg", 1, kHigher,
         "angle of the face's direction below the horizontal, in the first frame");
   other(kStanding, "end_speed_m_s", "speed at the end", "m/s", 3, kHigher,
-        "displacement of the fastest body joint over the last 0.2 s, by that time");
+        "displacement of the fastest body joint over the last 0.2 s, divided by that time");
   other(kStanding, "vessel_tilt_start_deg", "vessel's tilt, start", "deg", 1, kHigher,
         "angle between the direction of the object's opening and the vertical, in the first frame; "
         "undefined for an object without an opening");

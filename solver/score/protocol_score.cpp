@@ -480,11 +480,11 @@ std::vector<MetricDefinition> ProtocolMetrics(ScoreProtocol protocol) {
     case ScoreProtocol::kGraspQp:
       add("graspqp_closure", "GraspQP: force closure", "", 4, kHigher,
           "mean over grasps of 0.5 |F x|^2 at the x in [1, 21] that minimizes it: 0 if the "
-          "contacts "
-          "within 5 mm, one a part of the hand, balance each other; undefined if a grasp has none");
+          "contacts within 5 mm, one for each hand part, balance each other; undefined if a grasp "
+          "has none");
       add("graspqp_any_axis_ratio", "GraspQP: held along an axis", "%", 1, kLower,
-          "1 if the object stays within 3 cm under 3 N along both directions of some axis of its "
-          "three (0.2 kg, friction 1, 0.5 s each, no gravity; in MuJoCo), else 0");
+          "1 if the object stays within 3 cm under 3 N along both directions of at least one of "
+          "its three axes (0.2 kg, friction 1, 0.5 s each, no gravity; in MuJoCo), else 0");
       add("graspqp_all_axes_ratio", "GraspQP: held along all axes", "%", 1, kLower,
           "1 if it stays along both directions of all three, else 0");
       break;
@@ -510,7 +510,8 @@ std::vector<MetricDefinition> ProtocolMetrics(ScoreProtocol protocol) {
       add("v2d_mt_success_ratio", "video_to_data: MT-SR", "%", 0, kLower,
           "1 if they are below 0.03 m and 30 degrees, else 0");
       add("v2d_add_auc_ratio", "video_to_data: ADD-AUC", "%", 1, kLower,
-          "area under the share of frames with ADD below a threshold, of 1 to 9 cm, over 8 cm");
+          "area under the curve of the fraction of frames with ADD below a threshold from 1 to 9 "
+          "cm, divided by 8 cm");
       break;
   }
   return list;

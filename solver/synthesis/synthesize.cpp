@@ -150,7 +150,8 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
                                     &start.actor->Hand(Side::kLeft)};
   const std::string action(imos::Actions()[intent.action].label);
   if (start.both && action == "offhand") {
-    throw Error("hand", "both hands hold: none can take the object over", "Give one hand");
+    throw Error("hand", "both hands hold the object: neither is free to take it over",
+                "Give one hand");
   }
   const SynthesisScene scene{start.clip,
                              start.actor->Measures().rest_joints,
@@ -228,7 +229,8 @@ OptionTable OptionsOf(SynthesisJob& job) {
                "latents. Not applied to the first sample");
   table.Number("frame_rate", "", options.frame_rate, {5.0, 240.0}, "Frame rate of the output, Hz");
   table.Flag("and_back", options.and_back,
-             "Put the object back where it was and stand at rest; on a table the hand releases it");
+             "End with the object back in its place (released, if on a table) and the person at "
+             "rest");
   return table;
 }
 
@@ -266,7 +268,7 @@ std::optional<std::string> NoteOnIntent(const SynthesisNetwork& network,
   }
   std::vector<std::string> objects;
   for (const auto& [name, count] : seen->second.items()) objects.push_back(name);
-  return fmt::format("the training data have no person who {} a {}, only with: {}",
+  return fmt::format("the training data have no clip of a person who {} a {}, only with: {}",
                      imos::Actions()[intent.action].verb, object, fmt::join(objects, ", "));
 }
 

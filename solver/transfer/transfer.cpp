@@ -213,7 +213,7 @@ class Transferer {
           SideName(hold.side), grasp.refused,
           grasp.searched ? fmt::format("using a new grasp near them, {:.0f} mm and {:.0f} deg away",
                                        1e3 * grasp.wrist_shift_m, grasp.wrist_turn_rad / kDegree)
-                         : "no clean grasp was found near them, so this one is used"));
+                         : "no clean grasp was found near them, so the mapped grasp is used"));
     }
     if (alone && !same_body && !report_.kept_wrists) {
       report_.warnings.push_back(

@@ -140,7 +140,7 @@ TEST(GraspPlace, SaysWhatThereIs) {
            {grasp + "--avoid far.txt", 1, "--avoid far.txt:1: '99' is not a vertex of the mesh"},
            {grasp + "--at 0,0,2", 1, "--at: (0, 0, 2) is 125.0 cm from the object's surface"},
            {grasp + "--region hilt --avoid grip", 1,
-            "--avoid: leaves nothing of the object's surface"},
+            "--avoid: leaves no surface of the object"},
            {grasp + "--at 0,0,2 --hand both", 1, "is 125.0 cm from the object's surface"},
            {grasp + "--at 0,0", 2, "--at"},
            {"grasp mug -q -o out.npz --region handle", 1, "mug has no named parts"},

@@ -116,7 +116,7 @@ TEST_F(SolveCommand, SaysWhatAnObjectLacks) {
        "no marker's name matches 'mug_*'. Its markers are STRN cup_a cup_b"},
       {"--object-markers nowhere.csv", "nowhere.csv: cannot be read"},
       // Of the person there is one marker.
-      {"--object-markers 'cup_*'", "fewer than 3 known markers are seen at a time"}};
+      {"--object-markers 'cup_*'", "no frame shows at least 3 known markers"}};
   for (const auto& [options, fault] : faults) {
     folder.Fails("solve one.csv -o out " + options, 1, fault);
   }

@@ -189,8 +189,8 @@ def test_matrices_and_6d_are_poses(demo):
     six = np.concatenate([turned[..., 0], turned[..., 1]], axis=-1)
     for poses in (turned, six, 2.0 * six):
         np.testing.assert_allclose(holdfast.Clip(poses, demo.trans).poses, demo.poses, atol=1e-9)
-    refused(ValueError, r"poses\[0, 0\] is no rotation", holdfast.Clip, 1.1 * turned, demo.trans)
-    refused(ValueError, "no rotation", holdfast.Clip, 0.0 * six, demo.trans)
+    refused(ValueError, r"poses\[0, 0\] is not a rotation", holdfast.Clip, 1.1 * turned, demo.trans)
+    refused(ValueError, "not a rotation", holdfast.Clip, 0.0 * six, demo.trans)
     refused(ValueError, "expected", holdfast.Clip, turned[:, :54], demo.trans)
 
 

@@ -248,7 +248,7 @@ SourceMotion ParsePlain(std::string_view text, std::string name, double meters_p
     // Exporters miscount, and clips are cut by hand: the whole frames that exist are accepted.
     if (frame > 0 && scanner.AtEnd()) {
       motion.notes.push_back(fmt::format(
-          "the header announces {} frames, {} are there{}", num_frames, frame,
+          "the header announces {} frames, but the file has {}{}", num_frames, frame,
           frame < num_frames - 1 ? ": the motion was cut, or the file is incomplete" : ""));
       return motion;
     }
@@ -257,7 +257,7 @@ SourceMotion ParsePlain(std::string_view text, std::string name, double meters_p
   if (!scanner.AtEnd()) {
     ReadFrame(scanner, num_frames, num_frames + 1, meters_per_unit, channels, motion);
     motion.notes.push_back(
-        fmt::format("the header announces {} frames, one more is there", num_frames));
+        fmt::format("the header announces {} frames, but the file has one more", num_frames));
   }
   if (!scanner.AtEnd()) {
     scanner.Next();

@@ -65,7 +65,7 @@ def finish(folder, value, text, times=None):
 
 
 def write_csv(path, rows):
-    """A table of dicts: what is in dicts of them as OUTER_INNER, lists left out."""
+    """Writes dicts as rows of a CSV file: nested keys become OUTER_INNER, lists are left out."""
     def scalars(row, prefix=""):
         for key, value in row.items():
             if isinstance(value, dict):

@@ -53,7 +53,8 @@ def refine_clip(task):
 
 
 def contact_share(row):
-    """Fraction of frames in contact after, of those in which the object follows a hand; else 1."""
+    """Fraction of the frames in which the object follows a hand that are in contact after refining;
+    1 if there are none."""
     frames = row["hand_frames_followed"]
     return row["after"]["hand_frames_in_contact"] / frames if frames else 1.0
 

@@ -366,8 +366,8 @@ def limits_of(angles):
 
 
 def pair_distance(walks):
-    """How much motions differ: mean distance of a joint over time and all pairs, meters, first frames
-    moved and turned onto each other, all on the mean shape; who ends first stays where it is."""
+    """Mean joint distance over time and all pairs of motions, meters. First frames are aligned in
+    position and heading, bodies have the mean shape, and shorter motions hold their last frame."""
     placed = []
     for walk in walks:
         joints = walk["mean_joints"].copy()

@@ -193,7 +193,7 @@ def reached(motion):
 
 
 def manner(motions):
-    """Means over motions of how they move, whatever they were for."""
+    """Means over motions of measures that do not depend on the goal."""
     def mean(key):
         return sum(motion[key] for motion in motions) / len(motions)
 
@@ -212,7 +212,7 @@ def manner(motions):
 
 
 def success(motions):
-    """Means over motions of what came of their goals: SR, DTG and the like."""
+    """Means over motions of measures of reaching the goal: SR, DTG and others."""
     count = len(motions)
     speeds = [m["speed_at_reach_m_s"] for m in motions if m["speed_at_reach_m_s"] is not None]
     closest = [m["closest_m"] for m in motions]

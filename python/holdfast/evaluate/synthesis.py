@@ -176,7 +176,7 @@ def frechet(features, reference):
 
 
 def frechet_of_halves(features, seed):
-    """Two random halves of a set against each other: what chance makes."""
+    """Frechet distance between two random halves of a set: the level of chance."""
     order = list(range(len(features)))
     for n, draw in zip(range(len(order) - 1, 0, -1), _study.uniforms(len(order), seed, 1)):
         k = int(draw * (n + 1))

@@ -39,9 +39,9 @@ class Options:
 
 
 class Sequences:
-    """Sequences on one device: poses (S, 240, 135), padded by the last frame; what they are in is
-    `length` (S,). `label` (S, 240): the frame of the labeled goal ahead, the own frame behind the last
-    one, -1 in sequences without labels."""
+    """Sequences on one device: poses (S, 240, 135), padded with the last frame; `length` (S,) is the
+    number of valid frames. `label` (S, 240): the frame of the next labeled goal, the frame itself
+    after the last goal, -1 in sequences without labels."""
 
     def __init__(self, clips, bones, norms, options, device):
         self.norms, self.bones, self.device, self.options = norms, bones, device, options

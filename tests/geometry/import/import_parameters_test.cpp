@@ -580,7 +580,7 @@ TEST(ImportObjectBeside, InterActsPairIsOneClip) {
   EXPECT_EQ(imported.clip.object->name, "boxsmall");
   EXPECT_TRUE(Mentions(imported.notes, "the object is read from object.npz beside it"));
   EXPECT_TRUE(LoadClip((pair / "human.npz").string()).clip.object);
-  EXPECT_THAT(ImportFault(pair / "object.npz"), HasSubstr("poses of an object"));
+  EXPECT_THAT(ImportFault(pair / "object.npz"), HasSubstr("holds object poses"));
 }
 
 TEST(ImportObjectBeside, GoesByNameElseByContent) {

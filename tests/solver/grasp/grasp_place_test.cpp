@@ -132,14 +132,14 @@ TEST(GraspPlace, RefusesWhatIsNoPlaceOfTheObject) {
   EXPECT_THAT(why(far), HasSubstr("(0, 0.2, 0.5) is 19.7 cm from the object's surface"));
   far.at->y() = std::nan("");
   EXPECT_THAT(why(far), HasSubstr("not finite"));
-  EXPECT_THAT(why({Box({1, 1, 1}, {2, 2, 2}), {}, {}}), HasSubstr("leaves nothing"));
-  EXPECT_THAT(why({kHilt, kSword, {}}), HasSubstr("leaves nothing"));
+  EXPECT_THAT(why({Box({1, 1, 1}, {2, 2, 2}), {}, {}}), HasSubstr("leaves no surface"));
+  EXPECT_THAT(why({kHilt, kSword, {}}), HasSubstr("leaves no surface"));
   EXPECT_EQ(why({kHilt, kBlade, {}}), "no error");
   GraspPlace::Wanted balls;
   balls.avoid_balls = {{{0.0, 0.3, 0.5}, 0.1}};
   EXPECT_THAT(why(balls), HasSubstr("farther than the radius of 0.1 m"));
   balls.avoid_balls = {{{0.0, 0.0, 0.3}, 2.0}};
-  EXPECT_THAT(why(balls), HasSubstr("leaves nothing"));
+  EXPECT_THAT(why(balls), HasSubstr("leaves no surface"));
 }
 
 }  // namespace

@@ -262,7 +262,7 @@ TEST_F(SolveMarkersTest, SaysWhatIsWrong) {
     if (name.starts_with("R")) name = "Right_" + name.substr(1);
     if (name.starts_with("L")) name = "left " + name.substr(1);
   }
-  EXPECT_THAT(ErrorOf(spelled), HasSubstr("fewer than 3 known markers are seen at a time; 1 known: "
+  EXPECT_THAT(ErrorOf(spelled), HasSubstr("no frame shows at least 3 known markers; 1 known: "
                                           "STRN"));
   EXPECT_THAT(ErrorOf(spelled), HasSubstr("RSHO1 for Right_SHO1"));
 
@@ -290,12 +290,12 @@ TEST_F(SolveMarkersTest, SaysWhatIsWrong) {
 
   MarkerRecording mirrored = trial;
   for (int m = 0; m < mirrored.NumMarkers(); ++m) mirrored.positions.row(3 * m) *= -1.0;
-  EXPECT_THAT(ErrorOf(mirrored), HasSubstr("is mirrored: left and right are exchanged"));
+  EXPECT_THAT(ErrorOf(mirrored), HasSubstr("is mirrored: left and right are swapped"));
   MarkerRecording exchanged = trial;
   for (std::string& name : exchanged.names) {
     if (name != "STRN") name[0] = name[0] == 'R' ? 'L' : 'R';
   }
-  EXPECT_THAT(ErrorOf(exchanged), HasSubstr("is mirrored: left and right are exchanged"));
+  EXPECT_THAT(ErrorOf(exchanged), HasSubstr("is mirrored: left and right are swapped"));
 }
 
 // Combing: in a window of it both arms are over the head and as markers go the body seems upside

@@ -144,7 +144,7 @@ TEST(Bvh, AnotherNumberOfFramesIsNotedNotRefused) {
     EXPECT_THAT(motion.notes, ElementsAre(HasSubstr("announces " + announced)));
   }
   EXPECT_THAT(Changed("Frames: 2", "Frames: 40").notes[0],
-              AllOf(HasSubstr("2 are there"), HasSubstr("incomplete")));
+              AllOf(HasSubstr("but the file has 2"), HasSubstr("incomplete")));
 }
 
 TEST(Bvh, DecimalCommasAreReadAndNoted) {
