@@ -26,6 +26,7 @@ extensions = [
     "sphinx_copybutton",
     "command_reference",
     "cpp_reference",
+    "gallery",
     "python_reference",
     "links",
     "offline",
