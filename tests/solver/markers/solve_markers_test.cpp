@@ -268,13 +268,13 @@ TEST_F(SolveMarkersTest, SaysWhatIsWrong) {
 
   MarkerRecording empty = trial;
   empty.positions.setConstant(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_THAT(ErrorOf(empty), HasSubstr("fewer than 3 known markers are seen"));
+  EXPECT_THAT(ErrorOf(empty), HasSubstr("no frame shows at least 3 known markers"));
 
   // One marker of the person, the others not seen.
   MarkerRecording one = trial;
   one.positions.bottomRows(one.positions.rows() - 3)
       .setConstant(std::numeric_limits<double>::quiet_NaN());
-  EXPECT_THAT(ErrorOf(one), HasSubstr("fewer than 3 known markers are seen"));
+  EXPECT_THAT(ErrorOf(one), HasSubstr("no frame shows at least 3 known markers"));
 
   MarkerRecording two = trial;
   two.subjects.assign(two.names.size(), "P1");
