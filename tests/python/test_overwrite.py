@@ -41,13 +41,13 @@ def writers(held, robot):
 
 
 def test_every_writer_is_listed_and_has_force(held, robot):
-    known = {call.__doc__.split("(")[0] for call, *_ in writers(held, robot).values()}
+    known = {call.__name__ for call, *_ in writers(held, robot).values()}
     owners = [holdfast, *(value for value in vars(holdfast).values() if inspect.isclass(value))]
     for owner in owners:
         for name, value in vars(owner).items():
             writes = name.startswith(("save", "write")) or name in ("render", "export", "report")
             if writes and callable(value):
-                assert "force: bool = False" in value.__doc__, (owner, name)
+                assert inspect.signature(value).parameters["force"].default is False, (owner, name)
                 assert name in known, (owner, name)
 
 
