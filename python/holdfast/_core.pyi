@@ -755,25 +755,7 @@ def hold_trial(
     threads: int = 0,
 ) -> Optional[dict[str, Any]]: ...
 @overload
-def render(
-    clip: _Shown,
-    path: None = None,
-    *,
-    object: Optional[_Object] = None,
-    object_scale: float = 1.0,
-    body: Optional[BodyModel] = None,
-    camera: Literal["auto", "front", "side", "follow", "hand"] = "auto",
-    azimuth_deg: Optional[float] = None,
-    elevation_deg: Optional[float] = None,
-    frame: Optional[int] = None,
-    every: int = 1,
-    size: tuple[int, int] = (640, 480),
-    supersampling: int = 2,
-    contact: bool = True,
-    markers: Optional[_Path] = None,
-    threads: int = 0,
-    progress: _Progress = None,
-) -> NDArray[np.uint8]: ...
+def render(clip: _Shown, path: None = None, **options: Any) -> NDArray[np.uint8]: ...
 @overload
 def render(
     clip: _Shown,

@@ -16,12 +16,12 @@ _RESULTS = ("ConvertResult", "FitResult", "GraspResult", "ReachResult", "RefineR
             "SynthesisResult", "TakeResult", "TransferResult")
 
 
-def _arrays(value):
+def arrays(value):
     """Tensors as arrays, in dicts and lists as well."""
     if isinstance(value, dict):
-        return {str(key): _arrays(item) for key, item in value.items()}
+        return {str(key): arrays(item) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [_arrays(item) for item in value]
+        return [arrays(item) for item in value]
     return value.detach().cpu().numpy() if hasattr(value, "detach") else value
 
 
@@ -32,7 +32,7 @@ class stored_parameters:
         self.folder = tempfile.TemporaryDirectory()
         self.path = pathlib.Path(self.folder.name) / "parameters.pkl"
         with open(self.path, "wb") as file:
-            pickle.dump(_arrays(parameters), file, protocol=4)
+            pickle.dump(arrays(parameters), file, protocol=4)
 
 
 class Page:
@@ -70,6 +70,8 @@ def _player(self):
 
 
 def _attributes(result):
+    if isinstance(result, StoredResult):
+        return {name: value for name, value in vars(result).items() if not name.startswith("_")}
     kind = type(result)
     return {name: getattr(result, name) for name in dir(kind)
             if not name.startswith("_") and isinstance(getattr(kind, name), property)}
@@ -93,9 +95,9 @@ def _reduce(self):
 
 # pickle finds Python's functions by name, but not those of the extension.
 def _restored(kind, state):
-    if kind in ("Clip", "ObjectTrack"):
-        return _core._clip(state) if kind == "Clip" else _core._track(state)
-    return _core.BodyModel.load(*state) if kind == "BodyModel" else _core.RobotHand(*state)
+    if kind == "Clip":
+        return _core._clip(state)
+    return _core.BodyModel.load(*state) if kind == "BodyModel" else getattr(_core, kind)(*state)
 
 
 def _reduce_input(self):
@@ -125,15 +127,9 @@ def save(self, folder, *, force=False):
     if not hasattr(self, "clip"):
         raise TypeError(f"{self!r} has no clip to save")
     measures = _plain(self.metrics if hasattr(self, "metrics") else {
-        name: value for name, value in _attributes_of(self).items() if name not in ("clip", "clips", "object")})
+        name: value for name, value in _attributes(self).items() if name not in ("clip", "clips", "object")})
     surface = self.clip.object.surface if self.clip.object else None
     _core._save(self.clip, surface, folder, json.dumps(measures, indent=1), force)
-
-
-def _attributes_of(result):
-    if isinstance(result, StoredResult):
-        return {name: value for name, value in vars(result).items() if not name.startswith("_")}
-    return _attributes(result)
 
 
 def attach():

@@ -141,9 +141,7 @@ ClipPtr LoadAny(const py::object& source, const py::object& body,
 
 // The rows of one of smplx's arguments: (T, 3 count), (T, count, 3), or (T, count, 1, 3).
 py::array_t<double> SmplxRows(const py::dict& parameters, const char* name, int count) {
-  py::object value = parameters[name];
-  if (py::hasattr(value, "detach")) value = value.attr("detach")().attr("cpu")().attr("numpy")();
-  const py::array array = py::array::ensure(value);
+  const py::array array = py::array::ensure(parameters[name]);
   const py::ssize_t frames = array && array.ndim() > 0 ? array.shape(0) : 0;
   if (!array || array.size() != 3 * count * frames) {
     throw py::value_error(fmt::format(
@@ -155,7 +153,7 @@ py::array_t<double> SmplxRows(const py::dict& parameters, const char* name, int 
 }
 
 // What ToSmplx returned, or arguments of the same names. Joints that are not there are zero.
-ClipPtr FromSmplx(const py::dict& parameters, double frame_rate, const std::string& gender,
+ClipPtr FromSmplx(const py::dict& given, double frame_rate, const std::string& gender,
                   const py::object& object, const py::object& holding_hand) {
   constexpr std::tuple<const char*, int, int> kParts[] = {
       {"global_orient", kPelvis, 1},
@@ -165,6 +163,7 @@ ClipPtr FromSmplx(const py::dict& parameters, double frame_rate, const std::stri
       {"reye_pose", kRightEye, 1},
       {"left_hand_pose", kLeftHandBegin, kJointsPerHand},
       {"right_hand_pose", kRightHandBegin, kJointsPerHand}};
+  const py::dict parameters = py::module_::import("holdfast.results").attr("arrays")(given);
   std::vector<std::string> known = {"transl", "betas", "expression"};
   for (const auto& part : kParts) known.emplace_back(std::get<0>(part));
   for (const auto& [key, value] : parameters) {
@@ -194,7 +193,6 @@ ClipPtr FromSmplx(const py::dict& parameters, double frame_rate, const std::stri
   py::object betas = py::none();
   if (parameters.contains("betas")) {
     betas = parameters["betas"];
-    if (py::hasattr(betas, "detach")) betas = betas.attr("detach")().attr("cpu")().attr("numpy")();
     if (Dimensions(betas) == 2) betas = py::array::ensure(betas).attr("mean")(0);
   }
   return MakeClip(poses, trans, betas, frame_rate, gender, "smplx", object, holding_hand);

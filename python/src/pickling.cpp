@@ -14,24 +14,10 @@ namespace {
 
 using namespace py::literals;
 
-py::object StateOfTrack(const std::optional<ObjectTrack>& track) {
-  if (!track) return py::none();
-  return py::make_tuple(Rows(track->trans), Rows(track->orient), track->name, track->mesh,
-                        track->surface ? MeshTuple(*track->surface) : py::object(py::none()));
-}
-
-std::optional<ObjectTrack> TrackOf(const py::object& state) {
-  if (state.is_none()) return std::nullopt;
-  const auto parts = state.cast<py::tuple>();
-  ObjectTrack track;
-  track.trans = Columns(parts[0], "trans");
-  track.orient = Columns(parts[1], "orient", track.trans.cols());
-  track.name = parts[2].cast<std::string>();
-  track.mesh = parts[3].cast<std::string>();
-  if (!parts[4].is_none()) {
-    track.surface = std::make_shared<const TriangleMesh>(MeshArgument(parts[4], "surface"));
-  }
-  return track;
+// Arguments of ObjectTrack().
+py::tuple StateOfTrack(const ObjectTrack& track) {
+  return py::make_tuple(Rows(track.trans), Rows(track.orient), track.name, track.mesh,
+                        track.surface ? MeshTuple(*track.surface) : py::object(py::none()));
 }
 
 using Labels = ContactLabels::Matrix;
@@ -48,7 +34,7 @@ py::dict StateOfClip(const Clip& clip) {
                   "betas"_a = py::array_t<double>(clip.betas.size(), clip.betas.data()),
                   "texts"_a = py::make_tuple(clip.gender, clip.surface_model_type, clip.body_model,
                                              clip.subject, clip.action),
-                  "object"_a = StateOfTrack(clip.object), "table"_a = StateOfTrack(clip.table),
+                  "object"_a = clip.object, "table"_a = clip.table,
                   "v_template"_a = Rows(clip.v_template), "contact"_a = contact,
                   "holding"_a = clip.holding_hand);
 }
@@ -75,8 +61,8 @@ ClipPtr ClipOfState(const py::dict& state) {
   std::string* const fields[] = {&clip->gender, &clip->surface_model_type, &clip->body_model,
                                  &clip->subject, &clip->action};
   for (std::size_t k = 0; k < texts.size(); ++k) *fields[k] = texts[k];
-  clip->object = TrackOf(state["object"]);
-  clip->table = TrackOf(state["table"]);
+  clip->object = state["object"].cast<std::optional<ObjectTrack>>();
+  clip->table = state["table"].cast<std::optional<ObjectTrack>>();
   clip->v_template = Columns(state["v_template"], "v_template");
   if (!state["contact"].is_none()) {
     const auto parts = state["contact"].cast<py::tuple>();
@@ -99,11 +85,8 @@ py::tuple StateOfBody(const BodyModel& body) {
 
 void BindPickling(py::module_& module) {
   module.def("_clip", &ClipOfState, "state"_a);
-  module.def(
-      "_track", [](const py::object& state) { return TrackOf(state).value(); }, "state"_a);
   module.def("_state", &StateOfClip, "clip"_a);
-  module.def(
-      "_state", [](const ObjectTrack& track) { return StateOfTrack(track); }, "track"_a);
+  module.def("_state", &StateOfTrack, "track"_a);
   module.def("_state", &StateOfBody, "body"_a);
   module.def(
       "_state", [](const RobotHand& robot) { return py::make_tuple(robot.source); }, "robot"_a);

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: MIT
 #include "geometry/io/mesh/collada.h"
 
-#include <algorithm>
-#include <cctype>
 #include <string>
 
 #include "geometry/error.h"
+#include "geometry/io/container/text_scanner.h"
 
 #ifdef HOLDFAST_HAS_ASSIMP
 #include <assimp/config.h>
@@ -19,10 +18,7 @@ namespace holdfast {
 namespace fs = std::filesystem;
 
 bool IsCollada(const fs::path& path) {
-  std::string extension = path.extension().string();
-  std::ranges::transform(extension, extension.begin(),
-                         [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return extension == ".dae";
+  return EqualIgnoringCase(path.extension().string(), ".dae");
 }
 
 #ifndef HOLDFAST_HAS_ASSIMP
