@@ -8,8 +8,12 @@
 #include <vector>
 
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#ifndef HOLDFAST_WITHOUT_GPL
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/convex_hull_3.h>
+#endif
+
+#include "geometry/error.h"
 
 namespace holdfast {
 namespace {
@@ -20,6 +24,7 @@ using Place = std::array<double, 3>;
 
 Place PlaceOf(const Eigen::Vector3d& p) { return {p.x(), p.y(), p.z()}; }
 
+#ifndef HOLDFAST_WITHOUT_GPL
 // CGAL's convex hull. Its order, and the diagonals that it chooses in flat polygons, depend on
 // memory addresses.
 TriangleMesh Hull(const Eigen::Matrix3Xd& points) {
@@ -44,6 +49,12 @@ TriangleMesh Hull(const Eigen::Matrix3Xd& points) {
   }
   return out;
 }
+#else
+TriangleMesh Hull(const Eigen::Matrix3Xd& /*points*/) {
+  throw Error("this build of Holdfast", "has no convex hulls: it is without CGAL's GPL packages",
+              "Build with HOLDFAST_GPL=ON");
+}
+#endif
 
 HullPoint PointAt(const TriangleMesh& mesh, int vertex) {
   const auto p = mesh.vertices.col(vertex);

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iostream>
 
 #include <OpenMesh/Core/Mesh/TriMesh_ArrayKernelT.hh>
+#include <OpenMesh/Core/System/omstream.hh>
 
 #include "geometry/mesh/mesh_topology.h"
 
@@ -44,6 +46,8 @@ struct HalfEdges::Impl {
 };
 
 HalfEdges::HalfEdges(const TriangleMesh& mesh) : impl_(std::make_unique<Impl>()) {
+  // Faces that OpenMesh refuses, with a message to cerr, get vertices of their own below.
+  [[maybe_unused]] static const bool quiet = omerr().disconnect(std::cerr);
   Impl& half = *impl_;
   for (int v = 0; v < mesh.NumVertices(); ++v) half.Add(mesh, v);
   for (Eigen::Index f = 0; f < mesh.NumFaces(); ++f) {

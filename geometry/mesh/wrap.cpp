@@ -4,12 +4,14 @@
 #include <array>
 #include <vector>
 
+#include "geometry/error.h"
+#include "geometry/mesh/mesh_parts.h"
+
+#ifndef HOLDFAST_WITHOUT_GPL
+
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
 #include <CGAL/Surface_mesh.h>
 #include <CGAL/alpha_wrap_3.h>
-
-#include "geometry/error.h"
-#include "geometry/mesh/mesh_parts.h"
 
 namespace holdfast {
 namespace {
@@ -57,3 +59,17 @@ TriangleMesh WrapSurface(const TriangleMesh& mesh, double alpha_m, double offset
 }
 
 }  // namespace holdfast
+
+#else
+
+namespace holdfast {
+
+TriangleMesh WrapSurface(const TriangleMesh& mesh, double /*alpha_m*/, double /*offset_m*/) {
+  RequireValid(mesh);
+  throw Error("mesh", "must be wrapped first, and this build is without CGAL's GPL packages",
+              "Make it manifold in a mesh editor, or build with HOLDFAST_GPL=ON");
+}
+
+}  // namespace holdfast
+
+#endif

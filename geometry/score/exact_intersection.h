@@ -32,6 +32,7 @@ enum class VolumeStatus {
   kOpenSurface,       ///< a surface bounds no volume: the intersection volume is undefined
   kSelfIntersecting,  ///< a surface intersects itself in the overlap: inside is ambiguous there
   kNotResolved,       ///< the cut surface pieces do not close: no number is returned
+  kNotBuilt,          ///< a build with HOLDFAST_GPL=OFF
 };
 
 /// Returns one plain clause per status, for reports.

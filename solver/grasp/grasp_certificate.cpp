@@ -6,20 +6,18 @@
 #include <bit>
 #include <cmath>
 #include <limits>
-#include <memory>
 #include <numbers>
 #include <utility>
 
-#include <glpk.h>
-
 #include "geometry/error.h"
 #include "geometry/mesh/half_edges.h"
+#include "solver/grasp/wrench_program.h"
 
 namespace holdfast {
 namespace {
 
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-using Wrenches = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+using Vector6d = WrenchProgram::Vector6d;
+using Wrenches = WrenchProgram::Wrenches;
 
 constexpr double kMaxFriction = 2.0;  // above it, no friction is considered sufficient
 constexpr double kBalanced = 1e-6;    // relative to the length of the load
@@ -63,99 +61,6 @@ struct EdgeWrenches {
   }
 
   Wrenches With(double friction) const { return without + friction * per_friction; }
-};
-
-// GLPK keeps an environment for each thread that uses it.
-struct FreeEnvironment {
-  ~FreeEnvironment() { glp_free_env(); }
-};
-
-// Linear program for the amount x >= 0 of each wrench: minimum cost of x and of the slacks over and
-// under, both >= 0, with W x - over + under = load; the sum of x may be bounded. Rows: the six of W
-// and the sum; columns: over and under of each row, then x.
-class WrenchProgram {
- public:
-  // Costs of the forces x and of the slacks.
-  WrenchProgram(double forces, double missing) : forces_(forces) {
-    thread_local const FreeEnvironment at_the_end_of_the_thread;
-    (void)at_the_end_of_the_thread;
-    glp_term_out(GLP_OFF);
-    program_.reset(glp_create_prob());
-    glp_add_rows(program_.get(), 7);
-    glp_add_cols(program_.get(), kMissing);
-    for (int k = 0; k < kMissing; ++k) {
-      const std::array<int, 2> row = {0, 1 + k / 2};
-      const std::array<double, 2> value = {0.0, k % 2 ? 1.0 : -1.0};
-      glp_set_mat_col(program_.get(), 1 + k, 1, row.data(), value.data());
-      glp_set_col_bnds(program_.get(), 1 + k, GLP_LO, 0.0, 0.0);
-      glp_set_obj_coef(program_.get(), 1 + k, missing);
-    }
-    glp_set_row_bnds(program_.get(), 7, GLP_FR, 0.0, 0.0);
-  }
-
-  // Replaces the wrenches; the basis of the last solution is kept if their number is unchanged.
-  void Set(const Wrenches& wrenches) {
-    for (Eigen::Index i = 0; i < wrenches.cols(); ++i) {
-      if (i < std::ssize(wrenches_)) {
-        SetColumn(static_cast<int>(i), wrenches.col(i));
-      } else {
-        Add(wrenches.col(i));
-      }
-    }
-  }
-  void Add(const Vector6d& wrench) {
-    const int column = glp_add_cols(program_.get(), 1);
-    wrenches_.emplace_back();
-    SetColumn(column - 1 - kMissing, wrench);
-    glp_set_col_bnds(program_.get(), column, GLP_LO, 0.0, 0.0);
-    glp_set_obj_coef(program_.get(), column, forces_);
-  }
-  void SetLoad(const Vector6d& load) {
-    for (int k = 0; k < 6; ++k) glp_set_row_bnds(program_.get(), 1 + k, GLP_FX, load(k), load(k));
-  }
-  void SetMostSum(double most) { glp_set_row_bnds(program_.get(), 7, GLP_UP, 0.0, most); }
-  // Returns W x and the sum of x at the optimum, with negative entries of x set to 0 so that x is
-  // exactly feasible. Both are zero if the solver fails.
-  std::pair<Vector6d, double> Minimize() {
-    glp_smcp options;
-    glp_init_smcp(&options);
-    options.msg_lev = GLP_MSG_OFF;
-    options.meth = GLP_DUALP;  // dual if the last basis is dual feasible, else primal
-    std::pair<Vector6d, double> reached{Vector6d::Zero(), 0.0};
-    if (glp_simplex(program_.get(), &options) != 0) {
-      glp_std_basis(program_.get());
-      if (glp_simplex(program_.get(), &options) != 0) return reached;
-    }
-    for (std::size_t i = 0; i < wrenches_.size(); ++i) {
-      const double x =
-          std::max(0.0, glp_get_col_prim(program_.get(), 1 + kMissing + static_cast<int>(i)));
-      reached.first += x * wrenches_[i];
-      reached.second += x;
-    }
-    return reached;
-  }
-  // Multipliers of the six load rows.
-  Vector6d Direction() const {
-    Vector6d direction;
-    for (int k = 0; k < 6; ++k) direction(k) = glp_get_row_dual(program_.get(), 1 + k);
-    return direction;
-  }
-
- private:
-  static constexpr int kMissing = 12;
-
-  void SetColumn(int i, const Vector6d& wrench) {
-    constexpr std::array<int, 8> kRows = {0, 1, 2, 3, 4, 5, 6, 7};
-    std::array<double, 8> values{};
-    for (int k = 0; k < 6; ++k) values[1 + k] = wrench(k);
-    values[7] = 1.0;
-    glp_set_mat_col(program_.get(), 1 + kMissing + i, 7, kRows.data(), values.data());
-    wrenches_[i] = wrench;
-  }
-
-  double forces_;
-  std::vector<Vector6d> wrenches_;
-  std::unique_ptr<glp_prob, decltype(&glp_delete_prob)> program_{nullptr, glp_delete_prob};
 };
 
 // Four directions that positively span space: if the weight is balanced in these, it is in all.

@@ -46,7 +46,8 @@ struct GraspCertificate {
 /// meters). Throws Error for options out of range.
 ///
 /// The balanced loads form a convex cone. Hence all directions of gravity are balanced when four
-/// that positively span space are (those of a regular tetrahedron). The least friction follows by
+/// that positively span space are (those of a regular tetrahedron). `most_squeeze` bounds the forces
+/// of these four; other directions need at most three times as much. The least friction follows by
 /// bisection above the friction that the multipliers of unbalanced loads refute. For the ball,
 /// linear programs find how far the hull of the wrenches reaches in 54 directions (the weights of
 /// E6 and their opposites); a direction is skipped where pairs that add up to it show that it is

@@ -22,8 +22,8 @@ namespace {
 // Notes in how many frames the volume is not exact, and why.
 void NoteVolumes(const HandObjectScore& hand, const ScoreOptions& options,
                  std::vector<std::string>& notes) {
-  for (const VolumeStatus status :
-       {VolumeStatus::kOpenSurface, VolumeStatus::kSelfIntersecting, VolumeStatus::kNotResolved}) {
+  for (const VolumeStatus status : {VolumeStatus::kOpenSurface, VolumeStatus::kSelfIntersecting,
+                                    VolumeStatus::kNotResolved, VolumeStatus::kNotBuilt}) {
     const auto count = std::count_if(
         hand.frames.begin(), hand.frames.end(),
         [&](const HandObjectFrame& frame) { return frame.exact_volume.status == status; });
