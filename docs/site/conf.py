@@ -22,10 +22,12 @@ release = version = re.search(r"project\(\S+\s+VERSION\s+(\S+)", (root / "CMakeL
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "sphinx.ext.napoleon",
     "breathe",
     "sphinx_copybutton",
     "command_reference",
     "cpp_reference",
+    "equations",
     "gallery",
     "python_reference",
     "links",
@@ -39,9 +41,13 @@ highlight_language = "none"
 smartquotes = False
 
 myst_heading_anchors = 4  # as GitHub makes them
+myst_enable_extensions = ["dollarmath"]
+myst_dmath_allow_space = myst_dmath_allow_digits = False
+html_math_renderer = "mathml"
 
 autodoc_mock_imports = ["torch"]
 autodoc_member_order = "groupwise"
+napoleon_google_docstring = False
 
 breathe_default_project = "holdfast"
 breathe_show_include = False

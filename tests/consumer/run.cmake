@@ -46,5 +46,8 @@ run_example(batch_fit "fitted;demo_drink;mug,bottle" "^clip,frames,hands,"
             "\ndemo_drink_mug,145,right," "\ndemo_drink_bottle,145,right," "\n.worst.,[^\n]*\n$")
 run_example(own_term "mug;demo_drink;upright" "tilt without the term: [1-9][0-9]"
             "tilt with the term:    [0-9][.]")
+run_example(first_program "demo_drink;mug;first" "mug: 145 frames at 30 Hz" "\n  energy_distance_m2 +[0-9]"
+            "\ncontact_frames_ratio +[01][.][0-9]+ +[01][.][0-9]+\n$")
 run(${prefix}/bin/holdfast score ${examples}/upright)
+run(${prefix}/bin/holdfast score ${examples}/first)
 run(${prefix}/bin/holdfast score ${examples}/fitted/demo_drink_bottle.npz --object bottle)

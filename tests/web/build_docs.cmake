@@ -3,8 +3,9 @@
 execute_process(COMMAND /usr/bin/python3 -c "import sphinx, furo, myst_parser, breathe, sphinx_copybutton"
                 RESULT_VARIABLE missing OUTPUT_QUIET ERROR_VARIABLE what)
 find_program(doxygen doxygen)
-if(missing OR NOT doxygen)
-  message("SKIPPED: the site needs packages that './setup docs' installs (Sphinx, furo, MyST, breathe, doxygen): ${what}")
+find_file(katex katex.js PATHS /usr/share/nodejs/katex/dist)
+if(missing OR NOT doxygen OR NOT katex)
+  message("SKIPPED: the site needs packages that './setup docs' installs (Sphinx, furo, MyST, breathe, doxygen, KaTeX): ${what}")
   return()
 endif()
 set(ENV{HOLDFAST_BUILD} ${BUILD_DIR})
