@@ -79,19 +79,50 @@ nlohmann::json ValueOf(const Option& option) {
       option.value);
 }
 
-std::string RangeText(const Option& option) {
+// The type of a value and its valid range: "float, more than 0".
+std::string TypeText(const Option& option) {
   if (const auto* choice = std::get_if<OptionChoice>(&option.value)) {
-    return fmt::format("one of '{}'", fmt::join(choice->words, "', '"));
+    return fmt::format("{{'{}'}}", fmt::join(choice->words, "', '"));
   }
-  if (std::holds_alternative<std::vector<int>*>(option.value)) return "(n,) whole numbers";
+  if (std::holds_alternative<std::vector<int>*>(option.value)) return "array_like (n,) of int";
+  if (std::holds_alternative<std::string*>(option.value)) return "str";
+  if (std::holds_alternative<bool*>(option.value)) return "bool";
+  const bool whole = std::holds_alternative<int*>(option.value) ||
+                     std::holds_alternative<std::optional<int>*>(option.value);
+  const bool pair = std::holds_alternative<std::pair<int, int>*>(option.value);
+  const std::string type = pair ? "(int, int)" : whole ? "int" : "float";
   const OptionRange& range = option.range;
-  if (std::holds_alternative<std::pair<int, int>*>(option.value)) {
-    return fmt::format("two whole numbers, {:g} to {:g}", range.low, range.high);
-  }
-  if (range.positive) return "more than 0";
+  if (range.positive) return type + ", more than 0";
   const bool low = std::isfinite(range.low), high = std::isfinite(range.high);
-  if (low && high) return fmt::format("{:g} to {:g}", range.low, range.high);
-  return low ? fmt::format("{:g} or more", range.low) : std::string();
+  if (low && high) return fmt::format("{}, {:g} to {:g}", type, range.low, range.high);
+  return low ? fmt::format("{}, {:g} or more", type, range.low) : type;
+}
+
+// Breaks a text into lines of at most 96 characters, which begin with four spaces.
+std::string Indented(std::string_view text) {
+  std::string lines = "   ";
+  std::size_t begin = 0;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    text.remove_prefix(std::min(text.size(), word.size() + 1));
+    if (lines.size() - begin + 1 + word.size() > 96) {
+      begin = lines.size() + 1;
+      lines += "\n   ";
+    }
+    lines.append(" ").append(word);
+  }
+  return lines;
+}
+
+// The default in Python.
+std::string DefaultText(const Option& option) {
+  if (const auto* const pair = std::get_if<std::pair<int, int>*>(&option.value)) {
+    return fmt::format("({}, {})", (*pair)->first, (*pair)->second);
+  }
+  const nlohmann::json value = ValueOf(option);
+  if (value.is_boolean()) return value.get<bool>() ? "True" : "False";
+  if (value.is_string()) return fmt::format("'{}'", value.get<std::string>());
+  return value.is_null() ? "None" : value.dump();
 }
 
 }  // namespace
@@ -160,14 +191,11 @@ nlohmann::json OptionsJson(const OptionTable& table) {
 std::string OptionsText(const OptionTable& table) {
   std::string text;
   for (const Option& option : table.All()) {
-    const nlohmann::json value = ValueOf(option);
-    std::string usual = value.is_boolean()  ? (value.get<bool>() ? "True" : "False")
-                        : value.is_null()   ? fmt::format("None: {}", option.default_text)
-                        : value.is_string() ? fmt::format("'{}'", value.get<std::string>())
-                                            : value.dump();
-    const std::string range = RangeText(option);
-    text += fmt::format("{} ({}{}{}): {}.\n", option.name, range, range.empty() ? "" : "; ", usual,
-                        option.help);
+    const std::string usual = DefaultText(option);
+    const std::string none =
+        usual == "None" ? fmt::format(" None: {}.", option.default_text) : std::string();
+    text += fmt::format("{} : {}, default {}\n{}\n", option.name, TypeText(option), usual,
+                        Indented(option.help + "." + none));
   }
   return text;
 }

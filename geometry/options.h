@@ -164,7 +164,8 @@ class OptionTable {
 /// optionals.
 nlohmann::json OptionsJson(const OptionTable& table);
 
-/// Returns one line per option with its default and valid values, as in docstrings.
+/// Returns entries of the section "Parameters" of a docstring in NumPy's style:
+/// "name : int, 1 to 10, default 3" and an indented line with the help text.
 std::string OptionsText(const OptionTable& table);
 
 }  // namespace holdfast

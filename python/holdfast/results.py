@@ -38,7 +38,13 @@ class stored_parameters:
 class Page:
     """The report of a clip, for notebooks: the last value of a cell shows the player.
 
-    html: the whole page, self-contained (2 to 6 MB)."""
+    Parameters
+    ----------
+    page : str
+        The whole page, self-contained (2 to 6 MB): the attribute html.
+    height : int
+        Height of the player, pixels.
+    """
 
     def __init__(self, page, height):
         self.html, self.height = page, height
@@ -54,8 +60,19 @@ class Page:
 def show(self, *, height=720, **options):
     """Shows the 3D player of report.html in a notebook.
 
-    height: of the player, pixels. options: as for report() (object, body, ...). Returns a Page. The
-    page becomes part of the notebook, with 2 to 6 MB for each player."""
+    The page becomes part of the notebook, with 2 to 6 MB for each player.
+
+    Parameters
+    ----------
+    height : int, default 720
+        Height of the player, pixels.
+    **options
+        Options of report() (object, body, ...).
+
+    Returns
+    -------
+    Page
+    """
     with tempfile.TemporaryDirectory() as folder:
         path = pathlib.Path(folder) / "report.html"
         _core.report(self, path, **options)
@@ -120,10 +137,23 @@ def _plain(value):
 
 
 def save(self, folder, *, force=False):
-    """Writes the result to a folder, which is created if needed: clip.npz, object.ply if the clip
-    holds an object, and metrics.json with the measures of the result.
+    """Writes the result to a folder.
 
-    Raises Error if one of the files exists, unless force=True."""
+    Writes clip.npz, object.ply if the clip holds an object, and metrics.json with the measures of
+    the result.
+
+    Parameters
+    ----------
+    folder : path
+        Created if needed.
+    force : bool, default False
+        Overwrite existing files.
+
+    Raises
+    ------
+    Error
+        If one of the files exists, unless force=True.
+    """
     if not hasattr(self, "clip"):
         raise TypeError(f"{self!r} has no clip to save")
     measures = _plain(self.metrics if hasattr(self, "metrics") else {

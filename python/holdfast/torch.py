@@ -76,23 +76,59 @@ def _batched(energy, points, constants=()):
 def distance_energy(hand: Tensor, object: _Points, reference: _Points) -> Tensor:
     """E_d = sum_ij (|h_i - o_j| - D_ij)^2 (IMoS, eq. 7).
 
-    hand (..., N, 3) and object (..., M, 3) in meters, differentiated; reference D (..., N, M), meters.
-    Returns (...), square meters."""
+    Parameters
+    ----------
+    hand : Tensor (..., N, 3)
+    object : Tensor or array (..., M, 3)
+        Meters. Both are differentiated.
+    reference : Tensor or array (..., N, M)
+        D, meters.
+
+    Returns
+    -------
+    Tensor (...)
+        Square meters.
+    """
     return _batched(_core.distance_energy, (hand, object), (reference,))
 
 
 def contact_energy(hand: Tensor, object: _Points, reference: _Points, threshold_m: float = 0.01) -> Tensor:
     """E_c = sum |h_i - o_j|^2 over the pairs with D_ij < threshold_m (IMoS, eq. 8).
 
-    Shapes as for distance_energy(). Returns (...), square meters."""
+    Parameters
+    ----------
+    hand : Tensor (..., N, 3)
+    object : Tensor or array (..., M, 3)
+        Meters. Both are differentiated.
+    reference : Tensor or array (..., N, M)
+        D, meters.
+    threshold_m : float, default 0.01
+
+    Returns
+    -------
+    Tensor (...)
+        Square meters.
+    """
     return _batched(lambda h, o, d: _core.contact_energy(h, o, d, threshold_m), (hand, object), (reference,))
 
 
 def penetration_energy(points: Tensor, signed_distance: _core.SignedDistance, give_m: float = 0.0) -> Tensor:
     """sum_i max(0, -d(p_i) - give_m)^2 of points in a surface.
 
-    points (..., N, 3) in the frame of the surface, meters, differentiated; signed_distance: a
-    holdfast.SignedDistance. Returns (...), square meters."""
+    Parameters
+    ----------
+    points : Tensor (..., N, 3)
+        In the frame of the surface, meters. Differentiated.
+    signed_distance : holdfast.SignedDistance
+        d, negative inside.
+    give_m : float, default 0.0
+        Depths up to this are free, meters.
+
+    Returns
+    -------
+    Tensor (...)
+        Square meters.
+    """
     return _batched(lambda p: _core.penetration_energy(p, signed_distance, give_m), (points,))
 
 
@@ -100,16 +136,45 @@ def temporal_energy(rotation: Tensor, translation: Tensor, fingers: Tensor, rota
                     translation_before: Tensor, fingers_before: Tensor) -> Tensor:
     """E_t = |log(R_before^T R)|^2 + |T - T_before|^2 + |P - P_before|^2 (IMoS, eq. 9).
 
-    rotation (..., 3, 3), translation (..., 3) meters, fingers (..., 45) axis-angle in radians, and the
-    same of the frame before; all differentiated, by PyTorch. Returns (...)."""
+    All arguments are differentiated, by PyTorch.
+
+    Parameters
+    ----------
+    rotation : Tensor (..., 3, 3)
+        R.
+    translation : Tensor (..., 3)
+        T, meters.
+    fingers : Tensor (..., 45)
+        P, axis-angle in radians.
+    rotation_before : Tensor (..., 3, 3)
+    translation_before : Tensor (..., 3)
+    fingers_before : Tensor (..., 45)
+        The same of the frame before.
+
+    Returns
+    -------
+    Tensor (...)
+    """
     turned = rotation_vectors(rotation_before.transpose(-1, -2) @ rotation)
     return sum((change ** 2).sum(-1) for change in (turned, translation - translation_before, fingers - fingers_before))
 
 
 def rotation_vectors(rotations: Tensor) -> Tensor:
-    """Axis-angle (..., 3), radians, of rotation matrices (..., 3, 3) or of the 6D representation (..., 6):
-    the first two columns of the matrix, one after the other (Zhou et al. 2019). Matrices are taken as
-    they are; 6D are orthogonalized. Differentiable, except at half turns."""
+    """Converts rotation matrices or 6D rotations to axis-angle.
+
+    Matrices are taken as they are; 6D are orthogonalized. Differentiable, except at half turns.
+
+    Parameters
+    ----------
+    rotations : Tensor (..., 3, 3) or (..., 6)
+        Matrices, or the 6D representation: the first two columns of the matrix, one after the other
+        (Zhou et al. 2019).
+
+    Returns
+    -------
+    Tensor (..., 3)
+        Radians.
+    """
     if rotations.shape[-1] == 6:
         first = torch.nn.functional.normalize(rotations[..., :3], dim=-1)
         second = rotations[..., 3:] - (first * rotations[..., 3:]).sum(-1, keepdim=True) * first
@@ -159,7 +224,13 @@ class _Vertices(torch.autograd.Function):
 class Body(torch.nn.Module):
     """A body model as a module without parameters.
 
-    model: a holdfast.BodyModel. vertex_ids: the vertices to compute (V,), all if None. threads 0: all.
+    Parameters
+    ----------
+    model : holdfast.BodyModel
+    vertex_ids : array_like (V,) of int, optional
+        The vertices to compute. Default: all.
+    threads : int, default 0
+        0: all.
     """
 
     def __init__(self, model: _core.BodyModel, vertex_ids: Union[Sequence[int], NDArray[np.int32], None] = None,
@@ -170,12 +241,27 @@ class Body(torch.nn.Module):
         self.threads = threads
 
     def forward(self, poses: Tensor, trans: Optional[Tensor] = None, betas: Optional[Tensor] = None) -> tuple[Tensor, Tensor]:
-        """Poses the body: (vertices (..., V, 3), joints (..., 55, 3)), meters, in the frame of trans.
+        """Poses the body.
 
-        poses: axis-angle (..., 165) or (..., 55, 3) in radians, matrices (..., 55, 3, 3), or 6D
-        (..., 55, 6) as in rotation_vectors(). trans (..., 3) meters, zero if None. betas: shape
-        coefficients (K,) of all, or (B, K) of each item of the first dimension of (B, T, ...); zero
-        if None. All three are differentiated."""
+        All arguments are differentiated.
+
+        Parameters
+        ----------
+        poses : Tensor (..., 165), (..., 55, 3), (..., 55, 3, 3) or (..., 55, 6)
+            Axis-angle in radians, matrices, or 6D as in rotation_vectors().
+        trans : Tensor (..., 3), optional
+            Meters. Default: zero.
+        betas : Tensor (K,) or (B, K), optional
+            Shape coefficients of all, or of each item of the first dimension of (B, T, ...).
+            Default: zero.
+
+        Returns
+        -------
+        vertices : Tensor (..., V, 3)
+            Meters, in the frame of trans.
+        joints : Tensor (..., 55, 3)
+            The same.
+        """
         if poses.shape[-2:] == (3, 3) and poses.dim() > 3 or poses.shape[-2:] == (55, 6):
             poses = rotation_vectors(poses)
         if poses.shape[-2:] == (55, 3):

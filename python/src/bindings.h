@@ -6,6 +6,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <pybind11/pybind11.h>
@@ -47,8 +48,12 @@ void BindStudies(py::module_& module);
 void BindTraining(py::module_& module);
 void BindPickling(py::module_& module);
 
+/// Returns a docstring with the options of a table (OptionsText) in place of its line "@options".
+std::string WithOptions(std::string_view doc, const OptionTable& table);
+
 /// Rewrites the texts of all functions, methods and classes so that inspect.signature reads their
-/// arguments, with the options that **kwargs stands for. Called when all are bound.
+/// arguments, with the options that **kwargs stands for. Functions then raise TypeError with a
+/// suggestion for an unknown keyword argument. Called when all are bound.
 void GiveSignatures(py::module_& module);
 
 /// Thrown if the progress callback stopped the work: holdfast.Stopped, a RuntimeError.

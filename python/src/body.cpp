@@ -204,8 +204,8 @@ template <typename Class>
 void BindProperties(Class& model) {
   model
       .def_property_readonly(
-          "name", [](const BodyModel& self) { return self.Name(); }, "of the file")
-      .def_property_readonly("num_vertices", &BodyModel::NumVertices)
+          "name", [](const BodyModel& self) { return self.Name(); }, "str: name of the file")
+      .def_property_readonly("num_vertices", &BodyModel::NumVertices, "number of vertices")
       .def_property_readonly("num_shape", &BodyModel::NumShape, "number of usable betas")
       .def_property_readonly(
           "faces", [](const BodyModel& self) { return Rows(self.Faces()); },
@@ -222,7 +222,16 @@ void BindProperties(Class& model) {
                 Choice<Side>(side, "side", {{"right", Side::kRight}, {"left", Side::kLeft}}));
             return py::array_t<int>(static_cast<py::ssize_t>(ids.size()), ids.data());
           },
-          "side"_a, "(n,) vertices of the 'right' or 'left' hand, ascending: for vertex_ids.")
+          "side"_a, R"(Returns the vertices of a hand, ascending: for vertex_ids.
+
+Parameters
+----------
+side : {'right', 'left'}
+
+Returns
+-------
+array (n,) of int
+)")
       .def("__repr__", [](const BodyModel& self) {
         return fmt::format("<holdfast.BodyModel: {}, {} vertices>", self.Name(),
                            self.NumVertices());
@@ -235,9 +244,12 @@ void BindBody(py::module_& module) {
   module.attr("JOINT_NAMES") = JointNames();
   py::class_<BodyModel, std::shared_ptr<BodyModel>> model(
       module, "BodyModel", py::dynamic_attr(),
-      "A body model of SMPL-X's 55 joints: SMPL-X, SMPL-H and MANO files, and the model that comes "
-      "with Holdfast.\n\n"
-      "vertices, joints = BodyModel.load()(clip.poses, clip.trans, clip.betas)");
+      R"(A body model of SMPL-X's 55 joints, from files of SMPL-X, SMPL-H and MANO or embedded.
+
+Examples
+--------
+>>> vertices, joints = holdfast.BodyModel.load()(clip.poses, clip.trans, clip.betas)
+)");
   py::class_<PersonSurface>(model, "_Surface");
   BindProperties(model);
   model
@@ -253,28 +265,84 @@ void BindBody(py::module_& module) {
             return loaded;
           },
           "path"_a = py::none(),
-          "Reads SMPL-X (v1.0, v1.1), SMPL-H or MANO as downloaded, .npz or .pkl (nothing in it is "
-          "executed). None: the model that comes with Holdfast. Raises Error naming the field for "
-          "files that are not body models.")
+          R"(Reads SMPL-X (v1.0, v1.1), SMPL-H or MANO as downloaded, .npz or .pkl.
+
+Nothing in the file is executed.
+
+Parameters
+----------
+path : path, optional
+    Default: the model that comes with Holdfast.
+
+Returns
+-------
+BodyModel
+
+Raises
+------
+Error
+    If the file is not a body model. The message names the field.
+)")
       .def("__call__", &PoseBody, "poses"_a, "trans"_a = py::none(), "betas"_a = py::none(),
            "vertex_ids"_a = py::none(), "threads"_a = 0,
-           "Poses the body: (vertices (T, V, 3), joints (T, 55, 3)), meters, in the frame of "
-           "trans.\n"
-           "\n"
-           "poses (T, 165) or (T, 55, 3) axis-angle in radians, with complete finger angles "
-           "(flat_hand_mean=True); trans (T, 3) meters, None for zero: the pelvis is at J_0 + "
-           "trans; betas (B,), fewer than num_shape count as zero; vertex_ids (V,) to pose some "
-           "vertices only, in that order (an empty array of ints: joints only); threads 0: all. "
-           "Raises Error for more betas than the model has and for vertex ids out of range.")
+           R"(Poses the body.
+
+Parameters
+----------
+poses : array_like (T, 165) or (T, 55, 3)
+    Axis-angle in radians, with complete finger angles (flat_hand_mean=True). Also rotation
+    matrices (T, 55, 3, 3), or 6D (T, 55, 6), as in Clip().
+trans : array_like (T, 3), optional
+    Meters; the pelvis is at J_0 + trans. Default: zero.
+betas : array_like (B,), optional
+    Shape coefficients. Fewer than num_shape count as zero.
+vertex_ids : array_like (V,) of int, optional
+    Vertices to pose, in this order; an empty array of ints: joints only. Default: all.
+threads : int, default 0
+    0: all.
+
+Returns
+-------
+vertices : array (T, V, 3)
+    Meters, in the frame of trans.
+joints : array (T, 55, 3)
+    The same.
+
+Raises
+------
+Error
+    For more betas than the model has, and for vertex ids out of range.
+)")
       .def("vjp", &PullBack, "poses"_a, "trans"_a, "betas"_a, "grad_vertices"_a = py::none(),
            "grad_joints"_a = py::none(), "vertex_ids"_a = py::none(), "threads"_a = 0,
            py::kw_only(), "with_betas"_a = false,
-           "Backpropagates a loss through the call with the same arguments: returns its gradients "
-           "with respect to (poses (T, 165), trans (T, 3)). grad_vertices (T, V, 3), grad_joints "
-           "(T, 55, 3): its gradients with respect to the returned arrays, one or both. "
-           "with_betas: also return the gradient with respect to betas (B,), summed over the "
-           "frames, as a third array. Exact (hand-written reverse mode), including the pose blend "
-           "shapes; independent of threads.");
+           R"(Backpropagates a loss through the call with the same arguments.
+
+Exact (hand-written reverse mode), including the pose blend shapes. Independent of threads.
+
+Parameters
+----------
+poses : array_like (T, 165) or (T, 55, 3)
+trans : array_like (T, 3) or None
+betas : array_like (B,) or None
+    Arguments of the call.
+grad_vertices : array_like (T, V, 3), optional
+grad_joints : array_like (T, 55, 3), optional
+    Gradients of the loss with respect to the returned arrays, one or both.
+vertex_ids : array_like (V,) of int, optional
+    Argument of the call.
+threads : int, default 0
+    0: all.
+with_betas : bool, default False
+    Also return the gradient with respect to betas.
+
+Returns
+-------
+grad_poses : array (T, 165)
+grad_trans : array (T, 3)
+grad_betas : array (B,)
+    With with_betas; summed over the frames.
+)");
 }
 
 }  // namespace holdfast::python

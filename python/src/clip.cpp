@@ -209,7 +209,20 @@ ClipPtr SliceOf(const Clip& clip, const py::slice& slice) {
 
 void BindTrack(py::module_& module) {
   py::class_<ObjectTrack>(module, "ObjectTrack",
-                          "The trajectory of an object in a clip: x_world = R x_object + T.")
+                          R"(The trajectory of an object in a clip: x_world = R x_object + T.
+
+Parameters
+----------
+trans : array_like (T, 3)
+    Meters, world.
+orient : array_like (T, 3)
+    Axis-angle, radians.
+name : str, optional
+mesh : str, optional
+    File of the object's mesh, relative to the clip's, or an embedded name.
+surface : path or (vertices, faces), optional
+    The mesh itself: a mesh file, or vertices (V, 3) in meters and faces (F, 3).
+)")
       .def(py::init([](const py::object& trans, const py::object& orient, std::string name,
                        std::string mesh, const py::object& surface) {
              ObjectTrack track;
@@ -223,10 +236,7 @@ void BindTrack(py::module_& module) {
              }
              return track;
            }),
-           "trans"_a, "orient"_a, "name"_a = "", "mesh"_a = "", "surface"_a = py::none(),
-           "trans (T, 3) meters, orient (T, 3) axis-angle in radians; mesh: file of the object's "
-           "mesh, relative to the clip's, or an embedded name; surface: the mesh itself, "
-           "(vertices (V, 3) meters, faces (F, 3)) or a mesh file.")
+           "trans"_a, "orient"_a, "name"_a = "", "mesh"_a = "", "surface"_a = py::none())
       .def_property_readonly(
           "trans",
           [](const py::object& self) { return RowsOf(self.cast<ObjectTrack&>().trans, self); },
@@ -289,7 +299,17 @@ void BindFields(Class& clip) {
       "object", [](Clip& self) { return self.object ? &*self.object : nullptr; },
       "ObjectTrack, or None");
   clip.def("with_object", &WithObject, "object"_a,
-           "A copy with this ObjectTrack; None removes the object.");
+           R"(Copies the clip with another object.
+
+Parameters
+----------
+object : ObjectTrack or None
+    None removes the object.
+
+Returns
+-------
+Clip
+)");
   clip.def_property(
       "frame_rate", [](const Clip& self) { return self.frame_rate; },
       [](Clip& self, double value) { self.frame_rate = PositiveRate(value); }, "Hz");
@@ -305,28 +325,91 @@ void BindFields(Class& clip) {
       "(T,) or empty: 0 nobody, 1 right hand, 2 left, 3 both; a copy");
 }
 
+constexpr const char* kClipDoc =
+    R"(A human motion in SMPL-X parameters, optionally with an object.
+
+World: z up, ground z = 0, meters. Fields are AMASS's SMPL-X arrays. Those called views share
+memory with the clip.
+
+Parameters
+----------
+poses : array_like (T, 165) or (T, 55, 3)
+    Axis-angle, radians. Also rotation matrices (T, 55, 3, 3), or 6D (T, 55, 6): the first two
+    columns of the matrix, one after the other.
+trans : array_like (T, 3)
+    Meters.
+betas : array_like (B,), optional
+    Shape coefficients.
+frame_rate : float, default 30.0
+    Hz.
+gender : str, default 'neutral'
+model_type : str, default 'smplx'
+object : ObjectTrack, optional
+holding_hand : array_like (T,), optional
+    0 nobody, 1 right hand, 2 left, 3 both.
+)";
+
+constexpr const char* kFromSmplxDoc =
+    R"(Makes a clip from the arguments of smplx by name, as returned by to_smplx().
+
+Missing joints and translation are zero. expression is ignored.
+
+Parameters
+----------
+parameters : dict
+    Arrays or tensors (T, ...). Hands are complete angles (T, 45); use import_motion for principal
+    components and for angles relative to the mean hand. betas (T, B) are averaged.
+frame_rate : float, default 30.0
+    Hz.
+gender : str, default 'neutral'
+object : ObjectTrack, optional
+holding_hand : array_like (T,), optional
+    0 nobody, 1 right hand, 2 left, 3 both.
+
+Returns
+-------
+Clip
+)";
+
+// Parameters of Clip.load and import_motion after the first.
+constexpr const char* kImportDoc =
+    R"(body : BodyModel, optional
+    Body model of the motion; default: the embedded one.
+frame_rate : float, optional
+    Hz; 0: the file's. Default: the file's, but 30 for retargeted motion.
+betas : array_like (B,), optional
+    Shape of the body for motions with their own skeleton.
+hand_models : list of path, optional
+    SMPL-X or MANO files for hands stored as principal components.
+@options
+
+Returns
+-------
+Clip
+
+Raises
+------
+Error
+    If the file cannot be read as a motion.
+)";
+
 }  // namespace
 
 void BindClip(py::module_& module) {
   BindTrack(module);
   ImportFileOptions usual;
-  static const std::string options = OptionsText(OptionsOf(usual).Without({"fps"}));
-  static const std::string load_doc =
-      "Loads a clip: an embedded one by name ('demo_drink'), a result folder, or any motion file "
-      "that import_motion reads, with its options; betas (B,) as there.\n"
-      "\n"
-      "Options:\n" +
-      options;
-  py::class_<Clip, ClipPtr> clip(
-      module, "Clip",
-      "A human motion in SMPL-X parameters, optionally with an object. World: z up, ground z = 0, "
-      "meters.\n\nFields are AMASS's SMPL-X arrays; those called views share memory with the "
-      "clip.");
+  const std::string parameters = WithOptions(kImportDoc, OptionsOf(usual).Without({"fps"}));
+  const std::string load_doc = R"(Loads a clip with the options of import_motion().
+
+Parameters
+----------
+path : str or path
+    Name of an embedded clip ('demo_drink'), result folder, or motion file.
+)" + parameters;
+  py::class_<Clip, ClipPtr> clip(module, "Clip", kClipDoc);
   clip.def(py::init(&MakeClip), "poses"_a, "trans"_a, py::kw_only(), "betas"_a = py::none(),
            "frame_rate"_a = 30.0, "gender"_a = "neutral", "model_type"_a = "smplx",
-           "object"_a = py::none(), "holding_hand"_a = py::none(),
-           "poses (T, 165) or (T, 55, 3) axis-angle in radians, trans (T, 3) in meters, betas (B,) "
-           "shape coefficients, holding_hand (T,): 0 nobody, 1 right hand, 2 left, 3 both.");
+           "object"_a = py::none(), "holding_hand"_a = py::none());
   BindFields(clip);
   clip.def_readwrite("gender", &Clip::gender)
       .def_readwrite("model_type", &Clip::surface_model_type, "'smplx', 'smplh', ...")
@@ -334,7 +417,17 @@ void BindClip(py::module_& module) {
       .def_readwrite("subject", &Clip::subject)
       .def_readwrite("action", &Clip::action)
       .def("__len__", &Clip::NumFrames)
-      .def("__getitem__", &SliceOf, "frames"_a, "Frames begin:end as a new clip.")
+      .def("__getitem__", &SliceOf, "frames"_a, R"(Copies frames begin:end to a new clip.
+
+Parameters
+----------
+frames : slice
+    In steps of one frame.
+
+Returns
+-------
+Clip
+)")
       .def("__repr__",
            [](const Clip& self) {
              return fmt::format(
@@ -343,7 +436,14 @@ void BindClip(py::module_& module) {
                                                                       : self.object->name)
                              : "");
            })
-      .def("copy", [](const Clip& self) { return std::make_shared<Clip>(self); })
+      .def(
+          "copy", [](const Clip& self) { return std::make_shared<Clip>(self); },
+          R"(Copies the clip.
+
+Returns
+-------
+Clip
+)")
       .def(
           "resample",
           [](const Clip& self, double frame_rate) {
@@ -351,19 +451,29 @@ void BindClip(py::module_& module) {
             return std::make_shared<Clip>(
                 RunAside([self, frame_rate] { return Resample(self, frame_rate); }));
           },
-          "frame_rate"_a, "The clip resampled to another frame rate, Hz.")
+          "frame_rate"_a, R"(Resamples the clip to another frame rate.
+
+Parameters
+----------
+frame_rate : float
+    Hz.
+
+Returns
+-------
+Clip
+)")
       .def("to_smplx", &ToSmplx,
-           "The arguments of smplx's forward() by name, arrays (T, ...) and betas (1, B), for a "
-           "model created with use_pca=False, flat_hand_mean=True, batch_size=len(clip), "
-           "num_betas=clip.betas.size.")
-      .def_static(
-          "from_smplx", &FromSmplx, "parameters"_a, "frame_rate"_a = 30.0, py::kw_only(),
-          "gender"_a = "neutral", "object"_a = py::none(), "holding_hand"_a = py::none(),
-          "Makes a clip from the arguments of smplx by name, arrays or tensors (T, ...), as "
-          "returned by to_smplx(). Hands are complete angles (T, 45); use import_motion for "
-          "principal components and for angles relative to the mean hand. Missing joints and "
-          "translation are zero; betas (T, B) are averaged; expression is ignored. "
-          "frame_rate in Hz; holding_hand (T,), and the others, as in Clip().")
+           R"(Returns the arguments of smplx's forward() by name.
+
+Returns
+-------
+dict
+    Arrays (T, ...) and betas (1, B), for a model created with use_pca=False, flat_hand_mean=True,
+    batch_size=len(clip), num_betas=clip.betas.size.
+)")
+      .def_static("from_smplx", &FromSmplx, "parameters"_a, "frame_rate"_a = 30.0, py::kw_only(),
+                  "gender"_a = "neutral", "object"_a = py::none(), "holding_hand"_a = py::none(),
+                  kFromSmplxDoc)
       .def_static("load", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
                   "frame_rate"_a = py::none(), "betas"_a = py::none(),
                   "hand_models"_a = std::vector<std::string>(), load_doc.c_str())
@@ -375,21 +485,33 @@ void BindClip(py::module_& module) {
             RunAside([self, path] { WriteClip(self, path); });
           },
           "path"_a, py::kw_only(), "force"_a = false,
-          "Writes AMASS's SMPL-X .npz, atomically, without the object's mesh. Raises Error if the "
-          "file exists, unless force=True.");
-  static const std::string doc =
-      "Imports a clip from GRAB, AMASS, ARCTIC, Motion-X, smplx parameters, glTF, BVH, ASF/AMC, "
-      "...; the format is detected from the content. path: a file or folder, or the content of a "
-      "file of parameters as a dict of arrays (or tensors) by the names in it. frame_rate in Hz; "
-      "0: the file's; None: the "
-      "file's, but 30 for retargeted motion. The mesh of its object, which the file contains or "
-      "references, is clip.object.surface. Decisions made by the import are logged to 'holdfast' "
-      "(INFO; WARNING if they may be wrong, such as a frame rate that the file does not state). "
-      "betas (B,): shape of the body for motions with their own skeleton. hand_models: SMPL-X or "
-      "MANO files for hands stored as principal components.\n"
-      "\n"
-      "Options:\n" +
-      options;
+          R"(Writes AMASS's SMPL-X .npz, atomically, without the object's mesh.
+
+Parameters
+----------
+path : path
+force : bool, default False
+    Overwrite an existing file.
+
+Raises
+------
+Error
+    If the file exists, unless force=True.
+)");
+  const std::string doc =
+      R"(Imports a clip from a motion file.
+
+Reads GRAB, AMASS, ARCTIC, Motion-X, smplx parameters, glTF, BVH, ASF/AMC, ... The format is
+detected from the content. The mesh of the clip's object, which the file contains or references, is
+clip.object.surface. Decisions made by the import are logged to 'holdfast' (INFO; WARNING if they
+may be wrong, such as a frame rate that the file does not state).
+
+Parameters
+----------
+path : path or dict
+    File or folder, or the content of a file of parameters as a dict of arrays (or tensors) by the
+    names in it.
+)" + parameters;
   module.def("import_motion", &LoadAny, "path"_a, py::kw_only(), "body"_a = py::none(),
              "frame_rate"_a = py::none(), "betas"_a = py::none(),
              "hand_models"_a = std::vector<std::string>(), doc.c_str());

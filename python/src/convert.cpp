@@ -68,34 +68,61 @@ void Save(const ConvertedMotion& self, const std::filesystem::path& path, bool f
 }
 
 constexpr const char* kConvertDoc =
-    "Converts parameters of one body model to those of another: SMPL-X, SMPL-H, MANO.\n"
-    "\n"
-    "Rotations are kept; trans is corrected for the offset between the models' pelvises (for a "
-    "hand: wrists); betas are fitted to the joints; the result has the remaining errors.\n"
-    "\n"
-    "clip: a Clip, a path or an embedded name; the world axes of other programs' files are not "
-    "changed. to_body, from_body: a BodyModel, or None for the embedded one. onto: for a clip of a "
-    "hand alone, the clip of the body to attach it to, with the same number of frames; the arm is "
-    "solved so that the wrist is at the hand. Returns ConvertResult. Raises Error for models that "
-    "cannot be converted into each other.\n"
-    "\n"
-    "    smplh = holdfast.BodyModel.load('SMPLH_MALE.pkl')\n"
-    "    holdfast.convert('walk.npz', to_body=smplh).save('walk_h.npz')\n"
-    "\n"
-    "Options:\n";
+    R"(Converts parameters of one body model to those of another: SMPL-X, SMPL-H, MANO.
+
+Rotations are kept. trans is corrected for the offset between the models' pelvises (for a hand:
+wrists). betas are fitted to the joints. The result has the remaining errors.
+
+Parameters
+----------
+clip : Clip, str or path
+    Clip, file, or name of an embedded clip. The world axes of other programs' files are not
+    changed.
+to_body : BodyModel or None
+    None: the embedded model.
+from_body : BodyModel, optional
+    Default: the embedded model.
+onto : Clip, str or path, optional
+    For a clip of a hand alone: the clip of the body to attach it to, with the same number of
+    frames. The arm is solved so that the wrist is at the hand.
+@options
+
+Returns
+-------
+ConvertResult
+
+Raises
+------
+Error
+    If the models cannot be converted into each other.
+
+Examples
+--------
+>>> smplh = holdfast.BodyModel.load('SMPLH_MALE.pkl')
+>>> holdfast.convert('walk.npz', to_body=smplh).save('walk_h.npz')
+)";
+
+constexpr const char* kSaveParametersDoc =
+    R"(Writes the parameters, .npz or .json.
+
+Parameters
+----------
+path : path
+force : bool, default False
+    Overwrite an existing file.
+@options
+
+Raises
+------
+Error
+    If the file exists, unless force=True.
+)";
 
 }  // namespace
 
 void BindConvert(py::module_& module) {
   ConvertOptions usual;
-  static const std::string doc = kConvertDoc + OptionsText(OptionsOf(usual));
   ParameterFileOptions file;
-  static const std::string save_doc =
-      "Writes the parameters, .npz or .json. Raises Error if the file exists, unless "
-      "force=True.\n"
-      "\n"
-      "Options:\n" +
-      OptionsText(OptionsOf(file));
   py::class_<ConvertedMotion, ConvertedPtr>(module, "ConvertResult",
                                             "A clip in the parameters of another body model.")
       .def_readonly("clip", &ConvertedMotion::clip,
@@ -112,13 +139,14 @@ void BindConvert(py::module_& module) {
           "not_carried_over",
           [](const ConvertedMotion& self) { return Part(self, "not_carried_over"); },
           "list of str: what the other model cannot represent")
-      .def("save", &Save, "path"_a, py::kw_only(), "force"_a = false, save_doc.c_str())
+      .def("save", &Save, "path"_a, py::kw_only(), "force"_a = false,
+           WithOptions(kSaveParametersDoc, OptionsOf(file)).c_str())
       .def("__repr__", [](const ConvertedMotion& self) {
         return fmt::format("<holdfast.ConvertResult: {} frames for {}, joints within {:.3f} mm>",
                            self.clip->NumFrames(), self.body->Name(), self.conversion.max_mm);
       });
   module.def("convert", &Convert, "clip"_a, py::kw_only(), "to_body"_a, "from_body"_a = py::none(),
-             "onto"_a = py::none(), doc.c_str());
+             "onto"_a = py::none(), WithOptions(kConvertDoc, OptionsOf(usual)).c_str());
 }
 
 }  // namespace holdfast::python

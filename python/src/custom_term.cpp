@@ -158,28 +158,41 @@ std::vector<CustomTerm> CustomTermsOf(const py::object& terms) {
 }
 
 void BindCustomTerm(py::module_& module) {
-  const std::string doc =
-      "A user-defined term of the problem that Ceres solves for each frame of a fit.\n"
-      "\n"
-      "name: letters, digits and underscores; its energy is the column energy_<name> of per_frame "
-      "(None in frames without it). blocks: names of the parameter blocks that it depends on: " +
-      BlocksText() +
-      ". Rotations are unit quaternions (x, y, z, w), object to world; translations are in meters, "
-      "fingers axis-angle in radians; wrist blocks are offsets from the clip's wrist and move "
-      "where two hands hold. function(frame, *blocks): takes the frame's number and copies of the "
-      "blocks, and returns residuals (num_residuals,), or a tuple (residuals, [Jacobian "
-      "(num_residuals, size) of each block]); without Jacobians Ceres differentiates numerically. "
-      "weight: of the sum of squares.\n"
-      "\n"
-      "If the function raises, or returns a wrong shape or a non-finite number at the initial "
-      "values of a frame, the frame keeps its initial values, and 'warnings' of the result names "
-      "the term and the frame.\n"
-      "\n"
-      "    def upright(frame, q):\n"
-      "        x, y, z, w = q\n"
-      "        return np.array([2 * (x * z + w * y), 2 * (y * z - w * x)])  # z axis: vertical\n"
-      "    term = holdfast.CustomTerm('upright', ['object_rotation'], upright, 2, weight=1e4)\n"
-      "    held = holdfast.fit('demo_drink', 'mug', custom_terms=[term])\n";
+  const std::string doc = fmt::format(
+      R"(A user-defined term of the problem that Ceres solves for each frame of a fit.
+
+If the function raises, or returns a wrong shape or a non-finite number at the initial values of a
+frame, the frame keeps its initial values, and 'warnings' of the result names the term and the
+frame.
+
+Parameters
+----------
+name : str
+    Letters, digits and underscores. The energy is the column energy_NAME of per_frame (None in
+    frames without it).
+blocks : list of str
+    Parameter blocks that the term depends on:
+    {}.
+    Rotations are unit quaternions (x, y, z, w), object to world. Translations are in meters,
+    fingers axis-angle in radians. Wrist blocks are offsets from the clip's wrist, and move where
+    two hands hold.
+function : callable
+    function(frame, *blocks) takes the frame's number and copies of the blocks. It returns residuals
+    (num_residuals,), or a tuple (residuals, [Jacobian (num_residuals, size) of each block]).
+    Without Jacobians, Ceres differentiates numerically.
+num_residuals : int
+weight : float, default 1.0
+    Weight of the sum of squares.
+
+Examples
+--------
+>>> def upright(frame, q):
+...     x, y, z, w = q
+...     return np.array([2 * (x * z + w * y), 2 * (y * z - w * x)])  # z axis: vertical
+>>> term = holdfast.CustomTerm('upright', ['object_rotation'], upright, 2, weight=1e4)
+>>> held = holdfast.fit('demo_drink', 'mug', custom_terms=[term])
+)",
+      BlocksText());
   py::class_<CustomTerm>(module, "CustomTerm", doc.c_str())
       .def(py::init(&MakeTerm), "name"_a, "blocks"_a, "function"_a, "num_residuals"_a,
            py::kw_only(), "weight"_a = 1.0)

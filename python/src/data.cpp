@@ -111,15 +111,31 @@ py::object LoadSafe(const std::filesystem::path& path) {
 }  // namespace
 
 void BindData(py::module_& module) {
-  module.def(
-      "load_pickle_safe", &LoadSafe, "path"_a,
-      "Reads a pickle without executing anything in it; also torch files, .npz, .npy, safetensors "
-      "and JSON, gzipped or not; the format is detected from the content. Returns a dict of arrays "
-      "(with their types and shapes), numbers, strings, None, lists and dicts, or the value in the "
-      "file if it is not a dict. Tuples and sets become lists, scipy.sparse and chumpy arrays "
-      "become numpy arrays, other plain objects become dicts of their fields; keys become strings, "
-      "and keys that are neither strings nor integers are left out. Raises Error, naming the "
-      "class, for a file that needs any class other than those of plain data.");
+  module.def("load_pickle_safe", &LoadSafe, "path"_a,
+             R"(Reads a pickle without executing anything in it.
+
+Also reads torch files, .npz, .npy, safetensors and JSON, gzipped or not. The format is detected
+from the content.
+
+Tuples and sets become lists. scipy.sparse and chumpy arrays become numpy arrays. Other plain
+objects become dicts of their fields. Keys become strings. Keys that are neither strings nor
+integers are left out.
+
+Parameters
+----------
+path : path
+
+Returns
+-------
+dict
+    Arrays (with their types and shapes), numbers, strings, None, lists and dicts; or the value in
+    the file if it is not a dict.
+
+Raises
+------
+Error
+    If the file needs any class other than those of plain data. The message names the class.
+)");
 }
 
 }  // namespace holdfast::python

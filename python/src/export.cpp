@@ -83,36 +83,68 @@ py::dict Export(const py::object& clip, const std::filesystem::path& path, const
   return told;
 }
 
+constexpr const char* kExportDoc =
+    R"(Writes a clip for other programs, in the format of the file's name.
+
+- .glb: skinned body with pose correctives as morph targets, and the object, animated (meters, y
+  up).
+- .bvh: the skeleton (centimeters, y up).
+- .usda: the same as .glb for USD (UsdSkel; meters, z up).
+- .jsonl: poses of joints and object, and contacts, one line per frame.
+- .xml: MJCF for MuJoCo: the object free, the holding hand simulated, one key frame per frame,
+  meshes in a folder beside it.
+- .npz: the clip.
+- contacts.npz, contacts.csv: where hands touch the object.
+- name_%04d.ply or .obj: a mesh of the body per frame, and of the object with 'object_' in the name.
+
+Parameters
+----------
+clip : Clip, result, str or path
+    Clip, result of fit(), refine(), grasp() or synthesize(), file, result folder, or name of an
+    embedded clip.
+path : path
+object : str, path or (vertices, faces), optional
+    Mesh in meters in place of the clip's, as in score().
+object_scale : float, default 1.0
+    Multiplies the object's coordinates.
+body : BodyModel, optional
+    In place of the embedded model.
+onto : path, optional
+    For .glb: a character (.glb, .gltf) whose skeleton is moved and whose skin is kept.
+force : bool, default False
+    Overwrite existing files.
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
+
+Returns
+-------
+dict
+    'files' written, 'object': whether the object is exported, and values of the format
+    ('surface_error_mm', 'object_mass_kg', ...).
+
+Raises
+------
+Error
+    For an unknown format, for existing files and for contents that cannot be written.
+Stopped
+    If progress returns False.
+
+Examples
+--------
+>>> holdfast.export(held, 'held.glb')
+)";
+
 }  // namespace
 
 void BindExport(py::module_& module) {
   ExportOptions usual;
-  static const std::string doc =
-      "Writes a clip for other programs, in the format of the file's name.\n"
-      "\n"
-      ".glb: skinned body with pose correctives as morph targets, and the object, animated "
-      "(meters, y up); .bvh: the skeleton (centimeters, y up); .usda: the same as .glb for "
-      "USD (UsdSkel; meters, z up); .jsonl: poses of joints and object, and contacts, a line per "
-      "frame; .xml: MJCF for MuJoCo, the object free, "
-      "the holding hand simulated, one key frame per frame, meshes in a folder beside it; .npz: "
-      "the clip; contacts.npz, contacts.csv: where hands touch the object; name_%04d.ply or .obj: "
-      "a mesh of the body per frame, and of the object with 'object_' in the name.\n"
-      "\n"
-      "clip: a Clip, a result of fit(), refine(), grasp() or synthesize(), a file, a result folder "
-      "or an embedded name. object, object_scale, body as in score(). onto: of a .glb, a character "
-      "(.glb, .gltf) whose skeleton is moved and whose skin is kept. force: overwrite existing "
-      "files. Returns a dict: 'files' written, "
-      "'object': whether the object is exported, and values of the format ('surface_error_mm', "
-      "'object_mass_kg', ...). Raises Error for an unknown format, for existing files and for "
-      "contents that cannot be written; Stopped.\n"
-      "\n"
-      "    holdfast.export(held, 'held.glb')\n"
-      "\n"
-      "Options:\n" +
-      OptionsText(OptionsOf(usual));
   module.def("export", &Export, "clip"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
              "object_scale"_a = 1.0, "body"_a = py::none(), "onto"_a = py::none(),
-             "force"_a = false, "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
+             "force"_a = false, "threads"_a = 0, "progress"_a = py::none(),
+             WithOptions(kExportDoc, OptionsOf(usual)).c_str());
 }
 
 }  // namespace holdfast::python

@@ -64,27 +64,73 @@ CarriedPtr Fit(const py::object& clip, const py::object& object, const py::objec
 }
 
 constexpr const char* kFitDoc =
-    R"(Fits an object to a clip: solves object pose and finger angles for
-every frame. If the clip has an object trajectory, the fit uses it as data; otherwise a hand takes
-the object in the first frame and holds it.
+    R"(Fits an object to a clip: solves object pose and finger angles for every frame.
 
-clip: Clip, path, or name of an embedded clip. object: path, name of an embedded object, or
-(vertices (V, 3), faces (F, 3)) in meters; None: the mesh of the clip's own object
-(clip.object.surface, or the mesh that its track references).
+If the clip has an object trajectory, the fit uses it as data. Otherwise a hand takes the object in
+the first frame and holds it.
 
-at: (3,) point where the object is grasped, in its own frame, meters, scaled. region, avoid: parts
-of its surface to touch, or not, as (vertices, faces) or mesh file, scaled as the object is.
-avoid_balls: (N, 4) centers and radii of balls that the hand stays out of, meters, as for at.
-weights: dict by term, such as {'penetration': 3000.0}. custom_terms: list of CustomTerm, additional
-terms; needs solve='sequential'. body: BodyModel.
+Parameters
+----------
+clip : Clip, str or path
+    Clip, file, result folder, or name of an embedded clip.
+object : str, path or (vertices, faces), optional
+    Mesh file, name of an embedded object, or vertices (V, 3) in meters and faces (F, 3). Default:
+    the mesh of the clip's own object (clip.object.surface, or the mesh that its track references).
+at : array_like (3,), optional
+    Point where the object is grasped, in the object's frame, meters, scaled.
+region : path or (vertices, faces), optional
+    Part of the object's surface to touch, scaled as the object is.
+avoid : path or (vertices, faces), optional
+    Part of the object's surface not to touch, scaled as the object is.
+avoid_balls : array_like (N, 4), optional
+    Centers and radii of balls that the hand stays out of, in the object's frame, meters, scaled.
+weights : dict, optional
+    Weights by term, such as {'penetration': 3000.0}.
+custom_terms : list of CustomTerm, optional
+    Additional terms. Needs solve='sequential'.
+body : BodyModel, optional
+    In place of the embedded model.
+seed : int, default 1
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
 
-progress: callable (stage, done, total), False stops. threads 0: all. Returns FitResult. Raises
-FitFailure if no hand can hold the object or touches it, Stopped, and Error.
+Returns
+-------
+FitResult
 
-    held = holdfast.fit('demo_drink', 'mug')
-    held.clip.save('held.npz')
+Raises
+------
+FitFailure
+    If no hand can hold the object or touches it.
+Stopped
+    If progress returns False.
+Error
+    For invalid input.
 
-Options:
+Examples
+--------
+>>> held = holdfast.fit('demo_drink', 'mug')
+>>> held.clip.save('held.npz')
+)";
+
+constexpr const char* kOffhandDoc =
+    R"(Fits an object to a motion in which it passes from hand to hand: fit() with hand_over=True.
+
+Parameters
+----------
+clip : Clip, str or path
+    Clip, file, result folder, or name of an embedded clip.
+object : str, path or (vertices, faces), optional
+    As in fit().
+**kwargs
+    Arguments of fit() by name, except hand_over.
+
+Returns
+-------
+FitResult
 )";
 
 // One number per frame.
@@ -196,8 +242,7 @@ void BindFitResult(py::module_& module) {
             return ToPython(
                 DrinkJson(self.run.report.drink, self.run.report.drunk.value_or(DrinkMeasures{})));
           },
-          "Measures of drinking (fit(drink=True)): frames, millimeters, degrees; None without "
-          "drinking.")
+          "dict: measures of drinking (fit(drink=True)), in frames, millimeters, degrees; or None")
       .def_property_readonly(
           "clearance",
           [](const CarriedClip& self) {
@@ -214,8 +259,9 @@ void BindFitResult(py::module_& module) {
       .def_property_readonly(
           "object", [](const CarriedClip& self) { return MeshTuple(self.run.object->object.mesh); },
           "(vertices (V, 3) meters, faces (F, 3)) that was fitted, scaled; copies")
-      .def_property_readonly("object_name",
-                             [](const CarriedClip& self) { return self.run.object->object.name; })
+      .def_property_readonly(
+          "object_name", [](const CarriedClip& self) { return self.run.object->object.name; },
+          "str: name of the object")
       .def("__repr__", [](const CarriedClip& self) {
         return fmt::format("<holdfast.FitResult: {} held by {}>", self.run.object->object.name,
                            HoldersText(CountHeld(self.clip->holding_hand)));
@@ -254,11 +300,11 @@ void BindFit(py::module_& module) {
   BindCustomTerm(module);
   BindFitResult(module);
   FitJob job;
-  static const std::string doc = kFitDoc + OptionsText(OptionsOf(job));
   module.def("fit", &Fit, "clip"_a, "object"_a = py::none(), py::kw_only(), "at"_a = py::none(),
              "region"_a = py::none(), "avoid"_a = py::none(), "avoid_balls"_a = py::none(),
              "weights"_a = py::none(), "custom_terms"_a = py::none(), "body"_a = py::none(),
-             "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
+             "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(),
+             WithOptions(kFitDoc, OptionsOf(job)).c_str());
   module.def(
       "offhand",
       [fit = py::object(module.attr("fit"))](const py::object& clip, const py::object& object,
@@ -268,9 +314,7 @@ void BindFit(py::module_& module) {
         }
         return fit(clip, object, "hand_over"_a = true, **options);
       },
-      "clip"_a, "object"_a = py::none(),
-      "fit(clip, object, hand_over=True, ...): fits an object to a motion in which it passes from "
-      "hand to hand. Options are those of fit().");
+      "clip"_a, "object"_a = py::none(), kOffhandDoc);
   BindRefine(module);
   BindTransfer(module);
   BindGrasp(module);

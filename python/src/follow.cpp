@@ -101,26 +101,66 @@ std::unique_ptr<Follower> MakeFollower(const py::object& clip, const std::option
 
 void BindFollow(py::module_& module) {
   py::class_<Follower>(module, "GoalFollower",
-                       "A person whose wrist follows a moving goal, frame by frame at 30 Hz: each "
-                       "pose depends only on the current goal and earlier ones.\n"
-                       "\n"
-                       "    follower = holdfast.GoalFollower()\n"
-                       "    pose, trans = follower.step((0.5, -0.6, 1.1))")
+                       R"(A person whose wrist follows a moving goal, frame by frame at 30 Hz.
+
+Each pose depends only on the current goal and earlier ones.
+
+Parameters
+----------
+clip : Clip, str or path, optional
+    Continues from a frame of this clip. Default: a person standing at the origin, facing -y.
+frame : int, optional
+    Frame of clip; default: the last.
+wrist : {'right', 'left'}, default 'right'
+candidates : int, default 48
+    Number of motions tried in every frame.
+horizon : int, default 14
+    Their length in frames.
+sigma : float, default 0.7
+    Standard deviation of the latents.
+weights : str, optional
+    File of another network.
+body : BodyModel, optional
+    In place of the embedded model.
+seed : int, default 1
+
+Examples
+--------
+>>> follower = holdfast.GoalFollower()
+>>> pose, trans = follower.step((0.5, -0.6, 1.1))
+)")
       .def(py::init(&MakeFollower), py::kw_only(), "clip"_a = py::none(), "frame"_a = py::none(),
            "wrist"_a = "right", "candidates"_a = FollowOptions().candidates,
            "horizon"_a = FollowOptions().horizon, "sigma"_a = FollowOptions().sigma,
-           "weights"_a = "", "body"_a = py::none(), "seed"_a = 1,
-           "Continues from a frame of a clip (default: the last), or starts from a person standing "
-           "at the origin, facing -y.\n"
-           "\n"
-           "candidates: number of motions tried in every frame; horizon: their length in frames; "
-           "sigma: standard deviation of the latents.")
+           "weights"_a = "", "body"_a = py::none(), "seed"_a = 1)
       .def("step", &Follower::Step, "goal"_a,
-           "(pose (55, 3) axis-angle, trans (3,)) 1/30 s later. goal: (3,) current goal of the "
-           "wrist, world, meters, z up. Raises Error for a goal below the ground or more than 20 m "
-           "away.")
+           R"(Returns the pose 1/30 s later.
+
+Parameters
+----------
+goal : array_like (3,)
+    Current goal of the wrist, world, meters, z up.
+
+Returns
+-------
+pose : array (55, 3)
+    Axis-angle, radians.
+trans : array (3,)
+    Meters.
+
+Raises
+------
+Error
+    For a goal below the ground or more than 20 m away.
+)")
       .def("push", &Follower::Push, "by"_a,
-           "Pushes the body by (3,) meters, at most 1 m, over the next 0.3 s.")
+           R"(Pushes the body over the next 0.3 s.
+
+Parameters
+----------
+by : array_like (3,)
+    Displacement, world, meters; at most 1 m.
+)")
       .def_property_readonly("clip", &Follower::Motion,
                              "Clip at 30 Hz: where it started, and a frame for each step; a copy")
       .def("__repr__", [](Follower& self) {

@@ -244,32 +244,94 @@ py::object ReportOf(LiveFitter& self) {
 void BindFrameFitter(py::module_& module) {
   py::class_<LiveFitter, std::shared_ptr<LiveFitter>>(
       module, "FrameFitter",
-      "Fits an object to one hand or both, frame after frame, for live use: start() takes hold, "
-      "each step() solves one frame, in about a millisecond for one hand. hand: 'right', 'left', "
-      "'both', or a list; weights as for fit(); betas (B,) of the body; frame_rate in Hz; object "
-      "as for fit(). With two hands, the arms are also adjusted to hold the object together (poses "
-      "has them). The results are those of fit(keep_grasp=True) for the same frames. Thread-safe: "
-      "concurrent calls are serialized.\n"
-      "\n"
-      "    fitter = holdfast.FrameFitter('mug')\n"
-      "    fitter.start(clip.poses[0], clip.trans[0], R, T)\n"
-      "    for poses, trans in frames:\n"
-      "        R, T, fingers = fitter.step(poses, trans)\n")
+      R"(Fits an object to one hand or both, frame after frame, for live use.
+
+start() takes hold. Each step() solves one frame, in about a millisecond for one hand. With two
+hands, the arms are also adjusted to hold the object together (poses has them). The results are
+those of fit(keep_grasp=True) for the same frames. Thread-safe: concurrent calls are serialized.
+
+Parameters
+----------
+object : str, path or (vertices, faces)
+    Mesh file, name of an embedded object, or vertices (V, 3) in meters and faces (F, 3).
+hand : {'right', 'left', 'both'} or list, default 'right'
+weights : dict, optional
+    Weights by term, as in fit().
+contact_threshold_mm : float, default 10.0
+slip : bool, default False
+    As in fit().
+body : BodyModel, optional
+    In place of the embedded model.
+betas : array_like (B,), optional
+    Shape coefficients of the body.
+frame_rate : float, default 30.0
+    Hz.
+object_scale : float, default 1.0
+object_vertices : int, default 300
+custom_terms : list of CustomTerm, optional
+    As in fit().
+threads : int, default 0
+    0: all.
+
+Examples
+--------
+>>> fitter = holdfast.FrameFitter('mug')
+>>> fitter.start(clip.poses[0], clip.trans[0], R, T)
+>>> for poses, trans in frames:
+...     R, T, fingers = fitter.step(poses, trans)
+)")
       .def(py::init(&MakeFitter), "object"_a, "hand"_a = "right", py::kw_only(),
            "weights"_a = py::none(), "contact_threshold_mm"_a = 10.0, "slip"_a = false,
            "body"_a = py::none(), "betas"_a = py::none(), "frame_rate"_a = 30.0,
            "object_scale"_a = 1.0, "object_vertices"_a = 300, "custom_terms"_a = py::none(),
            "threads"_a = 0)
       .def("start", &StartFitter, "poses"_a, "trans"_a, "object_rotation"_a, "object_translation"_a,
-           "Starts the hold from this pose: poses (165,) or (55, 3) axis-angle in radians with the "
-           "grasping fingers, trans (3,) meters; the object is x_world = R x_object + T, "
-           "object_rotation (3, 3) or axis-angle (3,), object_translation (3,) meters. Deep "
-           "penetration of hand and object is resolved. Returns (R (3, 3), T (3,), fingers (45,); "
-           "of both hands (2, 45), right and left). May be called again.")
+           R"(Starts the hold from a pose. May be called again.
+
+The object is at x_world = R x_object + T. Deep penetration of hand and object is resolved.
+
+Parameters
+----------
+poses : array_like (165,) or (55, 3)
+    Axis-angle in radians, with the grasping fingers.
+trans : array_like (3,)
+    Meters.
+object_rotation : array_like (3, 3) or (3,)
+    R: a matrix, or axis-angle.
+object_translation : array_like (3,)
+    T, meters.
+
+Returns
+-------
+R : array (3, 3)
+T : array (3,)
+fingers : array (45,) or (2, 45)
+    As in step().
+)")
       .def("step", &StepFitter, "poses"_a, "trans"_a,
-           "Solves the next frame, poses (165,) or (55, 3) and trans (3,). Returns the object's "
-           "R (3, 3) and T (3,) meters, world, and the hand's fingers (45,) axis-angle in radians; "
-           "for both hands (2, 45), right and left. Raises RuntimeError before start().")
+           R"(Solves the next frame.
+
+Parameters
+----------
+poses : array_like (165,) or (55, 3)
+    Axis-angle, radians.
+trans : array_like (3,)
+    Meters.
+
+Returns
+-------
+R : array (3, 3)
+    Rotation of the object, object to world.
+T : array (3,)
+    Its translation, meters, world.
+fingers : array (45,) or (2, 45)
+    Axis-angle in radians; of both hands, right and left.
+
+Raises
+------
+RuntimeError
+    Before start().
+)")
       .def_property_readonly(
           "poses",
           [](LiveFitter& self) {

@@ -447,8 +447,9 @@ py::dict Generate(const BoundCase& self, const std::string& objects, const std::
 void BindActionCase(py::module_& module) {
   py::class_<BoundCase>(
       module, "ActionCase",
-      "An action with an object in the form of IMoS's networks (Ghosh et al. 2023): 15 key frames "
-      "of a clip, of which the first four are given. Created by action_case().")
+      "An action with an object in the form of IMoS's networks (Ghosh et al. 2023).\n"
+      "\n"
+      "Has 15 key frames of a clip, of which the first four are given. Created by action_case().")
       .def("__repr__",
            [](const BoundCase& self) {
              return fmt::format("<holdfast.ActionCase: {}>", self.one.sequence.name);
@@ -475,14 +476,34 @@ void BindActionCase(py::module_& module) {
             return Rows(JointsOf(keys, self.one)).reshape({-1, kNumBodyJoints, 3});
           },
           "keys"_a,
-          "(T, 22, 3) meters: joints of a Clip of key frames, in the frame in which the first of "
-          "this case stands at the origin and faces -y.")
+          R"(Returns the joints of key frames.
+
+Parameters
+----------
+keys : Clip
+
+Returns
+-------
+array (T, 22, 3)
+    Meters, in the frame in which the first key frame of this case stands at the origin and faces
+    -y.
+)")
       .def(
           "object_from_head",
           [](const BoundCase& self, const Clip& keys) {
             return Rows(ObjectFromHead(keys, self.one));
           },
-          "keys"_a, "(T, 3) meters: the object's translation in the frame of the head joint.")
+          "keys"_a, R"(Returns the object's translation in the frame of the head joint.
+
+Parameters
+----------
+keys : Clip
+
+Returns
+-------
+array (T, 3)
+    Meters.
+)")
       .def(
           "in_motion",
           [](const BoundCase&, const Clip& keys, double frame_rate) {
@@ -490,23 +511,75 @@ void BindActionCase(py::module_& module) {
             return std::make_shared<Clip>(ResampleSmoothly(keys, frame_rate));
           },
           "keys"_a, "frame_rate"_a = kMotionRate,
-          "Key frames interpolated by curves: a Clip of frame_rate Hz.")
+          R"(Interpolates key frames by curves.
+
+Parameters
+----------
+keys : Clip
+frame_rate : float, default 30.0
+    Hz.
+
+Returns
+-------
+Clip
+)")
       .def("score", &BoundCase::Score, "clip"_a,
-           "'values' of holdfast.score() of a Clip with this case's object, volumes left out.")
+           R"(Measures a clip with this case's object, without volumes.
+
+Parameters
+----------
+clip : Clip
+
+Returns
+-------
+dict
+    'values' of holdfast.score().
+)")
       .def("generate", &Generate, "objects"_a, py::kw_only(), "weights"_a = "", "stream"_a = 0,
            "stroke_seed"_a = 1, "sigma"_a = 1.0, "finish"_a = false, "seed"_a = 1,
-           "Generates the motion after the four given key frames with a network. Returns a dict: "
-           "'keys' a Clip of 15, 'clip' all frames fitted (objects='fitted' with finish), "
-           "'seconds' and 'finishing_seconds' of one core.\n"
-           "\n"
-           "objects: 'given' (ground truth), 'carried' (fixed to the wrist) or 'fitted' (the loop "
-           "of synthesize()). weights: file of another network. Latents are drawn from `stream` of "
-           "`seed`, their standard deviation sigma.");
+           R"(Generates the motion after the four given key frames with a network.
+
+Parameters
+----------
+objects : {'given', 'carried', 'fitted'}
+    'given': ground truth. 'carried': fixed to the wrist. 'fitted': the loop of synthesize().
+weights : str, optional
+    File of another network.
+stream : int, default 0
+    Stream of the seed that latents are drawn from.
+stroke_seed : int, default 1
+    Seed of strokes added to the motion.
+sigma : float, default 1.0
+    Standard deviation of the latents.
+finish : bool, default False
+    With objects='fitted': also fit all frames.
+seed : int, default 1
+
+Returns
+-------
+dict
+    'keys': a Clip of 15. 'clip': all frames fitted (objects='fitted' with finish). 'seconds' and
+    'finishing_seconds' of one core.
+)");
   module.def("action_case", &LoadCase, "path"_a, py::kw_only(), "key_frames"_a = "whole",
-             "ActionCase of a clip's file; None for a clip too short for 15 key frames.\n\n"
-             "key_frames: 'whole' spreads them over the clip, 'paper' over the contact, as "
-             "published. Raises Error for a clip without object, and for an action or object that "
-             "is not in the vocabulary.");
+             R"(Reads an action from a clip's file.
+
+Parameters
+----------
+path : str
+key_frames : {'whole', 'paper'}, default 'whole'
+    'whole' spreads the key frames over the clip, 'paper' over the contact, as published.
+
+Returns
+-------
+ActionCase or None
+    None for a clip too short for 15 key frames.
+
+Raises
+------
+Error
+    For a clip without object, and for an action or object that is not in the vocabulary.
+)");
   module.def(
       "synthesis_network",
       [](const std::string& weights) {
@@ -516,53 +589,123 @@ void BindActionCase(py::module_& module) {
         return ToPython(json);
       },
       "weights"_a = "",
-      "Describes a network of ActionCase.generate(), as a dict: 'weights', 'checksum', 'notes' and "
-      "'config'.");
+      R"(Describes a network of ActionCase.generate().
+
+Parameters
+----------
+weights : str, optional
+    File of another network.
+
+Returns
+-------
+dict
+    'weights', 'checksum', 'notes' and 'config'.
+)");
 }
 
 constexpr const char* kReachMotionsDoc =
-    R"(Generates N motions of the embedded body to goals of the right wrist,
-as WANDR's protocol evaluates them (Diomataris et al. 2024), each of `frames` frames at 30 Hz.
+    R"(Generates N motions of the embedded body to goals of the right wrist.
 
-states (N, 135) and previous_deltas (N, 135): the start states (reach_starts). goals (N, 3) meters,
-deadlines (N,) in frames from the start, streams (N,) of `seed` that latents are drawn from, with
-standard deviation sigma. method: 'intention', 'latent-opt', 'vae-opt-lm', 'vae-opt-lbfgs',
-'vae-opt-lbfgs-step1' or 'vae-opt-adam'. refit: planted feet are pinned and the wrist is placed.
+As evaluated by WANDR's protocol (Diomataris et al. 2024), at 30 Hz. Results do not depend on the
+rest of the batch. with_intention, parts, min_frames_left, hold_last_goal and pace_m_s select what
+the network gets of the goal.
 
-with_intention, parts ('wrist', 'pelvis', 'heading'), min_frames_left, hold_last_goal and pace_m_s
-(0: off) select what the network gets of the goal. weights: file of another network.
+Parameters
+----------
+method : str
+    'intention', 'latent-opt', 'vae-opt-lm', 'vae-opt-lbfgs', 'vae-opt-lbfgs-step1' or
+    'vae-opt-adam'.
+states : array_like (N, 135)
+previous_deltas : array_like (N, 135)
+    Start states, as of reach_starts().
+goals : array_like (N, 3)
+    Meters.
+deadlines : array_like (N,) of int
+    Frames from the start.
+streams : array_like (N,) of int
+    Streams of the seed that latents are drawn from.
+frames : int, default 240
+    Frames of each motion.
+sigma : float, default 1.0
+    Standard deviation of the latents.
+parts : list of {'wrist', 'pelvis', 'heading'}, default ['wrist', 'pelvis', 'heading']
+with_intention : bool, default True
+min_frames_left : float, default 1.0
+hold_last_goal : bool, default False
+pace_m_s : float, default 0.0
+    0: off.
+refit : bool, default False
+    Pin planted feet and place the wrist.
+weights : str, optional
+    File of another network.
+seed : int, default 1
+threads : int, default 1
+    0: all.
 
-Returns N dicts: states (T, 135), joints (T, 22, 3), foot_skating_ratio (fraction of frames whose
-lowest vertex moves by more than 2/3 cm), latents, closest_m and seconds_at of each iterate, and
-solves: (minimizer, linear solver, iterations, termination). Results do not depend on the rest of
-the batch.)";
+Returns
+-------
+list of dict
+    For each motion: 'states' (T, 135), 'joints' (T, 22, 3), 'foot_skating_ratio' (fraction of
+    frames whose lowest vertex moves by more than 2/3 cm), 'latents', 'closest_m' and 'seconds_at'
+    of each iterate, and 'solves': (minimizer, linear solver, iterations, termination).
+)";
+
+constexpr const char* kReachStartsDoc =
+    R"(Returns where motions of WANDR's protocol start, and the network.
+
+Parameters
+----------
+clips : list of Clip, str or path, optional
+    Starts are frame 25 at 30 Hz of each clip. Default: six composed poses.
+single_precision : bool, default True
+    'pelvis' and 'ahead' in the network's precision.
+weights : str, optional
+    File of another network.
+
+Returns
+-------
+dict
+    'starts': list of dict with 'name', 'state' and 'previous_delta' (135 numbers each), 'pelvis' (3
+    numbers, meters) and 'ahead' (3 numbers, the heading). 'network': dict of 'weights', 'checksum',
+    'notes'.
+)";
 
 constexpr const char* kWalkDoc =
-    R"(A clip's body at 30 Hz with its feet, for measures of motion, as a
-dict of arrays over its T frames: joints (T, 22, 3) in meters, mean_joints the same on the mean shape,
-yaw (T,) of the pelvis in radians (0 faces -y), angles (T, 22) of joints from the rest pose in radians,
-soles (T, 4, 3): left heel, left ball, right heel, right ball; contacts (T,): bit i where sole i is on
-the ground (below 4 cm, slower than 0.35 m/s).
+    R"(Measures a clip's body at 30 Hz with its feet.
 
-'cut': frames from the first non-finite one on are left out; 'other_shape': its betas are of another
-model; 'second_crouch': frame in which the person crouches a second time on the way, or -1;
-'lean_back_rad': maximum lean backwards while waiting; 'off_balance_m': how far the center of mass
-is outside of the feet in the last frame, NaN if the person moves there; 'hand': path of the hand
-that moves farthest (speed, straightness);
-'foot_skating_ratio' (NaN without skating=True): as in reach_motions. clip, body as in score().)";
+Parameters
+----------
+clip : Clip, str or path
+    Clip, file, result folder, or name of an embedded clip.
+body : BodyModel, optional
+    In place of the embedded model.
+skating : bool, default False
+    Compute 'foot_skating_ratio'.
+
+Returns
+-------
+dict
+    - 'joints' (T, 22, 3), in meters.
+    - 'mean_joints' (T, 22, 3), the same on the mean shape.
+    - 'yaw' (T,) of the pelvis in radians; 0 faces -y.
+    - 'angles' (T, 22) of joints from the rest pose in radians.
+    - 'soles' (T, 4, 3): left heel, left ball, right heel, right ball.
+    - 'contacts' (T,): bit i where sole i is on the ground (below 4 cm, slower than 0.35 m/s).
+    - 'cut': whether frames from the first non-finite one on are left out.
+    - 'other_shape': whether the clip's betas are of another model.
+    - 'second_crouch': frame in which the person crouches a second time on the way, or -1.
+    - 'lean_back_rad': maximum lean backwards while waiting.
+    - 'off_balance_m': how far the center of mass is outside of the feet in the last frame, NaN if
+      the person moves there.
+    - 'hand': path of the hand that moves farthest (speed, straightness).
+    - 'foot_skating_ratio', as of reach_motions(); NaN without skating=True.
+)";
 
 }  // namespace
 
 void BindGenerators(py::module_& module) {
   module.def("reach_starts", &ReachStartsOf, "clips"_a = py::none(), py::kw_only(),
-             "single_precision"_a = true, "weights"_a = "",
-             "Where motions of WANDR's protocol start, and the network: {'starts': [...], "
-             "'network': {...}}.\n"
-             "\n"
-             "clips: frame 25 at 30 Hz of each Clip or path; None: six composed poses. A start has "
-             "'name', 'state' and 'previous_delta' (135 numbers each), 'pelvis' (3 meters) and "
-             "'ahead' (3, the heading), both in the network's precision unless single_precision is "
-             "False. weights: file of another network.");
+             "single_precision"_a = true, "weights"_a = "", kReachStartsDoc);
   module.def("reach_motions", &ReachMotions, "method"_a, "states"_a, "previous_deltas"_a, "goals"_a,
              "deadlines"_a, "streams"_a, py::kw_only(), "frames"_a = 240, "sigma"_a = 1.0,
              "parts"_a = std::vector<std::string>{"wrist", "pelvis", "heading"},
@@ -581,7 +724,17 @@ void BindGenerators(py::module_& module) {
         return draws;
       },
       "seed"_a, "count"_a,
-      "(count,) numbers of [0, 1) by the 64-bit Mersenne Twister: the same on every machine.");
+      R"(Draws numbers of [0, 1) by the 64-bit Mersenne Twister: the same on every machine.
+
+Parameters
+----------
+seed : int
+count : int
+
+Returns
+-------
+array (count,)
+)");
   BindActionCase(module);
 }
 

@@ -190,6 +190,105 @@ py::dict ManyGrasps(const py::object& object, int count, const py::object& at,
   return result;
 }
 
+constexpr const char* kGraspDoc =
+    R"(Closes a hand around an object: a clip of one frame of a standing person who holds it.
+
+Parameters
+----------
+object : str, path or (vertices, faces)
+    Mesh file, name of an embedded object, or vertices (V, 3) in meters and faces (F, 3).
+at : array_like (3,), optional
+    Point where the object is grasped, in the object's frame, meters, scaled.
+region : path or (vertices, faces), optional
+avoid : path or (vertices, faces), optional
+    Parts of the surface to touch and not to touch, as in fit().
+avoid_balls : array_like (N, 4), optional
+    Balls that the hand stays out of, as in fit().
+clip : Clip, str or path, optional
+    With hand='both': the pose is that of its first frame.
+body : BodyModel, optional
+    In place of the embedded model.
+seed : int, default 1
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
+
+Returns
+-------
+GraspResult
+
+Raises
+------
+FitFailure
+    If there is no grasp.
+Stopped
+    If progress returns False.
+Error
+    For invalid input.
+
+Examples
+--------
+>>> held = holdfast.grasp('mug', style='handle')
+>>> held.numbers['fingers'], held.clip
+)";
+
+constexpr const char* kGraspsDoc =
+    R"(Searches many distinct grasps of an object.
+
+Each grasp touches the object, is at most 1 mm deep and holds the object's weight in every direction
+with the given friction, as certified by linear programs. If a use is given, all grasps are of that
+use. With 'auto', grasps of the detected use come first.
+
+Parameters
+----------
+object : str, path or (vertices, faces)
+    Mesh file, name of an embedded object, or vertices (V, 3) in meters and faces (F, 3).
+count : int, default 100
+    Number of grasps; there may be fewer.
+at : array_like (3,), optional
+    Point where the object is grasped, in the object's frame, meters, scaled.
+region : path or (vertices, faces), optional
+avoid : path or (vertices, faces), optional
+    Parts of the surface to touch and not to touch, as in fit().
+avoid_balls : array_like (N, 4), optional
+    Balls that the hand stays out of, as in fit().
+body : BodyModel, optional
+    In place of the embedded model.
+trial_friction : float, optional
+    MuJoCo tries each grasp with this coefficient of friction, as hold_trial() does.
+seed : int, default 1
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
+
+Returns
+-------
+dict of array
+    Best score first, as in grasps.npz: 'wrist_from_object' and 'object_from_wrist' (N, 4, 4)
+    meters, 'finger_pose' (N, 45) axis-angle in SMPL-X's order, 'style' (N,), 'least_friction' (N,),
+    'ball_lower' (N,), 'contact_grasp' (C,), 'contact_point_object' and 'contact_normal_object'
+    (C, 3) and more; and 'clip', with a frame for each of the first 100. trial_friction adds
+    'held_directions' of 6, 'worst_slip_mm' and 'worst_slip_deg' (N,).
+
+Raises
+------
+FitFailure
+    If there is no grasp.
+Stopped
+    If progress returns False.
+Error
+    For invalid input, such as a mesh that does not enclose a solid.
+
+Examples
+--------
+>>> many = holdfast.grasps('mug', 50)
+>>> many['wrist_from_object'][0], many['finger_pose'][0]
+)";
+
 }  // namespace
 
 void BindGrasp(py::module_& module) {
@@ -209,47 +308,17 @@ void BindGrasp(py::module_& module) {
         return fmt::format("<holdfast.GraspResult: {} in hand '{}'>", self.object.name, self.hand);
       });
   GraspJob job;
-  static const std::string one_doc =
-      "Closes a hand around an object: a clip of one frame of a standing person who holds it.\n"
-      "\n"
-      "object, at, region, avoid and avoid_balls as for fit(). clip: with hand='both' the pose is "
-      "its first "
-      "frame's. Returns GraspResult. Raises FitFailure if there is no grasp, Stopped, and Error.\n"
-      "\n"
-      "    held = holdfast.grasp('mug', style='handle')\n"
-      "    held.numbers['fingers'], held.clip\n"
-      "\n"
-      "Options:\n" +
-      OptionsText(OptionsOf(job).Without({"apart_cm", "apart_angle_deg"}));
-  module.def("grasp", &CloseOn, "object"_a, py::kw_only(), "at"_a = py::none(),
-             "region"_a = py::none(), "avoid"_a = py::none(), "avoid_balls"_a = py::none(),
-             "clip"_a = py::none(), "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0,
-             "progress"_a = py::none(), one_doc.c_str());
-  static const std::string many_doc =
-      "Many distinct grasps of an object: each touches, is at most 1 mm deep and holds the "
-      "object's weight in every direction with this friction, as certified by linear programs.\n"
-      "\n"
-      "object, at, region, avoid and avoid_balls as for fit(). If a use is given, all grasps are "
-      "of that use; "
-      "with 'auto', grasps of the detected use come first. Returns a dict of arrays, best score "
-      "first, those of grasps.npz: 'wrist_from_object' and 'object_from_wrist' (N, 4, 4) meters, "
-      "'finger_pose' (N, 45) axis-angle in SMPL-X's order, 'style' (N,), 'least_friction' (N,), "
-      "'ball_lower' (N,), 'contact_grasp' (C,), 'contact_point_object' and 'contact_normal_object' "
-      "(C, 3) and more; and 'clip', a frame for each of the first 100. trial_friction: MuJoCo "
-      "tries each grasp with this coefficient, as hold_trial() does; adds 'held_directions' of 6, "
-      "'worst_slip_mm' and 'worst_slip_deg' (N,). There may be fewer than `count`. Raises "
-      "FitFailure if there is none, Stopped, and Error, also for a mesh that does not enclose a "
-      "solid.\n"
-      "\n"
-      "    many = holdfast.grasps('mug', 50)\n"
-      "    many['wrist_from_object'][0], many['finger_pose'][0]\n"
-      "\n"
-      "Options:\n" +
-      OptionsText(OptionsOf(job).Without({"closings", "refinements", "upright"}));
+  module.def(
+      "grasp", &CloseOn, "object"_a, py::kw_only(), "at"_a = py::none(), "region"_a = py::none(),
+      "avoid"_a = py::none(), "avoid_balls"_a = py::none(), "clip"_a = py::none(),
+      "body"_a = py::none(), "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(),
+      WithOptions(kGraspDoc, OptionsOf(job).Without({"apart_cm", "apart_angle_deg"})).c_str());
   module.def("grasps", &ManyGrasps, "object"_a, "count"_a = GraspSetOptions{}.count, py::kw_only(),
              "at"_a = py::none(), "region"_a = py::none(), "avoid"_a = py::none(),
              "avoid_balls"_a = py::none(), "body"_a = py::none(), "trial_friction"_a = py::none(),
-             "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(), many_doc.c_str());
+             "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(),
+             WithOptions(kGraspsDoc, OptionsOf(job).Without({"closings", "refinements", "upright"}))
+                 .c_str());
 }
 
 }  // namespace holdfast::python

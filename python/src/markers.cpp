@@ -234,67 +234,146 @@ void Write(const std::filesystem::path& path, const py::object& recording, bool 
   RunAside([&] { WriteC3d(given, path); });
 }
 
+constexpr const char* kSolveMarkersDoc =
+    R"(Fits a moving body to labeled optical markers.
+
+First solves body shape and marker placement (as MoSh, Loper et al. 2014), then the poses of all
+frames, with wrong labels corrected.
+
+Parameters
+----------
+recording : dict or path
+    A file, or a dict as of read_markers() ('names', 'positions' (T, M, 3) meters, 'rate_hz').
+static : dict or path, optional
+    Recording of the same person and markers at rest.
+table : path, optional
+    File (.csv) of additional marker names (name,joint,vertex,cluster).
+object : str, path or (vertices, faces), optional
+    Mesh of the object that object_markers are on.
+object_markers : path, dict or str, optional
+    Also solves the object's pose: a file (.csv: name,x,y,z) or a dict of positions of its markers
+    in its mesh frame, meters, or their names ('cup_a,cup_b,cup_c', or 'cup_*').
+object_scale : float, default 1.0
+    Multiplies the object's coordinates.
+body : BodyModel, optional
+    In place of the embedded model.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
+
+Returns
+-------
+clip : Clip
+    T frames at the recording's rate, z up.
+report : dict
+    'rms_mm', 'markers', 'swaps', 'outliers', 'unmarked_joints' and more. 'repaired' is the
+    recording, a dict as of read_markers(), with labels corrected, outliers and gaps filled.
+    'carried' (T, M, 3) has the positions of 'markers' on the solved body, meters in the recording's
+    axes. 'fingertips' has the names of markers on fingertips.
+
+Raises
+------
+FitFailure
+    If the solve fails.
+Stopped
+    If progress returns False.
+Error
+    For unknown names and for recordings that do not determine a pose.
+
+Examples
+--------
+>>> clip, report = holdfast.solve_markers('drink.c3d', static='rest.c3d')
+)";
+
+constexpr const char* kSolveKeypointsDoc =
+    R"(Fits a hand to keypoints of a detector, a glove or a headset, frame by frame.
+
+Finger angles are within their ranges. The wrist is free.
+
+Parameters
+----------
+keypoints : array_like (T, N, 3) or path
+    N = 21, 25 or 26 points, NaN if not seen; or a file of such an array.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
+
+Returns
+-------
+clip : Clip
+    Clip of a hand alone, z up, meters.
+report : dict
+    'hand' ('right', 'left'), 'order', 'meters_per_unit' of the keypoints, 'size_ratio' of the hand
+    to the model's, 'rms_mm' from the keypoints, 'next_best_rms_mm' of another side or order,
+    'frames_without_hand', 'notes'.
+
+Raises
+------
+Error
+    For keypoints that fit no hand.
+Stopped
+    If progress returns False.
+
+Examples
+--------
+>>> clip, report = holdfast.solve_keypoints(landmarks, up='-y')
+)";
+
 }  // namespace
 
 void BindMarkers(py::module_& module) {
   module.def("read_markers", &Read, "path"_a,
-             "Labeled markers of a C3D, TRC, Vicon CSV or Qualisys TSV file, gzipped or not, as a "
-             "dict: 'names' (list of M), 'positions' (T, M, 3) meters in the file's axes, NaN "
-             "where a marker is not visible, 'rate_hz', 'unit' of the file, 'format'. Raises Error "
-             "for a file of another format or a malformed file.\n"
-             "\n"
-             "    drink = holdfast.read_markers('drink.c3d')");
+             R"(Reads labeled markers of a C3D, TRC, Vicon CSV or Qualisys TSV file, gzipped or not.
+
+Parameters
+----------
+path : path
+
+Returns
+-------
+dict
+    'names' (list of M), 'positions' (T, M, 3) meters in the file's axes, NaN where a marker is not
+    visible, 'rate_hz', 'unit' of the file, 'format', 'notes'.
+
+Raises
+------
+Error
+    For a file of another format or a malformed file.
+
+Examples
+--------
+>>> drink = holdfast.read_markers('drink.c3d')
+)");
   module.def("write_markers", &Write, "path"_a, "recording"_a, py::kw_only(), "force"_a = false,
-             "Writes a recording, a dict as of read_markers() or a file of markers, as a C3D file: "
-             "floats, millimeters, residual -1 where a marker is not visible. Atomic. Raises Error "
-             "for data that the format cannot store, and if the file exists, unless force=True.\n"
-             "\n"
-             "    holdfast.write_markers('drink.c3d', holdfast.read_markers('drink.tsv'))");
+             R"(Writes a recording as a C3D file, atomically.
+
+Floats, millimeters, residual -1 where a marker is not visible.
+
+Parameters
+----------
+path : path
+recording : dict or path
+    Dict as of read_markers(), or a file of markers.
+force : bool, default False
+    Overwrite an existing file.
+
+Raises
+------
+Error
+    For data that the format cannot store, and if the file exists, unless force=True.
+
+Examples
+--------
+>>> holdfast.write_markers('drink.c3d', holdfast.read_markers('drink.tsv'))
+)");
   SolveMarkersOptions usual;
-  static const std::string doc =
-      "Fits a moving body to labeled optical markers: first body shape and marker placement (as "
-      "MoSh, Loper et al. 2014), then the poses of all frames, with wrong labels corrected.\n"
-      "\n"
-      "recording: a file, or a dict as of read_markers() ('names', 'positions' (T, M, 3) meters, "
-      "'rate_hz'). static: a recording, in either form, of the same person and markers at rest. "
-      "table: a .csv of additional marker names (name,joint,vertex,cluster). object_markers: a "
-      ".csv (name,x,y,z) or a dict of positions of an object's markers in its mesh frame, meters, "
-      "or their names ('cup_a,cup_b,cup_c', or "
-      "'cup_*'): also solves the object's pose. object: its mesh, a file, an embedded object or "
-      "(vertices, faces); object_scale multiplies it. body: a BodyModel; None: the embedded one. "
-      "progress: callable (stage, done, total); False stops. Returns (Clip, dict): T frames at the "
-      "recording's rate, z up, and a report on the markers ('rms_mm', 'markers', 'swaps', "
-      "'outliers', 'unmarked_joints'); its 'repaired' is the recording, a dict as of "
-      "read_markers(), with labels corrected, outliers and gaps filled; 'carried' (T, M, 3) has "
-      "the positions of 'markers' on the solved body, meters in the recording's axes; 'fingertips' "
-      "has the names of markers on fingertips. Raises Error for unknown names and for recordings "
-      "that do not determine a pose, FitFailure, Stopped.\n"
-      "\n"
-      "    clip, report = holdfast.solve_markers('drink.c3d', static='rest.c3d')\n"
-      "\n"
-      "Options:\n" +
-      OptionsText(OptionsOf(usual));
   module.def("solve_markers", &Solve, "recording"_a, py::kw_only(), "static"_a = py::none(),
              "table"_a = py::none(), "object"_a = py::none(), "object_markers"_a = py::none(),
-             "object_scale"_a = 1.0, "body"_a = py::none(), "progress"_a = py::none(), doc.c_str());
+             "object_scale"_a = 1.0, "body"_a = py::none(), "progress"_a = py::none(),
+             WithOptions(kSolveMarkersDoc, OptionsOf(usual)).c_str());
   KeypointOptions keypoints;
-  static const std::string hand_doc =
-      "Fits a hand to keypoints of a detector, a glove or a headset, frame by frame: finger angles "
-      "within their ranges, the wrist free.\n"
-      "\n"
-      "keypoints: (T, N, 3) of N = 21, 25 or 26 points, NaN if not seen, or a file of such an "
-      "array. progress: callable (stage, done, total); False stops. Returns (Clip, dict): a clip "
-      "of a hand alone, z up, meters, and 'hand' ('right', 'left'), 'order', 'meters_per_unit' of "
-      "the keypoints, 'size_ratio' of the hand to the model's, 'rms_mm' from the keypoints, "
-      "'next_best_rms_mm' of another side or order, 'frames_without_hand', 'notes'. Raises Error "
-      "for keypoints that fit no hand, Stopped.\n"
-      "\n"
-      "    clip, report = holdfast.solve_keypoints(landmarks, up='-y')\n"
-      "\n"
-      "Options:\n" +
-      OptionsText(OptionsOf(keypoints));
   module.def("solve_keypoints", &SolveHand, "keypoints"_a, py::kw_only(), "progress"_a = py::none(),
-             hand_doc.c_str());
+             WithOptions(kSolveKeypointsDoc, OptionsOf(keypoints)).c_str());
 }
 
 }  // namespace holdfast::python

@@ -13,6 +13,7 @@
 #include "geometry/embedded.h"
 #include "geometry/error.h"
 #include "geometry/inspect/inspection.h"
+#include "geometry/io/container/temporary_folder.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/decimate.h"
 #include "geometry/mesh/distance_grid.h"
@@ -105,25 +106,6 @@ py::dict Check(const py::object& value) {
                   "volume_m3"_a = report.volume_m3, "implausible_size"_a = report.implausible_size,
                   "suggested_scale"_a = report.suggested_scale, "description"_a = Describe(report));
 }
-
-// A folder that is removed with its content.
-struct TemporaryFolder {
-  TemporaryFolder() {
-    std::string pattern = (fs::temp_directory_path() / "holdfast_XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) {
-      throw Error(pattern, "cannot be made", "Check the folder for temporary files (TMPDIR)");
-    }
-    path = pattern;
-  }
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    fs::remove_all(path, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  fs::path path;
-};
 
 // Writes embedded data to a file in `folder`; returns `path` if nothing is embedded by that name.
 fs::path WriteEmbedded(const fs::path& path, const fs::path& folder) {
@@ -279,23 +261,42 @@ py::object QueryPoints(const MeshDistance& surface, const py::object& points, in
 }
 
 void BindDistance(py::module_& module) {
-  py::class_<MeshDistance>(
-      module, "SignedDistance",
-      "Signed distance to a surface, meters: negative inside.\n"
-      "\n"
-      "SignedDistance('mug')([[0, 0, 0.1]]); of arrays: SignedDistance(vertices, faces).\n"
-      "\n"
-      "Exact with cell=0: closest points from a tree of boxes; the sign of a watertight mesh from "
-      "the angle-weighted pseudonormal, that of any other from the generalized winding number, at "
-      "O(faces) per point. With cell=0.002, for example, a grid with cells of this size in meters: "
-      "tricubic interpolation of exact distances at its nodes, about 100 ns per point, within "
-      "`padding` of the surface's box; beyond it a lower bound.")
+  py::class_<MeshDistance>(module, "SignedDistance",
+                           R"(Signed distance to a surface, meters: negative inside.
+
+With cell=0, distances are exact: closest points from a tree of boxes. The sign of a watertight mesh
+is from the angle-weighted pseudonormal, that of any other from the generalized winding number, at
+O(faces) per point. With a cell size, a grid is used: tricubic interpolation of exact distances at
+its nodes, about 100 ns per point, within the padding of the surface's box; beyond it a lower bound.
+
+Parameters
+----------
+mesh : str, path, (vertices, faces) or array_like (V, 3)
+    Mesh file, name of an embedded object, vertices (V, 3) and faces (F, 3), or the vertices alone.
+    Repaired where that does not change the shape.
+faces : array_like (F, 3) of int, optional
+    Faces, if mesh is vertices.
+cell : float, default 0.0
+    Cell size of the grid, meters, such as 0.002; 0: exact.
+padding : float, default 0.02
+    Meters.
+threads : int, default 0
+    Threads that compute the grid; 0: all.
+
+Raises
+------
+Error
+    For surfaces without area.
+
+Examples
+--------
+>>> holdfast.SignedDistance('mug')([[0, 0, 0.1]])
+>>> holdfast.SignedDistance(vertices, faces)
+)")
       .def(py::init(&MakeDistance), "mesh"_a, "faces"_a = py::none(), py::kw_only(), "cell"_a = 0.0,
-           "padding"_a = 0.02, "threads"_a = 0,
-           "mesh: a path, the name of an embedded object, (vertices (V, 3), faces (F, 3)), or the "
-           "vertices, with `faces`. Repaired where that does not change the shape. Raises Error "
-           "for surfaces without area.")
-      .def_property_readonly("watertight", &MeshDistance::Watertight)
+           "padding"_a = 0.02, "threads"_a = 0)
+      .def_property_readonly("watertight", &MeshDistance::Watertight,
+                             "whether the mesh is watertight")
       .def("__repr__",
            [](const MeshDistance& self) {
              return self.Cell() > 0.0
@@ -310,16 +311,42 @@ void BindDistance(py::module_& module) {
           [](const MeshDistance& self, const py::object& points, int threads) {
             return QueryPoints(self, points, threads, false);
           },
-          "points"_a, "threads"_a = 0, "points (N, 3), meters: distances (N,).")
+          "points"_a, "threads"_a = 0, R"(Returns the distances of points.
+
+Parameters
+----------
+points : array_like (N, 3)
+    Meters.
+threads : int, default 0
+    0: all.
+
+Returns
+-------
+array (N,)
+)")
       .def(
           "gradient",
           [](const MeshDistance& self, const py::object& points, int threads) {
             return QueryPoints(self, points, threads, true);
           },
           "points"_a, "threads"_a = 0,
-          "points (N, 3): (distances (N,), gradients (N, 3)). Exact: of unit length, away from the "
-          "closest point outside; on the surface its normal. On a grid: the exact derivative of "
-          "the interpolated value, only approximately of unit length.");
+          R"(Returns the distances of points, and their gradients.
+
+Exact: gradients of unit length, away from the closest point outside; on the surface its normal. On
+a grid: the exact derivative of the interpolated value, only approximately of unit length.
+
+Parameters
+----------
+points : array_like (N, 3)
+    Meters.
+threads : int, default 0
+    0: all.
+
+Returns
+-------
+distances : array (N,)
+gradients : array (N, 3)
+)");
 }
 
 }  // namespace
@@ -363,38 +390,121 @@ LoadedObject ObjectOf(const py::handle& value, double scale, const char* name) {
 
 void BindMesh(py::module_& module) {
   BindDistance(module);
-  module.def("object_names", &EmbeddedObjectNames, "Names of the embedded objects.");
+  module.def("object_names", &EmbeddedObjectNames, R"(Returns the names of the embedded objects.
+
+Returns
+-------
+list of str
+)");
   module.def(
       "load_mesh",
       [](const py::object& path_or_name, double scale) {
         return MeshTuple(ObjectOf(path_or_name, scale, "path_or_name").mesh);
       },
       "path_or_name"_a, "scale"_a = 1.0,
-      "A mesh (.obj .ply .stl .off .glb .gltf .dae .urdf) or an embedded object, times `scale`: "
-      "(vertices (V, "
-      "3) meters, faces (F, 3)). Repaired where that does not change the shape (coincident "
-      "vertices welded, faces without area removed, parts oriented outwards); repairs are logged "
-      "to 'holdfast' (INFO). Raises Error naming the file and the problem.");
+      R"(Reads a mesh (.obj .ply .stl .off .glb .gltf .dae .urdf) or an embedded object.
+
+Repaired where that does not change the shape: coincident vertices are welded, faces without area
+removed, parts oriented outwards. Repairs are logged to 'holdfast' (INFO).
+
+Parameters
+----------
+path_or_name : str, path or (vertices, faces)
+scale : float, default 1.0
+    Multiplies the coordinates.
+
+Returns
+-------
+vertices : array (V, 3)
+    Meters.
+faces : array (F, 3) of int
+
+Raises
+------
+Error
+    If the mesh cannot be read. The message names the file and the problem.
+)");
   module.def("decimate", &DecimateMesh, "mesh"_a, "vertices"_a = 300, py::kw_only(),
              "method"_a = "lindstrom-turk", "allow_wrap"_a = true,
-             "Collapses edges until `vertices` are left: (vertices, faces). mesh: a path, the name "
-             "of an embedded object, or (vertices (V, 3), faces (F, 3)). method: 'lindstrom-turk', "
-             "'garland-heckbert' or 'garland-heckbert-probabilistic'. allow_wrap: wrap a mesh "
-             "first if it cannot be decimated directly. Raises Error if decimation fails.");
+             R"(Collapses edges until a number of vertices are left.
+
+Parameters
+----------
+mesh : str, path or (vertices, faces)
+    Mesh file, name of an embedded object, or vertices (V, 3) in meters and faces (F, 3).
+vertices : int, default 300
+    Number of vertices to keep.
+method : str, default 'lindstrom-turk'
+    'lindstrom-turk', 'garland-heckbert' or 'garland-heckbert-probabilistic'.
+allow_wrap : bool, default True
+    Wrap a mesh first if it cannot be decimated directly.
+
+Returns
+-------
+vertices : array (V, 3)
+    Meters.
+faces : array (F, 3) of int
+
+Raises
+------
+Error
+    If decimation fails.
+)");
   module.def("check_mesh", &Check, "mesh"_a,
-             "Checks a mesh without repairing it: returns a dict of defect counts, watertight, "
-             "extent_m, area_m2, volume_m3, suggested_scale, and the same as sentences under "
-             "'description'. mesh: a path, a name, or (vertices (V, 3), faces (F, 3)).");
-  module.def(
-      "doctor", &Doctor, "clip_or_mesh"_a,
-      "Checks a Clip, a mesh (vertices, faces), an embedded clip or object, or any file or result "
-      "folder: returns a list of dicts with verdict ('ok', 'warning' or 'fault'), text and fix ('' "
-      "if nothing is to be done). Does not raise for the content of a file.");
+             R"(Checks a mesh without repairing it.
+
+Parameters
+----------
+mesh : str, path or (vertices, faces)
+    Mesh file, name of an embedded object, or vertices (V, 3) in meters and faces (F, 3).
+
+Returns
+-------
+dict
+    Defect counts, 'watertight', 'extent_m', 'area_m2', 'volume_m3', 'suggested_scale', and the same
+    as sentences under 'description'.
+)");
+  module.def("doctor", &Doctor, "clip_or_mesh"_a,
+             R"(Checks a clip, a mesh, or any file or result folder.
+
+Does not raise for the content of a file.
+
+Parameters
+----------
+clip_or_mesh : Clip, str, path or (vertices, faces)
+    Clip, mesh, file, result folder, or name of an embedded clip or object.
+
+Returns
+-------
+list of dict
+    'verdict' ('ok', 'warning' or 'fault'), 'text' and 'fix' ('' if nothing is to be done).
+)");
   module.def("intersection_volume", &Volume, "mesh_a"_a, "mesh_b"_a, "exact"_a = true,
              py::kw_only(), "voxel"_a = 0.002, "threads"_a = 0,
-             "Intersection volume of two solids, m^3. exact: of the polyhedra, up to rounding; "
-             "raises Error for surfaces that are open, or that intersect themselves where it "
-             "matters. Else counted in cubes of edge `voxel`, meters, for any surface.");
+             R"(Computes the intersection volume of two solids.
+
+Parameters
+----------
+mesh_a : str, path or (vertices, faces)
+mesh_b : str, path or (vertices, faces)
+    Mesh files, names of embedded objects, or vertices (V, 3) in meters and faces (F, 3).
+exact : bool, default True
+    Volume of the polyhedra, up to rounding. False: counted in cubes, for any surface.
+voxel : float, default 0.002
+    Edge of the cubes, meters.
+threads : int, default 0
+    0: all.
+
+Returns
+-------
+float
+    Cubic meters.
+
+Raises
+------
+Error
+    With exact, for surfaces that are open, or that intersect themselves where it matters.
+)");
 }
 
 }  // namespace holdfast::python

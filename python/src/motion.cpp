@@ -131,7 +131,7 @@ void BindReachResult(py::module_& module) {
   py::class_<ReachAnswer, ReachPtr>(module, "ReachResult", "Motions to goals, best first.")
       .def_readonly("clips", &ReachAnswer::clips, "list of Clip at 30 Hz, best first")
       .def_property_readonly(
-          "clip", [](const ReachAnswer& self) { return self.clips.front(); }, "the best one")
+          "clip", [](const ReachAnswer& self) { return self.clips.front(); }, "Clip: the best one")
       .def_property_readonly(
           "reached",
           [](const ReachAnswer& self) {
@@ -165,27 +165,58 @@ void BindReachResult(py::module_& module) {
       });
 }
 
-constexpr const char* kReachDoc = R"(A person walks to goals of the wrist, one after another.
+constexpr const char* kReachDoc =
+    R"(Generates a walk to goals of the wrist, one after another.
 
-goals: (K, 3) or (3,), world, meters, z up from the ground. clip: continues from this Clip, path or
-embedded clip, at `frame` (from 0, at the clip's rate; None: the last); None: a person of `body` who
-stands at the origin, facing -y.
+With an object, which stands on a table at the first goal, the person takes it there and carries it
+to the other goals. A missed goal does not raise.
 
-object: a mesh that stands on a table with the center of its base at the first goal, is taken
-there and carried to the other goals; as for fit(). approach: (3,) along the forearm, elbow to
-wrist, on arrival (latent-opt). obstacles: list of mesh files or (vertices, faces) in the world
-(latent-opt). weights: file of another network.
+Parameters
+----------
+goals : array_like (K, 3) or (3,)
+    World, meters, z up from the ground.
+clip : Clip, str or path, optional
+    Continues from a frame of this clip. Default: a person of body who stands at the origin, facing
+    -y.
+frame : int, optional
+    Frame of clip, from 0, at the clip's rate; default: the last.
+object : str, path or (vertices, faces), optional
+    Mesh, as in fit(). It stands on a table with the center of its base at the first goal.
+approach : array_like (3,), optional
+    Direction along the forearm, elbow to wrist, on arrival (latent-opt).
+obstacles : list, optional
+    Mesh files or (vertices, faces) in the world (latent-opt).
+weights : str, optional
+    File of another network.
+body : BodyModel, optional
+    In place of the embedded model.
+seed : int, default 1
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
 
-Returns ReachResult, or with an object TakeResult; a missed goal does not raise. Raises FitFailure
-if the motion diverges in every sample or the object cannot be taken, Stopped, and Error for invalid
-goals.
+Returns
+-------
+ReachResult or TakeResult
+    TakeResult with an object.
 
-    reached = holdfast.reach([1.5, 1.0, 1.1])
-    reached.clip, reached.reached, reached.misses
-    taken = holdfast.reach([[1.5, 1.0, 0.8], [-0.5, 1.5, 1.1]], object='mug')
-    taken.clip, taken.quality['goal_distance_m']
+Raises
+------
+FitFailure
+    If the motion diverges in every sample or the object cannot be taken.
+Stopped
+    If progress returns False.
+Error
+    For invalid goals.
 
-Options:
+Examples
+--------
+>>> reached = holdfast.reach([1.5, 1.0, 1.1])
+>>> reached.clip, reached.reached, reached.misses
+>>> taken = holdfast.reach([[1.5, 1.0, 0.8], [-0.5, 1.5, 1.1]], object='mug')
+>>> taken.clip, taken.quality['goal_distance_m']
 )";
 
 }  // namespace
@@ -194,11 +225,11 @@ void BindMotion(py::module_& module) {
   BindReachResult(module);
   BindTake(module);
   ReachJob job;
-  static const std::string doc = kReachDoc + OptionsText(OptionsOf(job));
   module.def("reach", &Reach, "goals"_a, py::kw_only(), "clip"_a = py::none(),
              "frame"_a = py::none(), "object"_a = py::none(), "approach"_a = py::none(),
              "obstacles"_a = py::none(), "weights"_a = "", "body"_a = py::none(), "seed"_a = 1,
-             "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
+             "threads"_a = 0, "progress"_a = py::none(),
+             WithOptions(kReachDoc, OptionsOf(job)).c_str());
   BindSynthesize(module);
 }
 
@@ -276,10 +307,9 @@ void BindTake(py::module_& module) {
           "arm_begins, on_line, arrives, taken, at_goals")
       .def_property_readonly(
           "quality", [](const TakenObject& self) { return PartOf(self, "summary"); },
-          "dict of numbers, units in the names, as metrics.json has them under 'summary': errors "
-          "of "
-          "the hand at the take, penetration of hand, body and object in each other and in the "
-          "table, tilt and acceleration of the object, goal_distance_m")
+          "dict of numbers: 'summary' of metrics.json, with units in the names: errors of the hand "
+          "at the take, penetration of hand, body and object in each other and in the table, tilt "
+          "and acceleration of the object, goal_distance_m")
       .def_property_readonly(
           "per_frame", [](const TakenObject& self) { return PartOf(self, "per_frame"); },
           "dict of lists of T: object_tilt_deg, arm_lacks_mm, hand_error_deg, max_penetration_mm, "

@@ -15,7 +15,6 @@
 #include "geometry/import/import_file.h"
 #include "geometry/render/clip_pictures.h"
 #include "geometry/report/report_page.h"
-#include "geometry/suggestion.h"
 #include "python/src/bindings.h"
 #include "python/src/numpy.h"
 #include "solver/carry/refine.h"
@@ -130,16 +129,17 @@ std::string PythonText(const std::string& text) {
   return said;
 }
 
+std::string WithOptions(std::string_view doc, const OptionTable& table) {
+  constexpr std::string_view kPlace = "@options\n";
+  std::string text(doc);
+  return text.replace(text.find(kPlace), kPlace.size(), PythonText(OptionsText(table)));
+}
+
 void SetOptions(const py::kwargs& given, const OptionTable& table) {
   for (const auto& [key, value] : given) {
     const std::string name = py::str(key);
     const Option* const option = table.Find(name);
-    if (option == nullptr) {
-      std::vector<std::string> known;
-      for (const Option& one : table.All()) known.push_back(one.name);
-      throw py::type_error(fmt::format("unknown option '{}'. {}help() lists all options", name,
-                                       Suggestion(name, known)));
-    }
+    if (option == nullptr) throw py::type_error(fmt::format("unknown option '{}'", name));
     const py::handle handle = value;
     std::visit(Set{*option, handle}, option->value);
   }
@@ -201,13 +201,26 @@ void BindOptions(py::module_& module) {
         return options;
       },
       "job"_a,
-      "The options that a function takes by name: {name: {'default', 'flag' of the command line, "
-      "'help', and 'choices' (list of str) or 'range' (min, max)}}. job: 'convert', 'export', "
-      "'fit' (of offhand(), too), 'grasp' (of grasps(), too), 'import_motion', 'reach', 'refine', "
-      "'render', 'report', 'score', 'solve_keypoints', 'solve_markers', 'synthesize', 'transfer', "
-      "'transfer_to_robot'.\n"
-      "\n"
-      "    holdfast.options('fit')['contact_threshold_mm']['default']");
+      R"(Describes the options that a function takes by name.
+
+Parameters
+----------
+job : str
+    'convert', 'export', 'fit' (also of offhand()), 'grasp' (also of grasps()), 'import_motion'
+    (also of Clip.load()), 'reach', 'refine', 'render', 'report', 'score', 'solve_keypoints',
+    'solve_markers', 'synthesize', 'transfer' or 'transfer_to_robot'.
+
+Returns
+-------
+dict
+    {name: {'default', 'flag' of the command line, 'help', and 'choices' (list of str) or 'range'
+    (min, max)}}.
+
+Examples
+--------
+>>> holdfast.options('fit')['contact_threshold_mm']['default']
+10.0
+)");
 }
 
 }  // namespace holdfast::python

@@ -110,6 +110,43 @@ py::dict DistanceDict(const RefinedClip& self) {
                   "mm"_a = array(distance.mm), "deg"_a = array(distance.degrees));
 }
 
+constexpr const char* kRefineDoc =
+    R"(Refines a clip that has its object's trajectory, captured or predicted.
+
+Reduces penetration, jitter and lost contact, and stays close to the data.
+
+Parameters
+----------
+clip : Clip, str or path
+    Clip, file, result folder, or name of an embedded clip.
+object : str, path or (vertices, faces), optional
+    As in fit().
+weights : dict, optional
+    Weights by term, as in fit().
+object_scale : float, default 1.0
+    Multiplies the object's coordinates.
+body : BodyModel, optional
+    In place of the embedded model.
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
+
+Returns
+-------
+RefineResult
+
+Raises
+------
+FitFailure
+    If no holding hand touches the object.
+Stopped
+    If progress returns False.
+Error
+    For invalid input.
+)";
+
 }  // namespace
 
 void BindRefine(py::module_& module) {
@@ -123,7 +160,7 @@ void BindRefine(py::module_& module) {
           "dict of numbers: contact, penetration, jitter of the object")
       .def_property_readonly(
           "after", [](const RefinedClip& self) { return ToPython(QualityJson(self.report.after)); },
-          "the same for the refined clip, for the same hands in the same frames")
+          "dict of numbers: the same for the refined clip, for the same hands in the same frames")
       .def_property_readonly(
           "gaps",
           [](const RefinedClip& self) {
@@ -175,18 +212,10 @@ void BindRefine(py::module_& module) {
         return fmt::format("<holdfast.RefineResult: {} frames>", self.clip->NumFrames());
       });
   RefineOptions options;
-  static const std::string doc =
-      "Refines a clip that has its object's trajectory, captured or predicted: reduces "
-      "penetration, jitter and lost contact, close to the data.\n"
-      "\n"
-      "object as for fit(). weights: dict by term. Returns RefineResult. Raises FitFailure if no "
-      "holding hand touches the object, Stopped, and Error.\n"
-      "\n"
-      "Options:\n" +
-      OptionsText(OptionsOf(options));
   module.def("refine", &Refine, "clip"_a, "object"_a = py::none(), py::kw_only(),
              "weights"_a = py::none(), "object_scale"_a = 1.0, "body"_a = py::none(),
-             "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
+             "threads"_a = 0, "progress"_a = py::none(),
+             WithOptions(kRefineDoc, OptionsOf(options)).c_str());
 }
 
 }  // namespace holdfast::python

@@ -81,28 +81,51 @@ void Report(const py::object& clips, const std::filesystem::path& path, const py
 }
 
 constexpr const char* kReportDoc =
-    "Writes one self-contained page (.html) of a clip: a 3D player, curves of every frame, "
-    "provenance. It needs no network.\n"
-    "\n"
-    "clips: a Clip, a result of fit(), refine(), grasp() or synthesize(), a file, a result folder "
-    "or an embedded name; or a list of them, or a dict of them by the names to show. A second clip "
-    "is overlaid on the first as a ghost; with more clips, the page has a selection. object, "
-    "object_scale, body as in score(), for all clips; a result brings its own object and the "
-    "curves of its energies. force: overwrite an existing file. Raises Error if the file exists, "
-    "and if the library was built without the player; Stopped.\n"
-    "\n"
-    "    holdfast.report({'mug': held, 'bottle': held_bottle}, 'compare.html')\n"
-    "\n"
-    "Options:\n";
+    R"(Writes one self-contained page (.html) of a clip, with a 3D player.
+
+It also has curves of every frame and provenance. It needs no network.
+
+Parameters
+----------
+clips : Clip, result, str or path; or list or dict of them
+    Clip, result of fit(), refine(), grasp() or synthesize(), file, result folder, or name of an
+    embedded clip; or a list of them, or a dict of them by the names to show. A second clip is
+    overlaid on the first as a ghost. With more clips, the page has a selection. A result brings its
+    own object and the curves of its energies.
+path : path
+object : str, path or (vertices, faces), optional
+    Mesh in meters in place of the clips', as in score().
+object_scale : float, default 1.0
+    Multiplies the object's coordinates.
+body : BodyModel, optional
+    In place of the embedded model.
+force : bool, default False
+    Overwrite an existing file.
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
+
+Raises
+------
+Error
+    If the file exists, unless force=True, and if the library was built without the player.
+Stopped
+    If progress returns False.
+
+Examples
+--------
+>>> holdfast.report({'mug': held, 'bottle': held_bottle}, 'compare.html')
+)";
 
 }  // namespace
 
 void BindReport(py::module_& module) {
   ReportPageOptions usual;
-  static const std::string doc = kReportDoc + OptionsText(OptionsOf(usual));
   module.def("report", &Report, "clips"_a, "path"_a, py::kw_only(), "object"_a = py::none(),
              "object_scale"_a = 1.0, "body"_a = py::none(), "force"_a = false, "threads"_a = 0,
-             "progress"_a = py::none(), doc.c_str());
+             "progress"_a = py::none(), WithOptions(kReportDoc, OptionsOf(usual)).c_str());
 }
 
 }  // namespace holdfast::python

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -103,6 +104,18 @@ py::object TryIt(const TransferredPtr& self, bool human, double friction) {
                   "grip_N"_a = trial->grip_N);
 }
 
+py::dict Play(const TransferredPtr& self) {
+  const RobotPlay play = RunAside([of = self->of, poses = self->transfer.poses] {
+    const RobotInScene robot{&of->setup, &poses};
+    return PlayRobotTransfer(std::span(&robot, 1), of->options.threads);
+  });
+  return py::dict(
+      "off_mm"_a = py::array_t<double>(py::ssize_t(play.off_mm.size()), play.off_mm.data()),
+      "off_deg"_a = py::array_t<double>(py::ssize_t(play.off_deg.size()), play.off_deg.data()),
+      "most_mm"_a = play.most_mm, "most_deg"_a = play.most_deg, "holds"_a = play.holds,
+      "stable"_a = play.stable);
+}
+
 // (T, joints) of the independent joints.
 py::array_t<double> Joints(const TransferredRobot& self) {
   const RobotHand& robot = self.Setup().robot;
@@ -140,17 +153,65 @@ py::list Contacts(const TransferredRobot& self) {
   return all;
 }
 
+constexpr const char* kTransferToRobotDoc =
+    R"(Transfers the hand of a clip that holds the object to a robot's hand.
+
+Keeps contacts and avoids penetration.
+
+Parameters
+----------
+clip : Clip, result, str or path
+    Clip, result of fit(), file, result folder, or name of an embedded clip.
+robot : path
+    URDF or MJCF.
+correspondence : list of (part, link), optional
+    As in RobotHand.parts.
+object : str, path or (vertices, faces), optional
+    Mesh in place of the clip's, as in score().
+object_scale : float, default 1.0
+    Multiplies the object's coordinates.
+body : BodyModel, optional
+    In place of the embedded model.
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
+
+Returns
+-------
+RobotTransfer
+
+Raises
+------
+Stopped
+    If progress returns False.
+Error
+    For invalid input.
+)";
+
 }  // namespace
 
 void BindRobot(py::module_& module) {
-  py::class_<RobotHand>(module, "RobotHand", "A robot's hand: links, joints, fingers.")
+  py::class_<RobotHand>(module, "RobotHand", R"(A robot's hand: links, joints, fingers.
+
+Parameters
+----------
+path : path
+    URDF (.urdf) or MJCF (.xml).
+
+Raises
+------
+Error
+    For an invalid file.
+)")
       .def(py::init([](const std::filesystem::path& path) { return ReadRobotHand(path); }),
-           "path"_a, "URDF (.urdf) or MJCF (.xml). Raises holdfast.Error for an invalid file")
+           "path"_a)
       .def("__repr__",
            [](const RobotHand& self) {
              return fmt::format("<holdfast.RobotHand: {}, {} joints>", self.name, self.NumDofs());
            })
-      .def_readonly("name", &RobotHand::name)
+      .def_readonly("name", &RobotHand::name, "str: name of the robot")
       .def_readonly("notes", &RobotHand::notes, "list of str: what was ignored or repaired")
       .def_property_readonly(
           "joints",
@@ -204,16 +265,60 @@ void BindRobot(py::module_& module) {
           "solve_ms", [](const TransferredRobot& self) { return self.transfer.solve_ms; },
           "wall time to solve all frames, ms, without the search for a start in the first frame")
       .def("baseline", &ByBaseline, "method"_a,
-           "The same clip on the same robot by a published method, as a RobotTransfer: "
-           "'laplacian' (an interaction mesh, OmniRetarget, Yang et al. 2025), 'keypoints' "
-           "(inverse kinematics of fingertips and wrist) or 'fingertip-vectors' (DexPilot, Handa "
-           "et al. 2020).")
+           R"(Transfers the same clip to the same robot by a published method.
+
+Parameters
+----------
+method : {'laplacian', 'keypoints', 'fingertip-vectors'}
+    'laplacian': an interaction mesh (OmniRetarget, Yang et al. 2025). 'keypoints': inverse
+    kinematics of fingertips and wrist. 'fingertip-vectors': DexPilot (Handa et al. 2020).
+
+Returns
+-------
+RobotTransfer
+)")
       .def("hold_trial", &TryIt, "human"_a = false, py::kw_only(),
            "friction"_a = TrialProtocol{}.scene.friction,
-           "Whether the hand keeps the object in the frame with most contacts, simulated by MuJoCo "
-           "with gravity in six directions: a dict with 'held_directions', slips in mm and "
-           "degrees, 'mass_kg' and 'grip_N'; None for a hand with sliding joints. human: try the "
-           "clip's human hand. Raises Error without MuJoCo.")
+           R"(Simulates with MuJoCo whether the hand keeps the object.
+
+Gravity acts in six directions, in the frame with most contacts.
+
+Parameters
+----------
+human : bool, default False
+    Try the clip's human hand.
+friction : float, default 0.8
+    Coefficient of friction.
+
+Returns
+-------
+dict or None
+    'held_directions', slips in mm and degrees, 'mass_kg' and 'grip_N'. None for a hand with sliding
+    joints.
+
+Raises
+------
+Error
+    Without MuJoCo.
+)")
+      .def("play", &Play,
+           R"(Plays the clip in MuJoCo: the scene of save_scene(), with gravity and friction 0.8.
+
+The robot's own joints follow the transfer by position controllers (hinges: 3 N m per radian, at
+most 1.5 N m; slides: 1000 N/m, at most 40 N). Each hold is played from its first frame to its last.
+
+Returns
+-------
+dict
+    'off_mm', 'off_deg': (T,) how far the object is from the clip's path, NaN where no hand holds
+    it. 'most_mm', 'most_deg': their largest values. 'holds': number played. 'stable': False if
+    MuJoCo diverged.
+
+Raises
+------
+Error
+    Without MuJoCo, or for an object without volume.
+)")
       .def(
           "save",
           [](const TransferredRobot& self, const std::filesystem::path& path, bool force) {
@@ -226,30 +331,52 @@ void BindRobot(py::module_& module) {
             }
           },
           "path"_a, py::kw_only(), "force"_a = false,
-          "Writes robot.npz (docs/robots.md), or with a name that ends in motion_v1.npz the schema "
-          "of video_to_data, whose object_mesh_paths is 'object.obj'. Raises Error if the file "
-          "exists, unless force=True.")
+          R"(Writes robot.npz (docs/robots.md).
+
+Parameters
+----------
+path : path
+    With a name that ends in motion_v1.npz: the schema of video_to_data, whose object_mesh_paths is
+    'object.obj'.
+force : bool, default False
+    Overwrite an existing file.
+
+Raises
+------
+Error
+    If the file exists, unless force=True.
+)")
       .def(
           "save_scene",
           [](const TransferredRobot& self, const std::filesystem::path& path, bool force) {
             RequireNew(path, force);
             RequireNew(MjcfAssets(path), force);
-            WriteRobotScene(self.Setup(), self.transfer.poses, path);
+            const RobotTransferSetup& setup = self.Setup();
+            const RobotInScene robot{&setup, &self.transfer.poses};
+            WriteRobotScene(std::span(&robot, 1),
+                            MakeTrialSolid(setup.object, *setup.object_distance, TrialProtocol()),
+                            path);
           },
           "path"_a, py::kw_only(), "force"_a = false,
-          "Writes a scene for MuJoCo (.xml) with its meshes in a folder beside it. Raises Error if "
-          "the file or folder exists, unless force=True.");
+          R"(Writes a scene for MuJoCo, with its meshes in a folder beside it.
+
+Parameters
+----------
+path : path
+    File (.xml).
+force : bool, default False
+    Overwrite an existing file and folder.
+
+Raises
+------
+Error
+    If the file or folder exists, unless force=True.
+)");
   RobotTransferOptions usual;
-  static const std::string doc =
-      "Transfers the hand of a clip (path, Clip, result of fit) that holds the object to a robot's "
-      "hand (path to URDF or MJCF): keeps contacts, avoids penetration. `correspondence`: list of "
-      "(part, link) as RobotHand.parts. Returns a RobotTransfer.\n"
-      "\n"
-      "Options:\n" +
-      OptionsText(OptionsOf(usual));
   module.def("transfer_to_robot", &Transfer, "clip"_a, "robot"_a, py::kw_only(),
              "correspondence"_a = py::none(), "object"_a = py::none(), "object_scale"_a = 1.0,
-             "body"_a = py::none(), "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
+             "body"_a = py::none(), "threads"_a = 0, "progress"_a = py::none(),
+             WithOptions(kTransferToRobotDoc, OptionsOf(usual)).c_str());
 }
 
 }  // namespace holdfast::python

@@ -148,45 +148,140 @@ py::object RenderTo(const py::object& clip, const std::optional<std::filesystem:
 }
 
 constexpr const char* kScoreDoc =
-    "Measures a clip as 'holdfast score' does. Returns a dict.\n"
-    "\n"
-    "'values' has the numbers by name ('penetration_max_mm', 'contact_frames_ratio', ...), None "
-    "where undefined; 'hands' the same for each hand that holds; 'own_body' the frames in which "
-    "the object ('object_in_body_worst_frame') and the arms are deepest in the person's own body; "
-    "'definitions' the definition of each name; 'protocol' the thresholds; 'reference' and errors "
-    "such as 'mpjpe_mm' with a reference; 'notes' remarks.\n"
-    "\n"
-    "clip and reference: a Clip, a path, an embedded name or a result such as fit()'s. object: a "
-    "mesh in meters (path, embedded name, or (vertices, faces)) in place of the clip's; "
-    "object_scale multiplies it. per_frame adds 'per_frame' to each hand and to 'own_body'. body: "
-    "a BodyModel in place of the embedded one.\n"
-    "\n"
-    ">>> holdfast.score(held, \"mug\")[\"values\"][\"penetration_max_mm\"]\n"
-    "\n"
-    "Options:\n";
+    R"(Measures a clip as 'holdfast score' does.
+
+Parameters
+----------
+clip : Clip, result, str or path
+    Clip, result of fit(), refine(), grasp() or synthesize(), file, result folder, or name of an
+    embedded clip.
+object : str, path or (vertices, faces), optional
+    Mesh in place of the clip's: mesh file, name of an embedded object, or vertices (V, 3) in meters
+    and faces (F, 3).
+reference : Clip, result, str or path, optional
+    Clip to compare with.
+per_frame : bool, default False
+    Add 'per_frame' to each hand and to 'own_body'.
+object_scale : float, default 1.0
+    Multiplies the object's coordinates.
+body : BodyModel, optional
+    In place of the embedded model.
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
+
+Returns
+-------
+dict
+    'values': numbers by name ('penetration_max_mm', 'contact_frames_ratio', ...), None where
+    undefined. 'hands': the same for each hand that holds. 'own_body': the frames in which the
+    object ('object_in_body_worst_frame') and the arms are deepest in the person's own body.
+    'definitions': the definition of each name. 'protocol': the thresholds. 'reference' and errors
+    such as 'mpjpe_mm' with a reference. 'notes': remarks.
+
+Raises
+------
+Stopped
+    If progress returns False.
+Error
+    For invalid input.
+
+Examples
+--------
+>>> holdfast.score(held, 'mug')['values']['penetration_max_mm']
+)";
+
+constexpr const char* kHoldTrialDoc =
+    R"(Simulates with MuJoCo (libmujoco-dev) whether the hand keeps the object.
+
+Parameters
+----------
+clip : Clip, result, str or path
+    Clip, result of fit(), refine(), grasp() or synthesize(), file, result folder, or name of an
+    embedded clip.
+object : str, path or (vertices, faces), optional
+    Mesh in place of the clip's, as in score().
+object_scale : float, default 1.0
+    Multiplies the object's coordinates.
+body : BodyModel, optional
+    In place of the embedded model.
+friction : float, default 0.8
+    Coefficient of friction of hand and object.
+film : path, optional
+    Video (.mp4, .gif) of the trial to write.
+force : bool, default False
+    Overwrite an existing file.
+threads : int, default 0
+    0: all.
+
+Returns
+-------
+dict or None
+    'held_directions' of 6, slips in mm and degrees by direction of gravity and along the clip's
+    motion, and the 'protocol' (docs/metrics.md). None if in no frame exactly one hand holds an
+    object.
+
+Raises
+------
+Error
+    Without MuJoCo, and if film exists, unless force=True.
+)";
 
 constexpr const char* kRenderDoc =
-    "Renders a clip without GPU or display.\n"
-    "\n"
-    "A .png is a sheet of pictures evenly spaced in the clip, or one picture of `frame`; with %d "
-    "or %03d in the name, one picture per frame; a .gif or .mp4 is a video (written by the program "
-    "ffmpeg). Without a path, returns the pixels: (height, width, 3) uint8 of `frame`, or (frames, "
-    "height, width, 3) of every `every`-th one. markers: a result folder of 'holdfast solve', "
-    "whose measured markers are also drawn. "
-    "clip, object, body as in score(). Raises Error for existing files, unless force=True.\n"
-    "\n"
-    "Options:\n";
+    R"(Renders a clip without GPU or display.
+
+A .png is a sheet of pictures evenly spaced in the clip, or one picture of a frame. With %d or %03d
+in the name, one picture per frame is written. A .gif or .mp4 is a video (written by the program
+ffmpeg).
+
+Parameters
+----------
+clip : Clip, result, str or path
+    Clip, result of fit(), refine(), grasp() or synthesize(), file, result folder, or name of an
+    embedded clip.
+path : path, optional
+    Default: return the pixels.
+object : str, path or (vertices, faces), optional
+    Mesh in place of the clip's, as in score().
+object_scale : float, default 1.0
+    Multiplies the object's coordinates.
+body : BodyModel, optional
+    In place of the embedded model.
+markers : path, optional
+    Result folder of 'holdfast solve', whose measured markers are also drawn.
+force : bool, default False
+    Overwrite an existing file.
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
+
+Returns
+-------
+array of uint8 or None
+    Without a path: (height, width, 3) of the given frame, or (frames, height, width, 3) of every
+    'every'-th one.
+
+Raises
+------
+Error
+    For existing files, unless force=True.
+Stopped
+    If progress returns False.
+)";
 
 }  // namespace
 
 void BindScore(py::module_& module) {
   ClipPictureOptions pictures;
-  static const std::string render_doc = kRenderDoc + OptionsText(OptionsOf(pictures));
   ScoreOptions usual;
-  static const std::string doc = kScoreDoc + OptionsText(OptionsOf(usual));
   module.def("score", &Score, "clip"_a, "object"_a = py::none(), "reference"_a = py::none(),
              py::kw_only(), "per_frame"_a = false, "object_scale"_a = 1.0, "body"_a = py::none(),
-             "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
+             "threads"_a = 0, "progress"_a = py::none(),
+             WithOptions(kScoreDoc, OptionsOf(usual)).c_str());
   module.def(
       "hold_trial",
       [](const py::object& clip, const py::object& object, double object_scale,
@@ -213,17 +308,11 @@ void BindScore(py::module_& module) {
       },
       "clip"_a, "object"_a = py::none(), py::kw_only(), "object_scale"_a = 1.0,
       "body"_a = py::none(), "friction"_a = TrialProtocol{}.scene.friction, "film"_a = py::none(),
-      "force"_a = false, "threads"_a = 0,
-      "Whether the hand would keep the object, simulated by MuJoCo (libmujoco-dev): a dict with "
-      "'held_directions' of 6, slips in mm and degrees by direction of gravity and along the "
-      "clip's motion, and the 'protocol' (docs/metrics.md). None if in no frame exactly one hand "
-      "holds an object. clip, object, body as in score(). friction: coefficient of hand and "
-      "object. film: a video (.mp4, .gif) of the trial to write; raises Error if it exists, unless "
-      "force=True. Raises holdfast.Error without MuJoCo.");
+      "force"_a = false, "threads"_a = 0, kHoldTrialDoc);
   module.def("render", &RenderTo, "clip"_a, "path"_a = py::none(), py::kw_only(),
              "object"_a = py::none(), "object_scale"_a = 1.0, "body"_a = py::none(),
              "markers"_a = py::none(), "force"_a = false, "threads"_a = 0,
-             "progress"_a = py::none(), render_doc.c_str());
+             "progress"_a = py::none(), WithOptions(kRenderDoc, OptionsOf(pictures)).c_str());
 }
 
 }  // namespace holdfast::python

@@ -121,38 +121,140 @@ py::tuple HandoverClip(const py::object& object, std::uint64_t seed, double fram
 
 void BindStudies(py::module_& module) {
   module.def("read_jobs", &ReadJobs, "path"_a,
-             "The jobs of a list such as 'holdfast fit --batch' reads: a list of dict with 'name' "
-             "of the result, 'words' (files beside the list as paths), 'keys' (dict of "
-             "key=value) and 'where' (file and line, for messages). Raises Error naming the line.");
+             R"(Reads the jobs of a list such as 'holdfast fit --batch' reads.
+
+Parameters
+----------
+path : path
+
+Returns
+-------
+list of dict
+    'name' of the result, 'words' (files beside the list as paths), 'keys' (dict of key=value) and
+    'where' (file and line, for messages).
+
+Raises
+------
+Error
+    For an invalid line. The message names the line.
+)");
   module.def("find_marker_trials", &MarkerTrials, "folder"_a,
-             "Recordings of markers in a folder and those below it, in the order of their paths: a "
-             "list of dict with 'name', 'recording', 'static' (the static trial of the same "
-             "person, a path or None) and 'person'. A file with '_static' in its name is the "
-             "static trial of those beside it. Raises Error for a folder without recordings.");
+             R"(Finds recordings of markers in a folder and those below it.
+
+A file with '_static' in its name is the static trial of those beside it.
+
+Parameters
+----------
+folder : path
+
+Returns
+-------
+list of dict
+    In the order of their paths: 'name', 'recording', 'static' (the static trial of the same person,
+    a path or None) and 'person'.
+
+Raises
+------
+Error
+    For a folder without recordings.
+)");
   module.def("joint_positions", &JointPositions, "clip"_a, "body"_a = py::none(),
-             "Positions (T, 55, 3) of the joints of a clip (Clip, path or embedded name), meters "
-             "in the world: of the clip's own shape where its betas are of this body, else of the "
-             "mean shape.");
+             R"(Computes the positions of a clip's joints.
+
+Parameters
+----------
+clip : Clip, str or path
+    Clip, file, result folder, or name of an embedded clip.
+body : BodyModel, optional
+    In place of the embedded model.
+
+Returns
+-------
+array (T, 55, 3)
+    Meters, world: of the clip's own shape where its betas are of this body, else of the mean shape.
+)");
   module.def("find_holds", &Holds, "clip"_a, "object"_a = py::none(), py::kw_only(),
              "object_scale"_a = 1.0, "cell"_a = DistanceGridOptions{}.cell_m, "body"_a = py::none(),
              "threads"_a = 0,
-             "Detects who holds the object of a clip that has its trajectory, noisy or not. "
-             "Returns a dict of 'holding_hand' (T,) (0 nobody, 1 right, 2 left, 3 both) and "
-             "'switches', as FitResult.switches. The clip's own holding_hand is ignored. object as "
-             "for fit(); cell: edge of a cell of the object's distance grid, meters.");
-  module.def(
-      "find_handovers", &Handovers, "clip"_a, "object_size"_a, py::kw_only(), "body"_a = py::none(),
-      "Detects where an object would change hands in a clip without object: as find_holds(), but "
-      "only from the hands (after Ghosh et al. 2023, section 5.7). object_size: its middle extent "
-      "of three, meters. Raises Error if the hands never meet.");
-  module.def(
-      "handover_clip", &HandoverClip, "object"_a, py::kw_only(), "seed"_a = 1,
-      "frame_rate"_a = 30.0, "switches"_a = 0, "noise"_a = std::array{0.0, 0.0, 0.0},
-      "object_scale"_a = 1.0, "body"_a = py::none(),
-      "A synthetic clip of a standing person who passes the object from hand to hand, in flat "
-      "palms: (Clip, frames of the switches), with the true holding_hand. switches: 0 draws one to "
-      "three. noise: standard deviations per axis and frame of the object's position (meters) and "
-      "rotation (radians) and of every joint (radians). The same seed gives the same clip.");
+             R"(Detects which hand holds the object of a clip in each frame.
+
+The clip's object trajectory may be noisy. Its own holding_hand is ignored.
+
+Parameters
+----------
+clip : Clip, str or path
+    Clip, file, result folder, or name of an embedded clip.
+object : str, path or (vertices, faces), optional
+    As in fit().
+object_scale : float, default 1.0
+    Multiplies the object's coordinates.
+cell : float, default 0.002
+    Edge of a cell of the object's distance grid, meters.
+body : BodyModel, optional
+    In place of the embedded model.
+threads : int, default 0
+    0: all.
+
+Returns
+-------
+dict
+    'holding_hand' (T,): 0 nobody, 1 right, 2 left, 3 both. 'switches', as FitResult.switches.
+)");
+  module.def("find_handovers", &Handovers, "clip"_a, "object_size"_a, py::kw_only(),
+             "body"_a = py::none(),
+             R"(Detects where an object would change hands in a clip without object.
+
+Only from the hands (after Ghosh et al. 2023, section 5.7).
+
+Parameters
+----------
+clip : Clip, str or path
+    Clip, file, result folder, or name of an embedded clip.
+object_size : float
+    Middle extent of the object's three, meters.
+body : BodyModel, optional
+    In place of the embedded model.
+
+Returns
+-------
+dict
+    As of find_holds().
+
+Raises
+------
+Error
+    If the hands never meet.
+)");
+  module.def("handover_clip", &HandoverClip, "object"_a, py::kw_only(), "seed"_a = 1,
+             "frame_rate"_a = 30.0, "switches"_a = 0, "noise"_a = std::array{0.0, 0.0, 0.0},
+             "object_scale"_a = 1.0, "body"_a = py::none(),
+             R"(Generates a clip of a standing person who passes the object from hand to hand.
+
+The object is in flat palms. The same seed gives the same clip.
+
+Parameters
+----------
+object : str, path or (vertices, faces)
+    Mesh file, name of an embedded object, or vertices (V, 3) in meters and faces (F, 3).
+seed : int, default 1
+frame_rate : float, default 30.0
+    Hz.
+switches : int, default 0
+    Number of hand-overs; 0 draws one to three.
+noise : (float, float, float), default [0.0, 0.0, 0.0]
+    Standard deviations per axis and frame of the object's position (meters) and rotation (radians)
+    and of every joint (radians).
+object_scale : float, default 1.0
+    Multiplies the object's coordinates.
+body : BodyModel, optional
+    In place of the embedded model.
+
+Returns
+-------
+clip : Clip
+    With the true holding_hand.
+switch_frames : list of int
+)");
 }
 
 }  // namespace holdfast::python

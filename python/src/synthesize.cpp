@@ -144,22 +144,53 @@ SynthesisPtr SynthesizeFor(const std::string& action, const py::object& object,
   return Run(call, progress);
 }
 
-constexpr const char* kSynthesizeDoc = R"(A person does something with an object: body and object
-motion from an intent, then the object fitted to every frame (fit()).
+constexpr const char* kSynthesizeDoc =
+    R"(Synthesizes body and object motion from an intent.
 
-action: 'drink', 'pour', 'offhand', ...; Error lists all. object as for fit().
+The object is then fitted to every frame, as in fit().
 
-clip: continues from this Clip, path or embedded clip, which shows the object in a hand at `frame`
-(from 0; None: the last). None: a person who stands at the origin, facing -y, with `betas` (B,).
-weights, action_vectors: files of other networks.
+Parameters
+----------
+action : str
+    'drink', 'pour', 'offhand', ...; the Error for another word lists all.
+object : str, path or (vertices, faces)
+    Mesh file, name of an embedded object, or vertices (V, 3) in meters and faces (F, 3).
+clip : Clip, str or path, optional
+    Continues from a frame of this clip, which shows the object in a hand. Default: a person who
+    stands at the origin, facing -y.
+frame : int, optional
+    Frame of clip, from 0; default: the last.
+betas : array_like (B,), optional
+    Shape of the person, without clip.
+weights : str, optional
+action_vectors : str, optional
+    Files of other networks.
+body : BodyModel, optional
+    In place of the embedded model.
+seed : int, default 1
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
 
-Returns SynthesisResult. Raises FitFailure if the object cannot be held for the action, Stopped, and
-Error.
+Returns
+-------
+SynthesisResult
 
-    made = holdfast.synthesize('drink', 'mug')
-    made.clip.save('drink.npz')
+Raises
+------
+FitFailure
+    If the object cannot be held for the action.
+Stopped
+    If progress returns False.
+Error
+    For invalid input.
 
-Options:
+Examples
+--------
+>>> made = holdfast.synthesize('drink', 'mug')
+>>> made.clip.save('drink.npz')
 )";
 
 }  // namespace
@@ -203,11 +234,11 @@ void BindSynthesize(py::module_& module) {
                            imos::SentenceOf(self.intent), self.fit->clip->NumFrames());
       });
   SynthesisJob job;
-  static const std::string doc = kSynthesizeDoc + OptionsText(OptionsOf(job));
   module.def("synthesize", &SynthesizeFor, "action"_a, "object"_a, py::kw_only(),
              "clip"_a = py::none(), "frame"_a = py::none(), "betas"_a = py::none(),
              "weights"_a = "", "action_vectors"_a = "", "body"_a = py::none(), "seed"_a = 1,
-             "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
+             "threads"_a = 0, "progress"_a = py::none(),
+             WithOptions(kSynthesizeDoc, OptionsOf(job)).c_str());
 }
 
 }  // namespace holdfast::python

@@ -145,27 +145,84 @@ py::tuple PenetrationEnergy(const py::object& points, const py::object& signed_d
 
 void BindTerms(py::module_& module) {
   module.def("pair_distances", &PairDistances, "hand"_a, "object"_a,
-             "|h_i - o_j| of hand (N, 3) and object (M, 3), meters: (N, M). The reference D of the "
-             "terms below is this matrix in the frame in which the hand takes hold.");
+             R"(Computes the distances |h_i - o_j| of two sets of points.
+
+Parameters
+----------
+hand : array_like (N, 3)
+object : array_like (M, 3)
+    Points in the same frame, meters.
+
+Returns
+-------
+array (N, M)
+    In the frame in which the hand takes hold, the reference D of distance_energy() and
+    contact_energy().
+)");
+  module.def("distance_energy", &DistanceEnergy, "hand"_a, "object"_a, "reference"_a, py::kw_only(),
+             "threads"_a = 0,
+             R"(Computes E_d = sum_ij (|h_i - o_j| - D_ij)^2 (IMoS, eq. 7).
+
+It keeps the distances of hand and object. Gradients are exact; where two points coincide, the
+direction is zero.
+
+Parameters
+----------
+hand : array_like (N, 3)
+object : array_like (M, 3)
+    Points in the same frame, meters.
+reference : array_like (N, M)
+    D, meters, as of pair_distances().
+threads : int, default 0
+    0: all.
+
+Returns
+-------
+energy : float
+grad_hand : array (N, 3)
+grad_object : array (M, 3)
+)");
   module.def(
-      "distance_energy", &DistanceEnergy, "hand"_a, "object"_a, "reference"_a, py::kw_only(),
-      "threads"_a = 0,
-      "(energy, grad_hand, grad_object) of E_d = sum_ij (|h_i - o_j| - D_ij)^2, which keeps the "
-      "distances of hand and object (IMoS, eq. 7).\n"
-      "\n"
-      "hand (N, 3), object (M, 3), reference D (N, M), meters, hand and object in the same frame. "
-      "Gradients are exact, (N, 3) and (M, 3); where two points coincide the direction is zero.");
-  module.def("contact_energy", &ContactEnergy, "hand"_a, "object"_a, "reference"_a,
-             "threshold_m"_a = 0.01,
-             "(energy, grad_hand, grad_object) of E_c = sum |h_i - o_j|^2 over the pairs with D_ij "
-             "< threshold_m, which keeps contacts together (IMoS, eq. 8).\n"
-             "\n"
-             "Shapes as in distance_energy.");
+      "contact_energy", &ContactEnergy, "hand"_a, "object"_a, "reference"_a, "threshold_m"_a = 0.01,
+      R"(Computes E_c = sum |h_i - o_j|^2 over the pairs with D_ij < threshold_m (IMoS, eq. 8).
+
+It keeps contacts together.
+
+Parameters
+----------
+hand : array_like (N, 3)
+object : array_like (M, 3)
+    Points in the same frame, meters.
+reference : array_like (N, M)
+    D, meters, as of pair_distances().
+threshold_m : float, default 0.01
+
+Returns
+-------
+energy : float
+grad_hand : array (N, 3)
+grad_object : array (M, 3)
+)");
   module.def("penetration_energy", &PenetrationEnergy, "points"_a, "signed_distance"_a,
              "give_m"_a = 0.0, py::kw_only(), "threads"_a = 0,
-             "(energy, grad_points) of sum_i max(0, -d(p_i) - give_m)^2 for points (N, 3) in the "
-             "frame of the surface and its SignedDistance d (negative inside): depths up to "
-             "give_m are free.");
+             R"(Computes sum_i max(0, -d(p_i) - give_m)^2 for points in a surface.
+
+Parameters
+----------
+points : array_like (N, 3)
+    In the frame of the surface, meters.
+signed_distance : SignedDistance
+    d, negative inside.
+give_m : float, default 0.0
+    Depths up to this are free, meters.
+threads : int, default 0
+    0: all.
+
+Returns
+-------
+energy : float
+grad_points : array (N, 3)
+)");
 }
 
 }  // namespace holdfast::python

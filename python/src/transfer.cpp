@@ -102,21 +102,55 @@ TransferredPtr Transfer(const py::object& clip, const py::object& object, const 
 }
 
 constexpr const char* kTransferDoc =
-    R"(Transfers a clip with a held object to another object of the same kind, or to another
-person, keeping contacts: a dense map between the objects' surfaces maps contact points and
-distances; then hand and object are fitted.
+    R"(Transfers a clip with a held object to another object of the same kind, or to another person.
 
-clip: Clip, path, or result with an object (its mesh, or from_object). object: the target object,
-as for fit(); None: the clip's own. scale: factor, or (3,) one for each axis. map: corresponding
-points ((n, 3), (n, 3)), meters, or a path to them; None: found from the shapes. betas: (B,) shape
-of another person. Returns TransferResult. Raises FitFailure if no hand touches the object, Stopped,
-and Error.
+Contacts are kept: a dense map between the objects' surfaces maps contact points and distances. Then
+hand and object are fitted.
 
-    held = holdfast.fit('demo_drink', 'mug')
-    large = holdfast.transfer(held, scale=1.2)
-    large.clip.save('large.npz')
+Parameters
+----------
+clip : Clip, str or path
+    Clip, file, result folder, or name of an embedded clip, with an object (its mesh, or
+    from_object).
+object : str, path or (vertices, faces), optional
+    Target object, as in fit(). Default: the clip's own.
+scale : float or array_like (3,), optional
+    Factor, or one for each axis.
+map : (array_like (n, 3), array_like (n, 3)) or path, optional
+    Corresponding points, meters, or a path to them. Default: found from the shapes.
+betas : array_like (B,), optional
+    Shape of another person.
+from_object : str, path or (vertices, faces), optional
+    Mesh of the clip's object.
+object_scale : float, default 1.0
+    Multiplies the object's coordinates.
+body : BodyModel, optional
+    In place of the embedded model.
+seed : int, default 1
+threads : int, default 0
+    0: all.
+progress : callable, optional
+    Called with (stage, done, total); returning False stops the work.
+@options
 
-Options:
+Returns
+-------
+TransferResult
+
+Raises
+------
+FitFailure
+    If no hand touches the object.
+Stopped
+    If progress returns False.
+Error
+    For invalid input.
+
+Examples
+--------
+>>> held = holdfast.fit('demo_drink', 'mug')
+>>> large = holdfast.transfer(held.clip, scale=1.2)
+>>> large.clip.save('large.npz')
 )";
 
 }  // namespace
@@ -157,11 +191,11 @@ void BindTransfer(py::module_& module) {
                            HoldersText(CountHeld(self.clip->holding_hand)));
       });
   TransferOptions options;
-  static const std::string doc = kTransferDoc + OptionsText(OptionsOf(options));
   module.def("transfer", &Transfer, "clip"_a, "object"_a = py::none(), py::kw_only(),
              "scale"_a = py::none(), "map"_a = py::none(), "betas"_a = py::none(),
              "from_object"_a = py::none(), "object_scale"_a = 1.0, "body"_a = py::none(),
-             "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(), doc.c_str());
+             "seed"_a = 1, "threads"_a = 0, "progress"_a = py::none(),
+             WithOptions(kTransferDoc, OptionsOf(options)).c_str());
 }
 
 }  // namespace holdfast::python

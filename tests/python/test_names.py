@@ -77,12 +77,46 @@ def signatures():
     return found
 
 
-@pytest.mark.parametrize("path", sorted(signatures()))
-def test_signatures_are_those_of_the_stub(path):
-    stub, item = signatures()[path].args, _core
+def found(path):
+    item = _core
     for part in path.split("."):
         item = getattr(item, part)
-    told = inspect.signature(item).parameters
+    return item
+
+
+def docstring(path):
+    """Of a function or method; of a constructor that of its class."""
+    return inspect.cleandoc(found(path.removesuffix(".__init__")).__doc__ or "")
+
+
+def entries(text):
+    """{name: text} of the section "Parameters" of a docstring in NumPy's style."""
+    section = re.search(r"^Parameters\n-{10}\n(.*?)(?=\n\n|\Z)", text, re.M | re.S)
+    items = re.findall(r"^(\S+?)((?: : .*)?(?:\n    .*)*)$", section[1] if section else "", re.M)
+    return dict(items)
+
+
+@pytest.mark.parametrize("path", sorted(signatures()))
+def test_docstrings_have_all_parameters(path):
+    told = {"**" * (one.kind == one.VAR_KEYWORD) + name: one
+            for name, one in inspect.signature(found(path)).parameters.items() if name != "self"}
+    written = entries(docstring(path))
+    assert set(told) == set(written)
+    for name, text in written.items():
+        default = re.match(r" : .*, default (.*)", text)
+        assert not default or ast.literal_eval(default[1]) == told[name].default, name
+
+
+@pytest.mark.parametrize("path", sorted(signatures()))
+def test_docstrings_have_what_is_returned(path):
+    returned = ast.unparse(signatures()[path].returns)
+    assert "\nReturns\n-------\n" in docstring(path) or returned == "None" or path.endswith("__len__")
+
+
+@pytest.mark.parametrize("path", sorted(signatures()))
+def test_signatures_are_those_of_the_stub(path):
+    stub = signatures()[path].args
+    told = inspect.signature(found(path)).parameters
     named = [argument.arg for argument in stub.args + stub.kwonlyargs]
     extra = set(told) - set(named) - {name for name in told if name.startswith("lambda_")}
     assert set(named) <= set(told) and (not extra or stub.kwarg or path == "offhand"), (path, extra)
@@ -104,15 +138,11 @@ def arrays():
 
 @pytest.mark.parametrize("path, argument", sorted(arrays()))
 def test_arrays_have_shapes(path, argument):
-    """'points (N, 3)' and the like, in the docstring, its class's, or one that it refers to."""
-    item = _core
-    for part in path.split("."):
-        item = getattr(item, part)
-    owner = getattr(_core, path.split(".")[0])
-    text = (item.__doc__ or "") + owner.__doc__ + (owner.__call__.__doc__ or "")
-    for name in re.findall(r"\bas (?:for|in) (\w+)", text):
-        text += getattr(_core, name, item).__doc__
-    assert re.search(rf"\b{argument}\b[^.;]*? \(?\((?:[A-Zn0-9]+,? ?)+\)", text), text
+    """'points : array_like (N, 3)' and the like, in the docstring or one that it refers to."""
+    text = entries(docstring(path))[argument]
+    for name in re.findall(r"\b[Aa]s (?:in|of) (\w+)\(\)", text):
+        text += entries(docstring(name)).get(argument, "")
+    assert re.search(r"\((?:[A-Zn0-9]+,? ?)+\)", text), text
 
 
 def keywords(name):
@@ -141,5 +171,22 @@ def test_stubs_have_the_options_of_the_table(job):
     refused(ValueError, "expected one of", holdfast.options, "walk")
 
 
-def test_unknown_options_are_told_with_what_is_near():
-    refused(TypeError, "object_scale", holdfast.fit, "demo_drink", "mug", object_scal=2.0)
+@pytest.mark.parametrize("words, call, arguments, options", [
+    ("object_scale", holdfast.fit, ("demo_drink", "mug"), {"object_scal": 2.0}),
+    ("object", holdfast.fit, ("demo_drink", "mug"), {"obj": "mug"}),
+    ("threads", holdfast.fit, ("demo_drink", "mug"), {"thread": 1}),
+    ("seed", holdfast.offhand, ("demo_drink", "mug"), {"sed": 1}),
+    ("progress", holdfast.score, ("demo_drink",), {"progres": print}),
+    ("vertices", holdfast.decimate, ("mug",), {"vertice": 5}),
+    ("frame_rate", holdfast.Clip.load, ("demo_drink",), {"frame_rat": 30.0}),
+    ("contact_threshold_mm", holdfast.FrameFitter, ("mug",), {"contact_threshold": 5.0}),
+    ("side", holdfast.BodyModel.load().hand_vertex_ids, (), {"sides": "left"}),
+])
+def test_misspelled_arguments_are_told_with_what_is_near(words, call, arguments, options):
+    refused(TypeError, f"'{next(iter(options))}'. Did you mean '{words}'", call, *arguments, **options)
+
+
+def test_unknown_arguments_are_told():
+    refused(TypeError, r"doctor\(\) got an unexpected keyword argument 'xyz'", holdfast.doctor, "mug", xyz=1)
+    refused(TypeError, r"Clip\(\) got an unexpected keyword argument 'xyz'", holdfast.Clip, [], [], xyz=1)
+    refused(TypeError, "incompatible function arguments", holdfast.decimate)
