@@ -246,6 +246,11 @@ ObjectMesh SettleMesh(const ImportCommand& options, ImportedFile& imported) {
     }
     return mesh;
   }
+  if (asked) {  // no advice to give it
+    std::erase_if(imported.notes, [](const std::string& note) {
+      return note.find("--object-mesh") != std::string::npos;
+    });
+  }
   const bool in_file = !asked && imported.object_surface.has_value();
   if (mesh.file.empty() && !in_file) return mesh;
   const bool plain = in_file || HasMeshFormat(mesh.file);

@@ -335,7 +335,7 @@ int TransferMany(const TransferCommand& options) {
 }
 
 int Transfer(const TransferCommand& options) {
-  if (!options.robot.robot.empty()) {
+  if (!options.robot.robots.empty()) {
     return RunRobotTransfer(options.clip, options.input, options.robot, options.output,
                             options.common);
   }

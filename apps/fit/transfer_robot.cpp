@@ -4,7 +4,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <future>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -90,7 +93,12 @@ std::string GripText(const RobotMeasures& measures) {
 void AddRobotOptions(CLI::App& command, RobotTransferInput& input) {
   const char* const group = "Target robot hand";
   CLI::Option* const robot =
-      command.add_option("--robot", input.robot, "Robot hand: URDF (.urdf) or MJCF (.xml)")
+      command
+          .add_option(
+              "--robot", input.robots,
+              "Robot hand: URDF (.urdf) or MJCF (.xml). Two files, a right and a left hand: "
+              "both hands of the clip are transferred")
+          ->expected(1, 2)
           ->group(group);
   for (const char* other : {"--object", "--scale", "--body", "--betas"}) {
     robot->excludes(command.get_option(other));
@@ -106,81 +114,184 @@ void AddRobotOptions(CLI::App& command, RobotTransferInput& input) {
   for (const Option& option : table.All()) command.get_option(option.flag)->needs(robot);
 }
 
+namespace {
+
+// A clip on one robot hand.
+struct OnRobot {
+  RobotTransferSetup setup;
+  RobotTransfer result;
+  RobotMeasures measures;
+
+  RobotInScene InScene() const { return {&setup, &result.poses}; }
+};
+
+// Reads the robots; of two, the side of each, which is that of its shape, else the other's
+// opposite.
+std::vector<std::pair<RobotHand, std::optional<Side>>> ReadRobots(const RobotTransferInput& input) {
+  std::vector<std::pair<RobotHand, std::optional<Side>>> robots;
+  for (const std::string& file : input.robots) {
+    robots.emplace_back(ReadRobotHand(file), input.options.side);
+  }
+  if (robots.size() < 2) return robots;
+  if (input.options.side) {
+    throw Error("--hand", "with two robots both hands are transferred", "Leave it out");
+  }
+  if (!input.correspondence.empty()) {
+    throw Error("--correspondence", "is for one robot", "Transfer one hand at a time (--hand)");
+  }
+  const RobotAnatomy second = FindAnatomy(robots[1].first, Side::kLeft);
+  const Side first = FindAnatomy(robots[0].first, OtherSide(second.side)).side;
+  robots[0].second = first;
+  robots[1].second = FindAnatomy(robots[1].first, OtherSide(first)).side;
+  if (robots[1].second == first) {
+    throw Error("--robot",
+                fmt::format("{} and {} are both {} hands", input.robots[0], input.robots[1],
+                            SideName(first)),
+                "Give a right and a left hand");
+  }
+  return robots;
+}
+
+// Writes all files of one hand but scene and film.
+void WriteHand(const OnRobot& hand, const RobotTransferInput& input, const std::string& sequence,
+               int threads, const fs::path& folder) {
+  const auto& [setup, result, measures] = hand;
+  fs::create_directories(folder);
+  WriteRobotMotion(setup, result.poses, measures, folder / "robot.npz");
+  WriteRobotTable(setup, result.poses, folder / "robot.csv");
+  WriteMesh(setup.object, folder / "object.obj");
+  WriteMotionV1(setup, result.poses, measures, sequence, "object.obj", folder / "motion_v1.npz");
+  WriteAtomically(folder / "correspondence.csv", CorrespondenceText(setup));
+  WritePng(RobotSheet(setup, result.poses, input.picture_columns, input.picture_rows, threads),
+           folder / "sheet.png");
+  WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png"));
+}
+
+nlohmann::json HandJson(const OnRobot& hand) {
+  nlohmann::json transfer = RobotMeasuresJson(hand.measures);
+  transfer["contacts_left_out"] = hand.setup.contacts_left_out;
+  return {{"robot", RobotJson(hand.setup)}, {"transfer", transfer}};
+}
+
+std::string HandText(const OnRobot& hand, const std::string& output) {
+  const RobotMeasures& measures = hand.measures;
+  const auto frames = static_cast<double>(hand.result.poses.size());
+  return fmt::format(
+      "{}: {} frames on {} ({} fingers, {} joints)\n"
+      "  contacts           {:.0f} % of {} kept (within 5 mm of the object); mean distance "
+      "{:.2f} mm and {:.1f} degrees from the human's contacts, {:.0f} % within 5 mm of them\n"
+      "  deepest            {:.2f} mm, {} frames deeper than 2 mm\n"
+      "  hold               {}\n"
+      "  solved in          {:.2f} ms per frame, first frame {:.0f} ms\n",
+      output, hand.result.poses.size(), hand.setup.robot.name, hand.setup.anatomy.fingers.size(),
+      hand.setup.robot.NumDofs(), 100.0 * measures.kept_ratio, measures.contacts,
+      measures.contact_mm, measures.angle_deg, 100.0 * measures.touching_ratio, measures.deepest_mm,
+      measures.frames_deeper_than_2_mm, GripText(measures), hand.result.solve_ms / frames,
+      hand.result.start_ms);
+}
+
+// The page of two hands, which links to theirs.
+std::string PageOfBoth(const std::vector<OnRobot>& hands) {
+  const std::string title = "Both hands";
+  std::string html = PageHead(title, title, "img { max-width: 100%; }") + "<ul>";
+  for (const OnRobot& hand : hands) {
+    html += fmt::format("<li><a href=\"{0}/report.html\">{0} hand: {1}</a></li>",
+                        SideName(hand.setup.anatomy.side), EscapeHtml(hand.setup.robot.name));
+  }
+  return html + "</ul>\n<img src=\"film.png\" alt=\"Frames of the clip\">\n</body></html>\n";
+}
+
+}  // namespace
+
 int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input,
                      const RobotTransferInput& input, const std::string& output,
                      const CommonOptions& common) {
   ResultFolder folder(output, common.force);
   RobotTransferOptions options = input.options;
   options.threads = NumThreads(common);
+  auto robots = ReadRobots(input);
   if (!input.correspondence.empty()) {
     options.correspondence = ReadCorrespondence(input.correspondence);
     options.correspondence_source = input.correspondence;
   }
-  RobotHand robot = ReadRobotHand(input.robot);
   const ClipInput scene = LoadClipInput(clip, clip_input, common);
-  const RobotTransferSetup setup = PrepareRobotTransfer(scene, std::move(robot), options);
-  for (const std::string& note : setup.robot.notes) Note(common, "note: " + note);
-  StageProgress progress(common);
-  const RobotTransfer result =
-      TransferToRobot(setup, options, [&](const char* stage, int done, int total) {
-        progress.Update(stage, done, total);
-        return !Interrupted();
+  std::vector<OnRobot> hands;
+  for (auto& [robot, side] : robots) {
+    options.side = side;
+    hands.push_back({PrepareRobotTransfer(scene, std::move(robot), options), {}, {}});
+    const RobotTransferSetup& setup = hands.back().setup;
+    for (const std::string& note : setup.robot.notes) Note(common, "note: " + note);
+  }
+  // The convex pieces of the object depend on nothing else, and take as long as the search.
+  std::future<TrialSolid> solid =
+      std::async(options.threads > 1 ? std::launch::async : std::launch::deferred, [&hands] {
+        const RobotTransferSetup& setup = hands.front().setup;
+        return MakeTrialSolid(setup.object, *setup.object_distance, TrialProtocol());
       });
+  StageProgress progress(common);
+  for (OnRobot& hand : hands) {
+    hand.result = TransferToRobot(hand.setup, options, [&](const char* stage, int done, int total) {
+      progress.Update(stage, done, total);
+      return !Interrupted();
+    });
+    if (Interrupted()) break;
+    hand.measures = MeasureTransfer(hand.setup, hand.result.poses, options.threads);
+  }
   progress.End();
   if (Interrupted()) return kInterrupted;
-  const RobotMeasures measures = MeasureTransfer(setup, result.poses, options.threads);
+
+  const bool both = hands.size() > 1;
+  const std::string sequence = fs::path(output).filename().string();
   nlohmann::json metrics = JsonHead("holdfast/transfer-robot/1", common);
-  metrics["options"] = {{"clip", clip},
-                        {"object", scene.object_source},
-                        {"robot", input.robot},
-                        {"correspondence", input.correspondence},
-                        {"on_path", options.on_path}};
-  metrics["robot"] = RobotJson(setup);
+  metrics["options"] = {
+      {"clip", clip},
+      {"object", scene.object_source},
+      {"robot", both ? nlohmann::json(input.robots) : nlohmann::json(input.robots[0])},
+      {"correspondence", input.correspondence},
+      {"on_path", options.on_path}};
   metrics["protocol"] = RobotProtocolJson();
-  metrics["transfer"] = RobotMeasuresJson(measures);
-  metrics["transfer"]["contacts_left_out"] = setup.contacts_left_out;
-  const auto frames = static_cast<double>(result.poses.size());
+  std::vector<RobotInScene> in_scene;
+  std::string text;
+  for (const OnRobot& hand : hands) {
+    const std::string side(SideName(hand.setup.anatomy.side));
+    in_scene.push_back(hand.InScene());
+    text += HandText(hand, both ? output + ", " + side : output);
+    if (both) {
+      metrics["hands"][side] = HandJson(hand);
+    } else {
+      metrics.update(HandJson(hand));
+    }
+  }
   nlohmann::json summary = metrics;
   summary["output"] = output;
-  metrics["per_frame"] = FramesJson(measures);
-  WriteRobotMotion(setup, result.poses, measures, folder / "robot.npz");
-  WriteRobotTable(setup, result.poses, folder / "robot.csv");
-  WriteMesh(setup.object, folder / "object.obj");
-  WriteMotionV1(setup, result.poses, measures, fs::path(output).filename().string(), "object.obj",
-                folder / "motion_v1.npz");
-  WriteAtomically(folder / "correspondence.csv", CorrespondenceText(setup));
+  for (const OnRobot& hand : hands) {
+    (both ? metrics["hands"][SideName(hand.setup.anatomy.side)] : metrics)["per_frame"] =
+        FramesJson(hand.measures);
+  }
   // Two at a time with half of the threads each, since much of the scene is single-threaded.
   const int half = std::max(1, options.threads / 2);
-  ParallelFor(3, std::min(options.threads, 2), [&](int k) {
-    if (k == 0) WriteRobotScene(setup, result.poses, folder / "scene.xml", half);
-    if (k == 1) {
-      WritePng(RobotFilm(setup, result.poses, input.film_columns, input.film_rows, half),
-               folder / "film.png");
-    }
-    if (k == 2) {
-      WritePng(RobotSheet(setup, result.poses, input.picture_columns, input.picture_rows, half),
-               folder / "sheet.png");
+  const int count = static_cast<int>(hands.size());
+  ParallelFor(2 + count, std::min(options.threads, 2), [&](int k) {
+    if (k == 0) {
+      WritePng(RobotFilm(in_scene, input.film_columns, input.film_rows, half), folder / "film.png");
+    } else if (k <= count) {
+      const OnRobot& hand = hands[static_cast<std::size_t>(k - 1)];
+      const std::string side(SideName(hand.setup.anatomy.side));
+      WriteHand(hand, input, both ? sequence + "_" + side : sequence, half,
+                folder / (both ? side.c_str() : ""));
+    } else {
+      WriteRobotScene(in_scene, solid.get(), folder / "scene.xml");
     }
   });
-  WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png"));
+  if (both) WriteAtomically(folder / "report.html", PageOfBoth(hands));
   folder.WriteMetrics(metrics);
   folder.Commit();
-  WarnOfLost(setup, measures, common);
-  PrintResult(
-      common, summary,
-      fmt::format(
-          "{}: {} frames on {} ({} fingers, {} joints)\n"
-          "  contacts           {:.0f} % of {} kept (within 5 mm of the object); mean distance "
-          "{:.2f} mm and {:.1f} degrees from the human's contacts, {:.0f} % within 5 mm of them\n"
-          "  deepest            {:.2f} mm, {} frames deeper than 2 mm\n"
-          "  hold               {}\n"
-          "  solved in          {:.2f} ms per frame, first frame {:.0f} ms\n",
-          output, result.poses.size(), setup.robot.name, setup.anatomy.fingers.size(),
-          setup.robot.NumDofs(), 100.0 * measures.kept_ratio, measures.contacts,
-          measures.contact_mm, measures.angle_deg, 100.0 * measures.touching_ratio,
-          measures.deepest_mm, measures.frames_deeper_than_2_mm, GripText(measures),
-          result.solve_ms / frames, result.start_ms));
-  if (measures.kept_ratio >= kMinKept) return kDone;
+  for (const OnRobot& hand : hands) WarnOfLost(hand.setup, hand.measures, common);
+  PrintResult(common, summary, text);
+  if (std::ranges::all_of(
+          hands, [](const OnRobot& hand) { return hand.measures.kept_ratio >= kMinKept; })) {
+    return kDone;
+  }
   Note(common, fmt::format("warning: less than {:.0f} % of the contacts are kept: this robot "
                            "cannot hold {} in this way (exit code 3)",
                            100.0 * kMinKept, scene.clip.object->name));

@@ -13,8 +13,8 @@ namespace holdfast::apps {
 
 /// Inputs of 'holdfast transfer --robot'.
 struct RobotTransferInput {
-  std::string robot;           ///< URDF or MJCF; empty: not a robot transfer
-  std::string correspondence;  ///< CSV; empty: determined automatically
+  std::vector<std::string> robots;  ///< URDF or MJCF; two: a hand of each side; empty: no transfer
+  std::string correspondence;       ///< CSV; empty: determined automatically
   RobotTransferOptions options;
   int picture_columns = 4, picture_rows = 4;
   int film_columns = 6, film_rows = 4;
@@ -23,8 +23,9 @@ struct RobotTransferInput {
 /// Adds --robot, --hand, --correspondence, --robot-on-path.
 void AddRobotOptions(CLI::App& command, RobotTransferInput& input);
 
-/// Transfers the clip to the robot and writes the result folder `output`: robot.npz, robot.csv,
+/// Transfers the clip to the robots and writes the result folder `output`: robot.npz, robot.csv,
 /// scene.xml with scene_assets, correspondence.csv, sheet.png, film.png, report.html, metrics.json.
+/// With two robots, scene, film and metrics of both, and the rest in folders `right` and `left`.
 /// Returns the exit code.
 int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input,
                      const RobotTransferInput& input, const std::string& output,

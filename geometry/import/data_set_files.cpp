@@ -92,6 +92,13 @@ std::vector<fs::path> ObjectCandidates(const fs::path& body) {
   return candidates;
 }
 
+std::string MeshNotFound(const std::string& object) {
+  return fmt::format(
+      "the mesh of the object '{}' was not found (give it with --object-mesh, or the folder of the "
+      "data set with --data-root)",
+      object);
+}
+
 // Reads the object's track. Throws Error if it has another number of frames than the body.
 void ReadObjectBeside(const fs::path& file, const Fields& fields, const ParameterOptions& options,
                       ImportedClip& imported) {
@@ -112,12 +119,10 @@ void ReadObjectBeside(const fs::path& file, const Fields& fields, const Paramete
     imported.object_mesh =
         FindInDataSet(file, fmt::format("objects/{0}/{0}.obj", track.name), options);
   }
-  imported.notes.push_back(fmt::format(
-      "the object is read from {} beside it{}: x_world = R x + T{}", name,
-      track.name.empty() ? std::string() : fmt::format(", '{}'", track.name),
-      imported.object_mesh.empty() ? "; its mesh was not found (give it with --object-mesh, or the "
-                                     "folder of the data set with --data-root)"
-                                   : ""));
+  imported.notes.push_back(
+      fmt::format("the object is read from {} beside it{}: x_world = R x + T", name,
+                  track.name.empty() ? std::string() : fmt::format(", '{}'", track.name)));
+  if (imported.object_mesh.empty()) imported.notes.push_back(MeshNotFound(track.name));
   std::vector<std::string> unused;
   for (const std::string& field : fields.Names()) {
     if (field != fields.FirstOf(kObjectPlaces) && field != fields.FirstOf(kObjectTurns) &&
@@ -162,11 +167,9 @@ void FindObjectMesh(const fs::path& from, std::span<const std::string> names,
   for (const std::string& name : names) {
     if (imported.object_mesh.empty()) imported.object_mesh = FindInDataSet(from, name, options);
   }
-  if (!imported.object_mesh.empty()) return;
-  imported.notes.push_back(
-      fmt::format("the mesh of the object '{}' was not found (give it with --object-mesh, or the "
-                  "folder of the data set with --data-root)",
-                  imported.clip.object->name));
+  if (imported.object_mesh.empty()) {
+    imported.notes.push_back(MeshNotFound(imported.clip.object->name));
+  }
 }
 
 void ReadSubject(const fs::path& from, const std::string& name, const ParameterOptions& options,

@@ -83,7 +83,7 @@ struct ReachOptions {
   double sigma = 1.0;            ///< of the latents; 0: the mean motion
   bool refit = true;             ///< pin feet and place the wrist afterwards
   bool refit_all = false;        ///< for all motions, not only the best
-  bool free_time = false;        ///< kLatents: arrive at any time before the deadline
+  bool free_time = false;        ///< kLatents: arrive at any time up to 30 frames after it
   std::optional<Eigen::Vector3d> approach;  ///< kLatents: unit, along the forearm on arrival
   std::vector<ReachObstacle> obstacles;     ///< kLatents
   std::vector<int> stay_frames;             ///< kLatents: at each goal; empty: 16

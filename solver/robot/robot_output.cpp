@@ -272,6 +272,7 @@ namespace {
 const Eigen::Vector3d kObjectColor(0.86, 0.62, 0.28), kSkinColor(0.80, 0.66, 0.58);
 const Eigen::Vector3d kPalmColor(0.42, 0.45, 0.50);
 constexpr double kSeen_m = 0.13;  // visible radius around the held object's center
+constexpr int kTileWidth = 420, kFilmWidth = 280;
 
 // Distinct colors, by Finger.
 Eigen::Vector3d ColorOf(const RobotAnatomy& anatomy, int link) {
@@ -289,12 +290,12 @@ Eigen::Vector3d ColorOf(const RobotAnatomy& anatomy, int link) {
 }
 
 Image Draw(const std::vector<TriangleMesh>& meshes, const std::vector<Eigen::Vector3d>& colors,
-           const Camera& camera) {
+           const Camera& camera, int width) {
   std::vector<RenderItem> items;
   for (std::size_t k = 0; k < meshes.size(); ++k) items.push_back({&meshes[k], colors[k], nullptr});
   RenderOptions picture;
-  picture.width = 420;
-  picture.height = 360;
+  picture.width = width;
+  picture.height = 6 * width / 7;
   picture.ground = false;
   return Render(items, camera, picture);
 }
@@ -303,20 +304,24 @@ TriangleMesh ObjectIn(const RobotTransferSetup& setup, const Eigen::Isometry3d& 
   return {world * setup.object.vertices, setup.object.faces};
 }
 
-// The object and the robot, in the world.
-Image DrawRobot(const RobotTransferSetup& setup, const RobotPose& pose,
-                const Eigen::Isometry3d& world_from_object, const Camera& camera) {
-  PosedRobot posed(setup.robot);
-  posed.Set(pose);
-  std::vector<TriangleMesh> meshes{ObjectIn(setup, world_from_object)};
+// The object and the robots in frame t.
+Image DrawRobots(std::span<const RobotInScene> robots, std::size_t t, const Camera& camera,
+                 int width) {
+  const Eigen::Isometry3d& world_from_object =
+      robots.front().setup->demonstration.frames[t].world_from_object;
+  std::vector<TriangleMesh> meshes{ObjectIn(*robots.front().setup, world_from_object)};
   std::vector<Eigen::Vector3d> colors{kObjectColor};
-  for (const int link : setup.solids->Links()) {
-    TriangleMesh mesh = setup.solids->Of(link).mesh;
-    mesh.vertices = world_from_object * posed.ObjectFromLink(link) * mesh.vertices;
-    meshes.push_back(std::move(mesh));
-    colors.push_back(ColorOf(setup.anatomy, link));
+  for (const auto& [setup, poses] : robots) {
+    PosedRobot posed(setup->robot);
+    posed.Set((*poses)[t]);
+    for (const int link : setup->solids->Links()) {
+      TriangleMesh mesh = setup->solids->Of(link).mesh;
+      mesh.vertices = world_from_object * posed.ObjectFromLink(link) * mesh.vertices;
+      meshes.push_back(std::move(mesh));
+      colors.push_back(ColorOf(setup->anatomy, link));
+    }
   }
-  return Draw(meshes, colors, camera);
+  return Draw(meshes, colors, camera, width);
 }
 
 // Forward, across and out of the palm in the world, as columns.
@@ -341,22 +346,26 @@ Eigen::Vector3d BeforeThePalm(const RobotTransferSetup& setup) {
 
 }  // namespace
 
-Image RobotFilm(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses, int columns,
-                int rows, int threads) {
+Image RobotFilm(std::span<const RobotInScene> robots, int columns, int rows, int threads) {
   const int cells = columns * rows;
+  const RobotTransferSetup& setup = *robots.front().setup;
   const Eigen::Vector3d away = BeforeThePalm(setup);
+  const double seen_m = robots.size() > 1 ? 1.8 * kSeen_m : kSeen_m;
   std::vector<Image> tiles(static_cast<std::size_t>(cells));
   std::vector<std::string> labels(tiles.size());
   ParallelFor(cells, threads, [&](int k) {
-    const double last = static_cast<double>(poses.size()) - 1.0;
+    const double last = static_cast<double>(robots.front().poses->size()) - 1.0;
     const auto t = static_cast<std::size_t>(std::lround(last * k / std::max(1, cells - 1)));
-    const HumanFrame& frame = setup.demonstration.frames[t];
-    const Eigen::Isometry3d& world = frame.world_from_object;
     Camera camera;
-    camera.target = world * Eigen::Vector3d(frame.joints.col(3 * kMiddle));
-    camera.eye = camera.target + 5.6 * kSeen_m * away;
+    camera.target.setZero();
+    for (const RobotInScene& robot : robots) {
+      const HumanFrame& frame = robot.setup->demonstration.frames[t];
+      camera.target += frame.world_from_object * Eigen::Vector3d(frame.joints.col(3 * kMiddle)) /
+                       static_cast<double>(robots.size());
+    }
+    camera.eye = camera.target + 5.6 * seen_m * away;
     camera.vertical_fov_rad = 0.42;
-    tiles[k] = DrawRobot(setup, poses[t], world, camera);
+    tiles[k] = DrawRobots(robots, t, camera, kFilmWidth);
     labels[k] = fmt::format("{:.2f} s", static_cast<double>(t) / setup.demonstration.frame_rate);
   });
   return ContactSheet(tiles, labels, columns);
@@ -368,6 +377,7 @@ Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& 
   for (std::size_t t = 0; t < poses.size(); ++t) {
     if (setup.demonstration.frames[t].holds) held.push_back(static_cast<int>(t));
   }
+  const RobotInScene robot{&setup, &poses};
   const int cells = columns * rows / 2;
   std::vector<Image> tiles(static_cast<std::size_t>(cells * 2));
   std::vector<std::string> labels(tiles.size());
@@ -387,10 +397,12 @@ Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& 
     camera.eye = camera.target + 5.0 * kSeen_m * towards.normalized();
     camera.up = axes.col(0);
     camera.vertical_fov_rad = 0.42;
-    tiles[k * 2] = DrawRobot(setup, poses[t], world, camera);
+    tiles[k * 2] =
+        DrawRobots(std::span(&robot, 1), static_cast<std::size_t>(t), camera, kTileWidth);
     labels[k * 2] = fmt::format("{} {}", setup.robot.name, t);
     const TriangleMesh hand{world * frame.vertices, setup.human->Surface().Faces()};
-    tiles[k * 2 + 1] = Draw({ObjectIn(setup, world), hand}, {kObjectColor, kSkinColor}, camera);
+    tiles[k * 2 + 1] =
+        Draw({ObjectIn(setup, world), hand}, {kObjectColor, kSkinColor}, camera, kTileWidth);
     labels[k * 2 + 1] = fmt::format("human {}", t);
   });
   return ContactSheet(tiles, labels, columns);

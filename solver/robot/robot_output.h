@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <span>
 #include <string>
 
 #include "geometry/clip/clip_body.h"
@@ -38,9 +39,8 @@ void WriteRobotTable(const RobotTransferSetup& setup, const std::vector<RobotPos
 Image RobotSheet(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses, int columns,
                  int rows, int threads);
 
-/// Renders the whole clip as `columns` times `rows` frames: robot hand and object, from a fixed
-/// world direction on the palm's side, with a tracking camera.
-Image RobotFilm(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses, int columns,
-                int rows, int threads);
+/// Renders the whole clip as `columns` times `rows` frames: one or two robot hands and the object,
+/// from a fixed world direction on the first palm's side, with a tracking camera.
+Image RobotFilm(std::span<const RobotInScene> robots, int columns, int rows, int threads);
 
 }  // namespace holdfast

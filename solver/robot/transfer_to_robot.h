@@ -87,4 +87,10 @@ struct RobotTransfer {
 RobotTransfer TransferToRobot(const RobotTransferSetup& setup, const RobotTransferOptions& options,
                               const StagedProgress& progress = {});
 
+/// A robot hand and its poses, one per frame of the clip.
+struct RobotInScene {
+  const RobotTransferSetup* setup;
+  const std::vector<RobotPose>* poses;
+};
+
 }  // namespace holdfast

@@ -2,7 +2,10 @@
 #include "solver/trial/robot_scene.h"
 
 #include <algorithm>
+#include <limits>
+#include <numbers>
 #include <set>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,10 +14,13 @@
 #include <fmt/ranges.h>
 
 #include "geometry/io/container/atomic_file.h"
+#include "geometry/io/container/temporary_folder.h"
 #include "geometry/io/gltf/mjcf_writer.h"
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/mesh/convex_hull.h"
+#include "geometry/rotation.h"
 #include "solver/robot/robot_measures.h"
+#include "solver/trial/scene_play.h"
 
 namespace holdfast {
 namespace {
@@ -96,56 +102,96 @@ Eigen::VectorXd GripTorques(const RobotHand& robot, const Eigen::VectorXd& q,
   return ContactSlopes(state, contacts).transpose() * presses;
 }
 
-// Builds the scene's text and writes its meshes to a folder.
-class SceneWriter {
+std::string Safe(const std::string& name) {
+  std::string safe;
+  for (const char c : name) {
+    safe += std::string_view("<>&\"'/\\").find(c) == std::string_view::npos ? c : '_';
+  }
+  return safe;
+}
+
+// Text of a scene, by section, and the meshes that it names.
+struct SceneText {
+  fs::path assets;
+  std::string asset, bodies, equality, actuators;
+  int pieces = 0;
+
+  std::string Asset(const TriangleMesh& mesh) {
+    const std::string name = fmt::format("piece_{}", pieces++);
+    WriteMesh(mesh, assets / (name + ".obj"));
+    asset += fmt::format("    <mesh name=\"{0}\" file=\"{0}.obj\"/>\n", name);
+    return name;
+  }
+};
+
+void AddObject(const TrialSolid& solid, const Eigen::Isometry3d& pose, SceneText& scene) {
+  const SolidMass& mass = solid.mass;
+  const Eigen::Matrix3d& I = mass.inertia;
+  const Attitude first(pose);
+  scene.bodies += fmt::format(
+      "    <body name=\"object\" pos=\"{}\" quat=\"{}\">\n      <freejoint name=\"object\"/>\n"
+      "      <inertial pos=\"{:.9g} {:.9g} {:.9g}\" mass=\"{:.9g}\" fullinertia=\"{:.9g} {:.9g} "
+      "{:.9g} {:.9g} {:.9g} {:.9g}\"/>\n",
+      first.Place(), first.Turn(), mass.center.x(), mass.center.y(), mass.center.z(), mass.mass_kg,
+      I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2));
+  for (const TriangleMesh& piece : solid.pieces) {
+    scene.bodies += fmt::format(
+        "      <geom type=\"mesh\" mesh=\"{}\" rgba=\"0.86 0.62 0.28 1\" contype=\"1\" "
+        "conaffinity=\"2\"/>\n",
+        scene.Asset(piece));
+  }
+  scene.bodies += "    </body>\n";
+}
+
+// Adds one robot hand to a scene.
+class RobotWriter {
  public:
-  SceneWriter(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-              const fs::path& path, int threads)
-      : setup_(setup), poses_(poses), hand_(setup.robot), own_(HandJoints(setup)) {
-    protocol_.threads = threads;
-    solid_ = MakeTrialSolid(setup.object, *setup.object_distance, protocol_);
-    assets_ = MjcfAssets(path);
-    fs::create_directories(assets_);
-    children_.resize(hand_.links.size());
+  // `prefix`: of all names.
+  RobotWriter(const RobotInScene& robot, std::string prefix, const TrialSolid& solid)
+      : setup_(*robot.setup),
+        poses_(*robot.poses),
+        hand_(setup_.robot),
+        prefix_(std::move(prefix)),
+        own_(HandJoints(setup_)),
+        solid_(solid),
+        children_(hand_.links.size()) {
     for (int k = 1; k < hand_.NumLinks(); ++k) children_[hand_.links[k].parent].push_back(k);
   }
 
-  std::string Text() {
-    AddObject();
+  void AddTo(SceneText& scene) {
     const Attitude first(WorldFromRoot(0));
-    const std::string root = Safe(hand_.links[0].name);
-    bodies_ +=
-        fmt::format("    <body name=\"wrist_target\" mocap=\"true\" pos=\"{}\" quat=\"{}\"/>\n",
-                    first.Place(), first.Turn());
-    AddLink(0, WorldFromRoot(0), 2);
-    return fmt::format(
-        "<mujoco model=\"{}\">\n"
-        "  <compiler angle=\"radian\" meshdir=\"{}\"/>\n"
-        "  <option timestep=\"{:.9g}\" cone=\"elliptic\" impratio=\"10\" "
-        "noslip_iterations=\"3\"/>\n"
-        "  <custom><numeric name=\"frame_rate\" data=\"{:.9g}\"/></custom>\n"
-        "  <default><geom condim=\"4\" friction=\"{:.9g} {:.9g} 0.0001\" solref=\"0.005 1\"/>"
-        "</default>\n"
-        "  <asset>\n{}  </asset>\n  <worldbody>\n"
-        "    <light pos=\"0 -1 3\" dir=\"0 0.3 -1\"/>\n"
-        "    <geom name=\"floor\" type=\"plane\" size=\"3 3 0.1\" contype=\"0\" "
-        "conaffinity=\"0\"/>\n{}  </worldbody>\n"
-        "  <equality>\n    <weld body1=\"wrist_target\" body2=\"{}\" solref=\"0.005 1\" "
-        "solimp=\"0.99 0.999 0.001\"/>\n{}  </equality>\n  <actuator>\n{}  </actuator>\n"
-        "  <keyframe>\n{}  </keyframe>\n</mujoco>\n",
-        Safe(hand_.name), assets_.filename().string(), protocol_.scene.step_s,
-        setup_.demonstration.frame_rate, protocol_.scene.friction, protocol_.scene.torsion_m,
-        asset_, bodies_, root, equality_, actuators_, Keys());
+    const std::string target = prefix_ + "wrist_target";
+    scene.bodies += fmt::format("    <body name=\"{}\" mocap=\"true\" pos=\"{}\" quat=\"{}\"/>\n",
+                                target, first.Place(), first.Turn());
+    AddLink(0, WorldFromRoot(0), 2, scene);
+    scene.equality += fmt::format(
+        "    <weld body1=\"{}\" body2=\"{}\" solref=\"0.005 1\" solimp=\"0.99 0.999 0.001\"/>\n",
+        target, Name(hand_.links[0].name));
+  }
+
+  // Values of one key frame.
+  struct Key {
+    Attitude root;
+    std::string joints, pulls;
+  };
+  Key KeyAt(std::size_t t) {
+    Key key{Attitude(WorldFromRoot(t), root_ ? &*root_ : nullptr), "", ""};
+    root_ = key.root;
+    Eigen::VectorXd torques = Eigen::VectorXd::Zero(hand_.NumDofs());
+    if (setup_.demonstration.frames[t].holds) {
+      torques =
+          GripTorques(hand_, poses_[t].q, GripOfRobot(setup_, poses_[t], solid_, TrialProtocol()));
+    }
+    for (const int k : joints_) {
+      const RobotLink& link = hand_.links[k];
+      key.joints += fmt::format(" {:.7g}", JointValue(link, poses_[t].q));
+      if (Leads(k)) key.pulls += fmt::format(" {:.7g}", Pull(link, poses_[t].q, torques));
+    }
+    return key;
   }
 
  private:
-  static std::string Safe(const std::string& name) {
-    std::string safe;
-    for (const char c : name) {
-      safe += std::string_view("<>&\"'/\\").find(c) == std::string_view::npos ? c : '_';
-    }
-    return safe;
-  }
+  std::string Name(const std::string& name) const { return prefix_ + Safe(name); }
   Eigen::Isometry3d WorldFromRoot(std::size_t t) const {
     return setup_.demonstration.frames[t].world_from_object * poses_[t].ObjectFromRoot();
   }
@@ -154,59 +200,34 @@ class SceneWriter {
   bool Leads(int link) const {
     return hand_.links[link].joint == hand_.dofs[hand_.links[link].dof].name;
   }
-  std::string Asset(const TriangleMesh& mesh) {
-    const std::string name = fmt::format("piece_{}", pieces_++);
-    WriteMesh(mesh, assets_ / (name + ".obj"));
-    asset_ += fmt::format("    <mesh name=\"{0}\" file=\"{0}.obj\"/>\n", name);
-    return name;
-  }
 
-  void AddObject() {
-    const SolidMass& mass = solid_.mass;
-    const Eigen::Matrix3d& I = mass.inertia;
-    const Attitude first(setup_.demonstration.frames.front().world_from_object);
-    bodies_ += fmt::format(
-        "    <body name=\"object\" pos=\"{}\" quat=\"{}\">\n      <freejoint name=\"object\"/>\n"
-        "      <inertial pos=\"{:.9g} {:.9g} {:.9g}\" mass=\"{:.9g}\" fullinertia=\"{:.9g} {:.9g} "
-        "{:.9g} {:.9g} {:.9g} {:.9g}\"/>\n",
-        first.Place(), first.Turn(), mass.center.x(), mass.center.y(), mass.center.z(),
-        mass.mass_kg, I(0, 0), I(1, 1), I(2, 2), I(0, 1), I(0, 2), I(1, 2));
-    for (const TriangleMesh& piece : solid_.pieces) {
-      bodies_ += fmt::format(
-          "      <geom type=\"mesh\" mesh=\"{}\" rgba=\"0.86 0.62 0.28 1\" contype=\"1\" "
-          "conaffinity=\"2\"/>\n",
-          Asset(piece));
-    }
-    bodies_ += "    </body>\n";
-  }
-
-  void AddLink(int k, const Eigen::Isometry3d& pose, int depth) {
+  void AddLink(int k, const Eigen::Isometry3d& pose, int depth, SceneText& scene) {
     const RobotLink& link = hand_.links[k];
     const std::string indent(2 * static_cast<std::size_t>(depth), ' ');
     const Attitude place(pose);
-    bodies_ += fmt::format("{}<body name=\"{}\" pos=\"{}\" quat=\"{}\">\n", indent, Safe(link.name),
-                           place.Place(), place.Turn());
-    if (k == 0) bodies_ += indent + "  <freejoint name=\"wrist\"/>\n";
+    scene.bodies += fmt::format("{}<body name=\"{}\" pos=\"{}\" quat=\"{}\">\n", indent,
+                                Name(link.name), place.Place(), place.Turn());
+    if (k == 0) scene.bodies += fmt::format("{}  <freejoint name=\"{}wrist\"/>\n", indent, prefix_);
     if (Moves(k)) {
       joints_.push_back(k);
-      AddJoint(link, indent);
+      AddJoint(link, indent, scene);
     }
     bool weighs = false;
     for (const TriangleMesh& shape : link.shapes) {
       const TriangleMesh hull = ConvexHull(shape.vertices);
       if (hull.NumFaces() == 0) continue;
       weighs = true;
-      bodies_ += fmt::format(
+      scene.bodies += fmt::format(
           "{}  <geom type=\"mesh\" mesh=\"{}\" density=\"1000\" rgba=\"0.5 0.55 0.6 1\" "
           "contype=\"2\" conaffinity=\"1\"/>\n",
-          indent, Asset(hull));
+          indent, scene.Asset(hull));
     }
     if (!weighs) {
-      bodies_ +=
+      scene.bodies +=
           indent + "  <inertial pos=\"0 0 0\" mass=\"0.001\" diaginertia=\"1e-6 1e-6 1e-6\"/>\n";
     }
-    for (const int child : children_[k]) AddLink(child, ParentFromLink(child), depth + 1);
-    bodies_ += indent + "</body>\n";
+    for (const int child : children_[k]) AddLink(child, ParentFromLink(child), depth + 1, scene);
+    scene.bodies += indent + "</body>\n";
   }
 
   // Model pose: at zero if a joint moves the link, otherwise at its fixed value.
@@ -220,26 +241,26 @@ class SceneWriter {
     return pose;
   }
 
-  void AddJoint(const RobotLink& link, const std::string& indent) {
+  void AddJoint(const RobotLink& link, const std::string& indent, SceneText& scene) const {
     const RobotDof& dof = hand_.dofs[link.dof];
     const Drive& drive = DriveOf(link);
     const auto [low, high] =
         std::minmax({link.factor * dof.low + link.offset, link.factor * dof.high + link.offset});
-    bodies_ += fmt::format(
+    scene.bodies += fmt::format(
         "{}  <joint name=\"{}\" type=\"{}\" axis=\"{:.9g} {:.9g} {:.9g}\" range=\"{:.9g} {:.9g}\" "
         "limited=\"true\" damping=\"{:.9g}\" armature=\"{:.9g}\"/>\n",
-        indent, Safe(link.joint), drive.type, link.axis.x(), link.axis.y(), link.axis.z(), low,
+        indent, Name(link.joint), drive.type, link.axis.x(), link.axis.y(), link.axis.z(), low,
         high, drive.damping, drive.inertia);
     if (link.joint != dof.name) {
-      equality_ +=
+      scene.equality +=
           fmt::format("    <joint joint1=\"{}\" joint2=\"{}\" polycoef=\"{:.9g} {:.9g} 0 0 0\"/>\n",
-                      Safe(link.joint), Safe(dof.name), link.offset, link.factor);
+                      Name(link.joint), Name(dof.name), link.offset, link.factor);
       return;
     }
-    actuators_ += fmt::format(
+    scene.actuators += fmt::format(
         "    <position name=\"{0}\" joint=\"{0}\" kp=\"{1:.9g}\" forcelimited=\"true\" "
         "forcerange=\"-{2:.9g} {2:.9g}\"/>\n",
-        Safe(link.joint), drive.stiffness, drive.most);
+        Name(link.joint), drive.stiffness, drive.most);
   }
 
   // Actuator target: the pose plus the offset for the squeeze, limited to the actuator's range.
@@ -250,52 +271,114 @@ class SceneWriter {
            std::clamp(torques(link.dof) / link.factor, -drive.most, drive.most) / drive.stiffness;
   }
 
-  std::string Keys() const {
-    std::string keys;
-    std::optional<Attitude> object, root;
-    for (std::size_t t = 0; t < poses_.size(); ++t) {
-      const HumanFrame& frame = setup_.demonstration.frames[t];
-      object = Attitude(frame.world_from_object, object ? &*object : nullptr);
-      root = Attitude(WorldFromRoot(t), root ? &*root : nullptr);
-      Eigen::VectorXd torques = Eigen::VectorXd::Zero(hand_.NumDofs());
-      if (frame.holds) {
-        torques =
-            GripTorques(hand_, poses_[t].q, GripOfRobot(setup_, poses_[t], solid_, protocol_));
-      }
-      std::string values, pulls;
-      for (const int k : joints_) {
-        const RobotLink& link = hand_.links[k];
-        values += fmt::format(" {:.7g}", JointValue(link, poses_[t].q));
-        if (Leads(k)) pulls += fmt::format(" {:.7g}", Pull(link, poses_[t].q, torques));
-      }
-      keys += fmt::format(
-          "    <key name=\"frame_{}\" time=\"{:.9g}\" qpos=\"{} {} {} {}{}\" ctrl=\"{}\" "
-          "mpos=\"{}\" mquat=\"{}\"/>\n",
-          t, static_cast<double>(t) / setup_.demonstration.frame_rate, object->Place(),
-          object->Turn(), root->Place(), root->Turn(), values,
-          pulls.empty() ? pulls : pulls.substr(1), root->Place(), root->Turn());
-    }
-    return keys;
-  }
-
   const RobotTransferSetup& setup_;
   const std::vector<RobotPose>& poses_;
   const RobotHand& hand_;
+  std::string prefix_;
   std::set<int> own_;
-  std::vector<int> joints_;  // of links, in the scene's order
-  TrialProtocol protocol_;
-  TrialSolid solid_;
-  fs::path assets_;
+  const TrialSolid& solid_;
   std::vector<std::vector<int>> children_;
-  int pieces_ = 0;
-  std::string asset_, bodies_, equality_, actuators_;
+  std::vector<int> joints_;       // of links, in the scene's order
+  std::optional<Attitude> root_;  // of the last key
 };
+
+std::string Keys(const HumanDemonstration& demonstration, std::vector<RobotWriter>& writers) {
+  std::string keys;
+  std::optional<Attitude> object;
+  for (std::size_t t = 0; t < demonstration.frames.size(); ++t) {
+    object = Attitude(demonstration.frames[t].world_from_object, object ? &*object : nullptr);
+    std::string state = object->Place() + " " + object->Turn(), pulls, places, turns;
+    for (RobotWriter& writer : writers) {
+      const RobotWriter::Key key = writer.KeyAt(t);
+      state += fmt::format(" {} {}{}", key.root.Place(), key.root.Turn(), key.joints);
+      pulls += key.pulls;
+      places += " " + key.root.Place();
+      turns += " " + key.root.Turn();
+    }
+    keys += fmt::format(
+        "    <key name=\"frame_{}\" time=\"{:.9g}\" qpos=\"{}\" ctrl=\"{}\" mpos=\"{}\" "
+        "mquat=\"{}\"/>\n",
+        t, static_cast<double>(t) / demonstration.frame_rate, state,
+        pulls.empty() ? pulls : pulls.substr(1), places.substr(1), turns.substr(1));
+  }
+  return keys;
+}
 
 }  // namespace
 
-void WriteRobotScene(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-                     const fs::path& path, int threads) {
-  WriteAtomically(path, SceneWriter(setup, poses, path, threads).Text());
+void WriteRobotScene(std::span<const RobotInScene> robots, const TrialSolid& solid,
+                     const fs::path& path) {
+  const HumanDemonstration& demonstration = robots.front().setup->demonstration;
+  const TrialProtocol protocol;
+  SceneText scene;
+  scene.assets = MjcfAssets(path);
+  fs::create_directories(scene.assets);
+  AddObject(solid, demonstration.frames.front().world_from_object, scene);
+  std::vector<RobotWriter> writers;
+  std::vector<std::string> names;
+  for (const RobotInScene& robot : robots) {
+    const std::string side(SideName(robot.setup->anatomy.side));
+    writers.emplace_back(robot, robots.size() > 1 ? side + "_" : std::string(), solid).AddTo(scene);
+    names.push_back(Safe(robot.setup->robot.name));
+  }
+  WriteAtomically(
+      path, fmt::format("<mujoco model=\"{}\">\n"
+                        "  <compiler angle=\"radian\" meshdir=\"{}\"/>\n"
+                        "  <option timestep=\"{:.9g}\" cone=\"elliptic\" impratio=\"10\" "
+                        "noslip_iterations=\"3\"/>\n"
+                        "  <custom><numeric name=\"frame_rate\" data=\"{:.9g}\"/></custom>\n"
+                        "  <default><geom condim=\"4\" friction=\"{:.9g} {:.9g} 0.0001\" "
+                        "solref=\"0.005 1\"/></default>\n"
+                        "  <asset>\n{}  </asset>\n  <worldbody>\n"
+                        "    <light pos=\"0 -1 3\" dir=\"0 0.3 -1\"/>\n"
+                        "    <geom name=\"floor\" type=\"plane\" size=\"3 3 0.1\" contype=\"0\" "
+                        "conaffinity=\"0\"/>\n{}  </worldbody>\n"
+                        "  <equality>\n{}  </equality>\n  <actuator>\n{}  </actuator>\n"
+                        "  <keyframe>\n{}  </keyframe>\n</mujoco>\n",
+                        fmt::join(names, " and "), scene.assets.filename().string(),
+                        protocol.scene.step_s, demonstration.frame_rate, protocol.scene.friction,
+                        protocol.scene.torsion_m, scene.asset, scene.bodies, scene.equality,
+                        scene.actuators, Keys(demonstration, writers)));
+}
+
+RobotPlay PlayRobotTransfer(std::span<const RobotInScene> robots, int threads) {
+  RequirePhysics();
+  const RobotTransferSetup& setup = *robots.front().setup;
+  const std::vector<HumanFrame>& frames = setup.demonstration.frames;
+  const auto holds = [&](int t) {
+    return std::ranges::any_of(robots, [&](const RobotInScene& robot) {
+      return robot.setup->demonstration.frames[t].holds;
+    });
+  };
+  const TemporaryFolder folder;
+  TrialProtocol protocol;
+  protocol.threads = threads;
+  WriteRobotScene(robots, MakeTrialSolid(setup.object, *setup.object_distance, protocol),
+                  folder.path / "scene.xml");
+  RobotPlay play;
+  play.off_mm.assign(frames.size(), std::numeric_limits<double>::quiet_NaN());
+  play.off_deg = play.off_mm;
+  const Eigen::Vector3d center = setup.object.vertices.rowwise().mean();
+  const int count = static_cast<int>(frames.size());
+  for (int first = 0, last = 0; first < count; first = last + 1) {
+    last = first;
+    if (!holds(first)) continue;
+    while (last + 1 < count && holds(last + 1)) ++last;
+    const ScenePlay scene = PlayScene(folder.path / "scene.xml", first, last);
+    ++play.holds;
+    play.stable = play.stable && scene.stable;
+    for (std::size_t k = 0; k < scene.world_from_object.size(); ++k) {
+      const std::size_t t = static_cast<std::size_t>(first) + k;
+      const Eigen::Isometry3d &path = frames[t].world_from_object,
+                              &played = scene.world_from_object[k];
+      play.off_mm[t] = 1e3 * (played * center - path * center).norm();
+      play.off_deg[t] =
+          LogSO3(path.linear().transpose() * played.linear()).norm() * 180.0 / std::numbers::pi;
+      play.most_mm = std::max(play.most_mm, play.off_mm[t]);
+      play.most_deg = std::max(play.most_deg, play.off_deg[t]);
+    }
+  }
+  return play;
 }
 
 namespace {

@@ -177,6 +177,38 @@ TEST(Transfer, ARobotThatKeepsNoContactIsExitCodeThree) {
   EXPECT_GE(Metrics("bends")["transfer"]["contacts_kept_ratio"], 0.5);
 }
 
+// Each hand is solved as if it were alone; the scene has both.
+TEST(Transfer, TwoRobotsTakeBothHands) {
+  testing::BoxHand{}.Write(Held() / "right.urdf");
+  testing::BoxHand{.left = true}.Write(Held() / "left.urdf");
+  Held().Run("fit demo_inspect bowl --hand both --end 12 -o both -f -q --no-report");
+  Held().Run("transfer both --robot left.urdf right.urdf -o two -f -q");
+  const nlohmann::json hands = Metrics("two")["hands"];
+  for (const std::string side : {"right", "left"}) {
+    const std::string alone = "alone_" + side;
+    Held().Run("transfer both --hand " + side + " --robot " + side + ".urdf -o " + alone +
+               " -f -q");
+    EXPECT_EQ(ReadText(Held() / "two" / side / "robot.npz"),
+              ReadText(Held() / alone / "robot.npz"));
+    EXPECT_EQ(hands[side]["transfer"], Metrics(alone)["transfer"]);
+    EXPECT_GE(hands[side]["transfer"]["contacts_kept_ratio"], 0.5);
+    EXPECT_TRUE(std::filesystem::exists(Held() / "two" / side / "sheet.png"));
+  }
+  const std::string scene = ReadText(Held() / "two/scene.xml");
+  for (const char* name : {"\"right_wrist_target\"", "\"left_wrist_target\"", "\"right_palm\"",
+                           "\"left_palm\"", "\"left_bend_digit_0_1\""}) {
+    EXPECT_THAT(scene, HasSubstr(name));
+  }
+  EXPECT_THAT(ReadText(Held() / "two/report.html"), HasSubstr("left/report.html"));
+
+  Held().Fails("transfer both --robot right.urdf right.urdf -o x", 1, "are both right hands");
+  Held().Fails("transfer both --robot right.urdf left.urdf --hand left -o x", 1, "Leave it out");
+  Held().Fails("transfer both --robot right.urdf left.urdf --correspondence c.csv -o x", 1,
+               "one robot");
+  Held().Fails("transfer held --robot right.urdf left.urdf -o x", 1,
+               "its left hand never touches the object");
+}
+
 TEST(Transfer, RefusesWhatIsNone) {
   const auto refused = [](const std::string& arguments, int exit_code, const char* why) {
     Held().Fails(kTransfer + arguments, exit_code, why);

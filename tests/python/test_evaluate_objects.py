@@ -204,6 +204,24 @@ def test_a_robot_hand_is_tried_as_the_human_hand_is(held, tmp_path):
     refused(ValueError, "method", moved.baseline, "mink")
 
 
+def test_a_transfer_is_played(held, tmp_path):
+    if not has_physics(held):
+        pytest.skip("built without MuJoCo")
+    urdf = write_box_hand(tmp_path / "boxes.urdf")
+    play = holdfast.transfer_to_robot(held, urdf).play()
+    assert play["stable"] and play["holds"] == 1 and len(play["off_mm"]) == len(held.clip)
+    assert play["off_mm"][0] < 1e-3 and 0.0 < play["most_mm"] == np.nanmax(play["off_mm"]) < 20.0
+    assert play["most_deg"] == np.nanmax(play["off_deg"]) < 20.0
+    held.save(tmp_path / "held")
+    command = [str(tmp_path / "held"), "--robot", str(urdf), "-o", str(tmp_path / "out"), "--no-baselines", "--play"]
+    assert transfer.main(command) == 0
+    summary = {row["method"]: row for row in results(tmp_path / "out")["summary"]}
+    assert (summary["holdfast"]["played_stays"], summary["holdfast"]["played"]) == (1, 1)
+    assert summary["human hand"]["played"] == 0
+    with pytest.raises(SystemExit):
+        transfer.main([*command, "--no-physics"])
+
+
 def test_means_over_clips_are_of_contacts_and_frames():
     row = {"frames": 10, "contacts": 2, "contact_distance_mm": 1.0, "contact_normal_deg": 5.0,
            "press_direction_deg": None, "bones": 0, "bone_direction_deg": None, "ms_per_frame": 1.0,

@@ -6,10 +6,11 @@ import math
 import holdfast
 from holdfast.evaluate import _study
 
-BASELINES = {"laplacian": "Laplacian, walls (OmniRetarget)",
+BASELINES = {"laplacian": "Laplacian, penalties (OmniRetarget)",
              "keypoints": "keypoint IK (as with Mink)",
              "fingertip-vectors": "fingertip vectors (DexPilot)"}
 DIRECTIONS = 6
+PLAYED_MM, PLAYED_DEG = 20.0, 20.0  # of the object from its path, at most
 
 
 def held_directions(transferred, human=False):
@@ -21,6 +22,13 @@ def held_directions(transferred, human=False):
             raise
         return None
     return trial["held_directions"] if trial else None
+
+
+def played(transferred):
+    """Whether the object stays near its path when the clip is played in MuJoCo, and how far it strays."""
+    play = transferred.play()
+    stays = play["stable"] and play["most_mm"] <= PLAYED_MM and play["most_deg"] <= PLAYED_DEG
+    return {"played_stays": stays, "played_most_mm": play["most_mm"], "played_most_deg": play["most_deg"]}
 
 
 def transfer_clip(task):
@@ -37,10 +45,12 @@ def transfer_clip(task):
         for method, moved in [*methods.items(), ("human hand", None)]:
             human = moved is None
             held = held_directions(own if human else moved, human) if task["physics"] else None
-            rows.append({"robot": own.robot.name, "method": method, "frames": frames,
-                         **_study.finite(own.human_metrics if human else moved.metrics),
-                         "ms_per_frame": 0.0 if human else moved.solve_ms / frames,
-                         "held_directions": held})
+            row = {"robot": own.robot.name, "method": method, "frames": frames,
+                   **_study.finite(own.human_metrics if human else moved.metrics),
+                   "ms_per_frame": 0.0 if human else moved.solve_ms / frames, "held_directions": held}
+            if task["play"] and not human:
+                row |= played(moved)
+            rows.append(row)
     return rows
 
 
@@ -68,6 +78,13 @@ def means_of(rows):
             "held_in_all_six": tried.count(DIRECTIONS), "tried": len(tried)}
 
 
+def plays_of(rows, human):
+    """Clips that stay on their path, of those whose human hand holds the object in all six directions."""
+    tried = [row["played_stays"] for row in rows
+             if "played_stays" in row and human[row["clip"]] == DIRECTIONS]
+    return {"played_stays": sum(tried), "played": len(tried)}
+
+
 def degrees(value):
     return "-" if value is None or math.isnan(value) else f"{value:.1f}°"
 
@@ -78,8 +95,12 @@ def table(means):
              f"{mean['max_penetration_depth_mm']:.2f}",
              f"{100.0 * mean['frames_deeper_than_2_mm_ratio']:.2f}%",
              f"{mean['held_in_all_six']}/{mean['tried']}"] for (robot, method), mean in means.items()]
-    return _study.markdown(["robot", "method", "contact, mm", "normals", "presses", "bones",
-                            "deepest", "> 2 mm", "held"], rows)
+    names = ["robot", "method", "contact, mm", "normals", "presses", "bones", "deepest", "> 2 mm", "held"]
+    if any("played" in mean for mean in means.values()):
+        names.append("stays")
+        for row, mean in zip(rows, means.values()):
+            row.append(f"{mean['played_stays']}/{mean['played']}" if mean.get("played") else "-")
+    return _study.markdown(names, rows)
 
 
 def main(arguments):
@@ -93,18 +114,24 @@ def main(arguments):
     parser.add_argument("--robot", nargs="+", required=True, help="robot hands (URDF, MJCF)")
     parser.add_argument("--no-baselines", action="store_true", help="do not run the published methods")
     parser.add_argument("--no-physics", action="store_true", help="do not run trials in MuJoCo")
+    parser.add_argument("--play", action="store_true",
+                        help="also play each clip in MuJoCo with the robot's joints, position controllers, "
+                        f"gravity and friction 0.8: the object stays within {PLAYED_MM / 10:g} cm and {PLAYED_DEG:g} degrees of "
+                        "its path, counted over the clips whose human hand holds it")
     parser.add_argument("--object", help="mesh or embedded object in place of the clips' own")
     parser.add_argument("--object-scale", type=float, default=1.0,
                         help="multiplies the object's coordinates (1)")
     parser.add_argument("--body", help="body model in place of the embedded one")
     options = parser.parse_args(arguments)
+    if options.play and options.no_physics:
+        parser.error("--play: needs the trials that --no-physics leaves out")
     for path in options.robot:  # a file that is wrong ends in a second, not after minutes
         holdfast.RobotHand(path)
     for clip in options.clips:
         holdfast.Clip.load(clip)
     task = {"robots": options.robot, "object": options.object, "body": options.body,
             "object_scale": options.object_scale, "baselines": not options.no_baselines,
-            "physics": not options.no_physics}
+            "physics": not options.no_physics, "play": options.play}
     question = [task, *map(_study.contents, options.robot), *map(_study.contents, options.clips)]
     store = _study.Store(options.output, "transfers", question, options.force)
     threads = max(1, options.jobs // len(options.clips))
@@ -114,6 +141,11 @@ def main(arguments):
     keys = sorted({(row["robot"], row["method"]) for row in rows})
     means = {key: means_of([row for row in rows if (row["robot"], row["method"]) == key])
              for key in keys}
+    if options.play:
+        for (robot, method), mean in means.items():
+            human = {row["clip"]: row["held_directions"] for row in rows
+                     if (row["robot"], row["method"]) == (robot, "human hand")}
+            mean |= plays_of([row for row in rows if (row["robot"], row["method"]) == (robot, method)], human)
     text = table(means)
     times = {f"{robot}, {method}, ms per frame": round(mean.pop("ms_per_frame"), 2)
              for (robot, method), mean in means.items()}
