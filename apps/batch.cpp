@@ -360,8 +360,8 @@ void AddBatchable(CLI::App& app, const BatchCommand& command, int& exit_code) {
            BecomeBatch(own, command, options);
          },
          "File with one job per line: the command's arguments, then key=value for the job's "
-         "options, and name=NAME. -o is the folder for all results. An interrupted batch resumes; "
-         "several processes may share the folder")
+         "options, and name=NAME to name its result. -o is the folder for all results. To resume "
+         "an interrupted batch, run it again; several processes may share the folder")
       ->trigger_on_parse()
       ->group(group);
   AddOption(

@@ -276,7 +276,7 @@ void AddConfigOptions(CLI::App& command) {
             PrintConfig(command);
             throw CLI::Success();
           },
-          "Print the current options as such a file and exit")
+          "Print the current options in the format of --config and exit")
       ->configurable(false);
 }
 

@@ -19,10 +19,11 @@ int main(int argc, char** argv) {
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
 #endif
   CLI::App app{
-      "holdfast: fits objects to moving human hands, and human motion to goals.\n\n"
-      "  holdfast fit demo_drink mug -o held      # an object held through a motion\n"
-      "  holdfast import walk.bvh -o walk.npz     # a motion onto the SMPL-X skeleton\n"
-      "  holdfast grasp bottle.obj -o grasp.npz   # a hand closed around an object\n\n"
+      "holdfast: fits objects to moving human hands and generates human motion that reaches "
+      "goals.\n\n"
+      "  holdfast fit demo_drink mug -o held      # fit a mug to a drinking motion\n"
+      "  holdfast import walk.bvh -o walk.npz     # convert a motion to the SMPL-X skeleton\n"
+      "  holdfast grasp bottle.obj -o grasp.npz   # close a hand around an object\n\n"
       "Every command has --help with examples. Exit codes: 0 done, 1 invalid input,\n"
       "2 usage error, 3 the fit failed, 130 interrupted.",
       "holdfast"};

@@ -268,7 +268,7 @@ void AddCompletionOption(CLI::App& app) {
            fmt::print("{}", BashCompletion(app));
            throw CLI::Success();
          },
-         "Print a script of completions for bash: source <(holdfast --bash-completion)")
+         "Print a bash completion script; to load it: source <(holdfast --bash-completion)")
       ->trigger_on_parse();
 }
 

@@ -171,6 +171,9 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
             run("strip", "--strip-unneeded", package / modules[0].name)
             this = f"cp{sys.version_info[0]}{sys.version_info[1]}"
             tag = (this, this, sysconfig.get_platform().replace("-", "_").replace(".", "_"))
+        # The stub as it is if none of the modules is for this Python.
+        subprocess.run([sys.executable, ROOT / "python/document_stubs.py", ROOT / "python/holdfast/_core.pyi", package / "_core.pyi"],
+                       env=os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}, stderr=subprocess.DEVNULL)
         return pack(tree, pathlib.Path(wheel_directory), tag)
 
 

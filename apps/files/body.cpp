@@ -57,7 +57,7 @@ void AddBodyCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<BodyCommand>();
   CLI::App* command = app.add_subcommand("body", "Inspect body models");
   command->require_subcommand(1);
-  CLI::App* info = command->add_subcommand("info", "Contents of a body model");
+  CLI::App* info = command->add_subcommand("info", "Print the contents of a body model");
   info->add_option(
       "model", options->model,
       "SMPL-X, SMPL-H or MANO as downloaded (.npz, .pkl); the embedded body if left out");

@@ -102,9 +102,10 @@ void AddConvertCommand(CLI::App& app, int& exit_code) {
       ->required();
   AddOptions(*command, OptionsOf(options->file));
   AddOptions(*command, OptionsOf(options->convert));
-  command->add_option("--onto", options->onto,
-                      "For a clip of a hand alone: the clip of the body to attach it to. In every "
-                      "frame, the arm is solved so that the wrist is at the hand");
+  command->add_option(
+      "--onto", options->onto,
+      "For a clip of a hand alone: clip of the body to attach the hand to. In every "
+      "frame, the arm is solved so that the body's wrist is at the hand's wrist");
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast convert walk.npz --from-body SMPLX_NEUTRAL.npz --to-body SMPLH_MALE.pkl -o "

@@ -64,7 +64,8 @@ void AddDecimateCommand(CLI::App& app, int& exit_code) {
   AddOption(*command, "--vertices", options->decimate.vertices, "Number of vertices of the result",
             CLI::Range(4, 100'000'000));
   AddOption(*command, "--method", options->method,
-            "lindstrom-turk, garland-heckbert or garland-heckbert-probabilistic");
+            "Edge-collapse cost: lindstrom-turk, garland-heckbert or "
+            "garland-heckbert-probabilistic");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast decimate bottle.obj -o bottle_300.ply\n"
                    "  holdfast decimate mug -o mug_500.obj --vertices 500 --json\n");

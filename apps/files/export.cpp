@@ -365,7 +365,8 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "--onto", options->onto,
       ".glb: animate the skeleton of this character (.glb, .gltf) and keep its skin");
   command->add_flag("--no-object", options->no_object, "Export only the body");
-  AddOption(*command, "--start", options->start, "First frame, from 0", CLI::NonNegativeNumber);
+  AddOption(*command, "--start", options->start, "First frame to export, counted from 0",
+            CLI::NonNegativeNumber);
   command->add_option("--end", options->end, "Frame to stop before; default: the clip's end")
       ->check(CLI::PositiveNumber);
   AddOptions(*command, OptionsOf(options->how));
@@ -396,11 +397,11 @@ void AddExportCommand(CLI::App& app, int& exit_code) {
       "         (docs/formats.md)\n"
       "  contacts.npz, .csv  contact points, normals and depths in each frame, and poses of wrists "
       "and\n"
-      "         fingertips (docs/formats.md); also any name that ends in contacts, as "
+      "         fingertips (docs/formats.md); also any name that ends in contacts, such as "
       "x_contacts.npz\n"
       "  metrics.csv  per-frame measures of fit, offhand, refine and reach: the columns of "
       "per_frame in\n"
-      "         metrics.json; also any name that ends in metrics, as x_metrics.csv\n"
+      "         metrics.json; also any name that ends in metrics, such as x_metrics.csv\n"
       "  .ply .obj  x_%04d.ply is the body in each frame (meters, z up, numbered from the clip's\n"
       "         first), x_object_%04d.ply the object\n");
   command->callback([options, &exit_code] { exit_code = Run(*options); });

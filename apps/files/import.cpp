@@ -369,7 +369,7 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
       ->required();
   command->add_option("-o,--output", options->output, "Clip to write (.npz)")->required();
   AddOptions(*command, OptionsOf(options->import));
-  command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
+  command->add_option("--body", options->body, "Body model: SMPL-X .npz [the embedded body]");
   command->add_option("--betas", options->betas, "Shape coefficients of the body, comma-separated")
       ->delimiter(',')
       ->group("Motions with their own skeleton");
@@ -380,7 +380,11 @@ void AddImportCommand(CLI::App& app, int& exit_code) {
                    "components (repeat the option for two files)")
       ->allow_extra_args(false)
       ->group(parameters);
-  command->add_option("--object-mesh", options->object_mesh, kObjectHelp)->group(parameters);
+  command
+      ->add_option(
+          "--object-mesh", options->object_mesh,
+          std::string(kObjectHelp) + "; default: the mesh stored or referenced in the file")
+      ->group(parameters);
   command
       ->add_flag("--copy-mesh", options->copy_mesh,
                  "Copy the object's mesh beside the clip instead of storing its path")

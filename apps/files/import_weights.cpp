@@ -96,7 +96,8 @@ int Run(const ImportWeightsCommand& options) {
 void AddImportWeightsCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ImportWeightsCommand>();
   CLI::App* command = app.add_subcommand(
-      "import-weights", "Convert published checkpoints of IMoS or WANDR to Holdfast's weights");
+      "import-weights",
+      "Convert published checkpoints of IMoS or WANDR to Holdfast's weight format");
   command
       ->add_option("checkpoint", options->arms,
                    "IMoS: checkpoint of the arms' network (.p, .pt, .pth). WANDR: its checkpoint "
@@ -106,7 +107,7 @@ void AddImportWeightsCommand(CLI::App& app, int& exit_code) {
       command->add_option("body", options->body, "IMoS: checkpoint of the body's network");
   command
       ->add_option("--statistics", options->statistics,
-                   "WANDR: statistics of its features (.npy), in place of the second checkpoint")
+                   "WANDR: feature statistics (.npy), given instead of the argument body")
       ->excludes(body);
   command->add_option("-o,--output", options->output, "Weights to write (.safetensors)")
       ->required();

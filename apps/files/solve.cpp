@@ -295,8 +295,9 @@ void AddSolveCommand(CLI::App& app, int& exit_code) {
       "--markers", options->table,
       "Table of additional marker names (CSV): name,joint,vertex,cluster; overrides known names");
   command->add_option("--object-markers", options->object_markers,
-                      "Markers of an object: a table (.csv) name,x,y,z of positions in the mesh "
-                      "frame, meters; or only names: cup_top,cup_left,cup_right or 'cup_*'");
+                      "Markers on the object: a CSV table name,x,y,z with their positions in the "
+                      "mesh frame, meters; or only their names: cup_top,cup_left,cup_right or "
+                      "'cup_*'");
   command->add_option("--object", options->object, kObjectHelp);
   AddOption(*command, "--object-scale", options->object_scale,
             "Multiplies the object's coordinates (0.001 for millimeters)", CLI::PositiveNumber);

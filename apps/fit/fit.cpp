@@ -30,13 +30,13 @@ void AddFitCommand(CLI::App& app, int& exit_code, const std::shared_ptr<FitLibra
   command
       ->add_option("-o,--output", fit.output,
                    "Output folder: clip.npz, object.ply, metrics.json, report.html; with --batch: "
-                   "one such folder per job, without a report, and manifest.json")
+                   "manifest.json, and for each job a folder with these files except report.html")
       ->required();
   AddFitOptions(*command, fit,
                 {"hand_over", "switch_frames", "first_hand", "max_switches", "dwell_s"});
   command->add_flag_callback(
       "--paper", [&recipe = fit.job.carry.recipe] { recipe = FitRecipe::kPaper; },
-      "Use only the paper's three terms (same as --recipe paper)");
+      "Use only the three terms of the IMoS paper (same as --recipe paper)");
   AddCommonOptions(
       *command, options->common, true,
       "  holdfast fit demo_drink mug -o held\n"

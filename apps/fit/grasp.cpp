@@ -323,7 +323,7 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<GraspCommand>();
   CLI::App* command = app.add_subcommand(
       "grasp",
-      "Close a hand around an object; writes a clip of one frame, from which a fit can start");
+      "Close a hand around an object; writes a one-frame clip that fit accepts as --first-grasp");
   command->add_option("object", options->object, kObjectHelp)->required();
   command
       ->add_option("-o,--output", options->output,
@@ -332,7 +332,7 @@ void AddGraspCommand(CLI::App& app, int& exit_code) {
   AddOptions(*command, OptionsOf(options->job));
   CLI::Option* const clip = command->add_option(
       "--clip", options->clip,
-      "With --hand both: clip to take the pose from; default: a standing person");
+      "With --hand both: clip to take the body pose from; default: a standing person");
   AddOption(*command, "--frame", options->frame, "Frame of --clip, from 0")
       ->needs(clip)
       ->check(CLI::NonNegativeNumber);

@@ -277,8 +277,8 @@ void AddRefineCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<RefineCommand>();
   CLI::App* command = app.add_subcommand(
       "refine",
-      "Refine a clip with an object trajectory: reduce penetration, jitter and lost contact; or "
-      "smooth a body without one");
+      "Refine a clip that has an object trajectory: reduce penetration, jitter and lost contact; "
+      "or smooth the body of a clip without an object");
   command->add_option("clip", options->clip, kClipHelp)->required();
   command
       ->add_option("-o,--output", options->output,
@@ -286,8 +286,8 @@ void AddRefineCommand(CLI::App& app, int& exit_code) {
       ->required();
   AddClipInputOptions(*command, options->input);
   AddOption(*command, "--smooth", options->smooth_hz,
-            "Smooth a body without an object instead: cut-off frequency, Hz; feet in contact with "
-            "the ground are pinned",
+            "Smooth the body of a clip without an object, with this cut-off frequency, Hz; feet in "
+            "contact with the ground are pinned",
             CLI::Range(0.1, 100.0));
   AddOptions(*command, OptionsOf(options->refine));
   AddCommonOptions(*command, options->common, true,

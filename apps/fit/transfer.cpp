@@ -393,8 +393,9 @@ void AddVariantOptions(CLI::App& command, CLI::Option* object, TransferCommand& 
   CLI::Option* const variants =
       command
           .add_option("--variants", options.variants,
-                      "Number of clean variants of the clip to write, to a folder with "
-                      "manifest.jsonl; an interrupted run resumes")
+                      "Number of variants of the clip to write to the folder -o, with "
+                      "manifest.jsonl. Attempts with too much penetration, lost contact or an "
+                      "object out of reach are dropped. To resume an interrupted run, run it again")
           ->check(CLI::Range(1, 1'000'000))
           ->excludes(object)
           ->group(group);

@@ -18,6 +18,7 @@
 #include "geometry/io/mesh/mesh_io.h"
 #include "geometry/parallel.h"
 #include "geometry/render/image.h"
+#include "solver/robot/contact_file.h"
 #include "solver/robot/robot.h"
 #include "solver/trial/robot_scene.h"
 
@@ -96,8 +97,8 @@ void AddRobotOptions(CLI::App& command, RobotTransferInput& input) {
       command
           .add_option(
               "--robot", input.robots,
-              "Robot hand: URDF (.urdf) or MJCF (.xml). Two files, a right and a left hand: "
-              "both hands of the clip are transferred")
+              "Robot hand: URDF (.urdf) or MJCF (.xml). With two files, one of a right and one of "
+              "a left hand, both hands of the clip are transferred")
           ->expected(1, 2)
           ->group(group);
   for (const char* other : {"--object", "--scale", "--body", "--betas"}) {
@@ -106,7 +107,14 @@ void AddRobotOptions(CLI::App& command, RobotTransferInput& input) {
   command
       .add_option(
           "--correspondence", input.correspondence,
-          "Table (CSV: part,link) of the robot's links, in place of the detected assignment")
+          "CSV table part,link that assigns robot links to parts of the human hand, in place of "
+          "the detected assignment")
+      ->needs(robot)
+      ->group(group);
+  command
+      .add_option("--contacts", input.options.contacts,
+                  "File of contacts that replace the clip's: an edited contacts.json of an earlier "
+                  "transfer")
       ->needs(robot)
       ->group(group);
   const OptionTable table = OptionsOf(input.options);
@@ -136,8 +144,11 @@ std::vector<std::pair<RobotHand, std::optional<Side>>> ReadRobots(const RobotTra
   if (input.options.side) {
     throw Error("--hand", "with two robots both hands are transferred", "Leave it out");
   }
-  if (!input.correspondence.empty()) {
-    throw Error("--correspondence", "is for one robot", "Transfer one hand at a time (--hand)");
+  for (const auto& [flag, file] : {std::pair("--correspondence", &input.correspondence),
+                                   {"--contacts", &input.options.contacts}}) {
+    if (!file->empty()) {
+      throw Error(flag, "is for one robot", "Transfer one hand at a time (--hand)");
+    }
   }
   const RobotAnatomy second = FindAnatomy(robots[1].first, Side::kLeft);
   const Side first = FindAnatomy(robots[0].first, OtherSide(second.side)).side;
@@ -162,6 +173,7 @@ void WriteHand(const OnRobot& hand, const RobotTransferInput& input, const std::
   WriteMesh(setup.object, folder / "object.obj");
   WriteMotionV1(setup, result.poses, measures, sequence, "object.obj", folder / "motion_v1.npz");
   WriteAtomically(folder / "correspondence.csv", CorrespondenceText(setup));
+  WriteContacts(setup.demonstration, folder / "contacts.json");
   WritePng(RobotSheet(setup, result.poses, input.picture_columns, input.picture_rows, threads),
            folder / "sheet.png");
   WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png"));
@@ -248,6 +260,7 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
       {"object", scene.object_source},
       {"robot", both ? nlohmann::json(input.robots) : nlohmann::json(input.robots[0])},
       {"correspondence", input.correspondence},
+      {"contacts", input.options.contacts},
       {"on_path", options.on_path}};
   metrics["protocol"] = RobotProtocolJson();
   std::vector<RobotInScene> in_scene;

@@ -88,8 +88,8 @@ int Run(MakeActionsCommand options) {
 
 void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MakeActionsCommand>();
-  CLI::App* command = app.add_subcommand(
-      "make-actions", "Generate a labeled set of people doing things with objects");
+  CLI::App* command =
+      app.add_subcommand("make-actions", "Generate a labeled data set of people using objects");
   command
       ->add_option("-o,--output", options->output,
                    "Output folder: s1/mug_drink_1.npz ..., manifest.json, grasps/; an unfinished "
@@ -119,15 +119,17 @@ void AddMakeActionsCommand(CLI::App& app, int& exit_code) {
                       "Folder of captured clips (.npz, as written by 'holdfast import' or "
                       "'make-reach-data') to take standing poses from [built-in standing poses]");
   command->add_option("--captured", options->set.captured,
-                      "Folder of marker recordings of drinking or combing, in formats of 'solve', "
-                      "with one folder per person and a ..._static... trial in each: adds two "
-                      "clips per trial, seated and standing, with captured arms and trunk");
+                      "Folder of marker recordings of drinking or combing, in any format that "
+                      "'solve' reads, with one subfolder per person that includes a static trial "
+                      "(..._static...). Each other trial adds two clips, seated and standing, with "
+                      "captured arm and trunk motion");
   command
       ->add_option("--held-out", options->held_out,
-                   "People of --starts reserved for the held-out subjects (the last fifth) [those "
-                   "in a folder held_out, and the two with the fewest starts]")
+                   "People in --starts whose poses are used only for held-out subjects (the last "
+                   "fifth of --subjects) [people in a folder held_out, and the two with the fewest "
+                   "poses]")
       ->delimiter(',');
-  command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
+  command->add_option("--body", options->body, "Body model: SMPL-X .npz [the embedded body]");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast make-actions -o actions --count 2500 --starts reaches/captured\n"
                    "  holdfast make-actions -o few --count 20 --actions drink,call --seed 7\n"

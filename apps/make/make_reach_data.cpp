@@ -118,8 +118,8 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
             CLI::Range(0.01, 200.0));
   command
       ->add_option("--held-out", options->held_out,
-                   "Subjects, or clips by name (folder_file), held out from training [the smallest "
-                   "subjects, a tenth of all]")
+                   "Subjects or clip names (folder_file) to hold out from training [the subjects "
+                   "with the fewest frames, up to a tenth of all frames]")
       ->delimiter(',');
   AddOption(*command, "--wrist", options->wrist, "Wrist used for reaching",
             CLI::IsMember({"right", "left", "both"}));
@@ -131,8 +131,8 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
             "Multiplies the walking speed (1.0-1.8 m/s) and the playback speed (1.0-1.35 times as "
             "captured); below 1: slower",
             CLI::Range(0.6, 1.3));
-  AddOption(*command, "--blend", options->data.blend_s, "Length of a transition, seconds",
-            CLI::Range(0.1, 1.0));
+  AddOption(*command, "--blend", options->data.blend_s,
+            "Duration of a transition between captured segments, seconds", CLI::Range(0.1, 1.0));
   command->add_flag("--as-captured", options->data.as_captured,
                     "Keep reaches as captured: goals are where the wrists arrive");
   CLI::Option* const optimized =
@@ -144,7 +144,7 @@ void AddMakeReachDataCommand(CLI::App& app, int& exit_code) {
       ->add_option("--weights", options->weights,
                    "Network (.safetensors) for --optimized [the embedded one]")
       ->needs(optimized);
-  command->add_option("--body", options->body, "SMPL-X .npz [the embedded body]");
+  command->add_option("--body", options->body, "Body model: SMPL-X .npz [the embedded body]");
   AddCommonOptions(*command, options->common, true,
                    "  holdfast make-reach-data mocap -o reaches --hours 4\n"
                    "  holdfast make-reach-data mocap -o reaches --hours 4 --optimized 800\n"

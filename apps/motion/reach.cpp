@@ -81,8 +81,9 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "Mesh or embedded object to take: it stands on a table with the center of its base at the "
       "first --goal and is carried to the other goals. Needs --grasp");
   command
-      ->add_option("--grasp", reach.grasp,
-                   "Grasp that takes the object: power, precision, handle, or auto (the best)")
+      ->add_option(
+          "--grasp", reach.grasp,
+          "Grasp style for taking the object: power, precision, handle, or auto (the best)")
       ->expected(0, 1)
       ->default_str("auto")
       ->check(CLI::IsMember({"auto", "power", "precision", "handle"}))
@@ -114,16 +115,16 @@ void AddReachCommand(CLI::App& app, int& exit_code) {
       "A goal is reached when the wrist is within 10 cm of it. The next goal becomes current when\n"
       "the wrist has reached a goal and stops approaching it, or at 1.5 times the due time (2 "
       "times\n"
-      "while the wrist still approaches). If no sample reaches the goals, sampling is repeated "
+      "while the wrist still approaches). If no sample reaches all goals, sampling is repeated "
       "once\n"
       "with 1.5 times the time. Samples are ranked by:\n"
-      "  1. the number of goals reached\n"
-      "  2. no second crouch\n"
+      "  1. the most goals reached\n"
+      "  2. the fewest goals at which the person crouches twice\n"
       "  3. the lowest motion cost (speed, turns, lean, pelvis height, joint limits, "
       "accelerations)\n"
       "     if all goals are reached, else the lowest sum of closest distances\n"
-      "If the best sample ends off balance after the feet are pinned, the next is tried, up to "
-      "six.\n");
+      "If the best sample crouches twice or ends off balance after its feet are pinned, the next\n"
+      "is tried; at most six samples are tried.\n");
   command->callback([options, &exit_code] {
     if (options->reach.goals.empty() && options->reach.track.empty()) {
       throw CLI::RequiredError("--goal or --track");

@@ -41,8 +41,9 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
       command->add_option("--object", job.object,
                           std::string(kObjectHelp) + "; default: the object named in the sentence");
   action->needs(object);
-  command->add_option("--class", job.job.object_class,
-                      "Class of the object for the networks: mug, waterbottle, ... [its name]");
+  command->add_option(
+      "--class", job.job.object_class,
+      "Class of the object for the networks: mug, waterbottle, ... [the object's name]");
   command->add_option("--from", job.from,
                       "CLIP or CLIP:FRAME to continue from, with the object in a hand. Without "
                       "--from, the person stands at the origin, facing -y");
@@ -52,11 +53,12 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
   }
   command
       ->add_option("--betas", job.betas,
-                   "Shape coefficients of the body at a generated start: 1.5,-0.5")
+                   "Shape coefficients of the body (only without --from): 1.5,-0.5")
       ->delimiter(',')
       ->excludes(command->get_option("--from"));
   command->add_flag("--all", job.all,
-                    "Keep all samples: samples/NN.npz, best first, before the object is fitted");
+                    "Also write all samples, as they are before the object is fitted: "
+                    "samples/NN.npz, best first");
   command->add_option("--body", job.body, "Body model in place of the embedded one");
   const bool embedded = imos::HasDefaultNetwork();
   command
@@ -65,8 +67,9 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
                             : "Networks (.safetensors); this program was built without networks")
       ->required(!embedded);
   command->add_option("--action-vectors", job.action_vectors,
-                      "Text-encoder vectors (.npz, .safetensors) of the 29 actions, for networks "
-                      "trained with them, and of the sentence, to find its action");
+                      "File of text-encoder vectors (.npz, .safetensors): of the 29 actions, for "
+                      "networks trained with such vectors, and of the sentence, to find the "
+                      "nearest action");
   command->add_flag_callback(
       "--no-report", [&out = job.write_report] { out = false; }, "Leave out report.html");
   AddOption(*command, "-o,--output", job.output,
@@ -81,8 +84,8 @@ void AddSynthesizeCommand(CLI::App& app, int& exit_code) {
       "      -o inspected\n"
       "The best sample has the least penetration, the least collision of object and body, the "
       "least\n"
-      "excess of joint angles over the captured range, and the most contact; of equals, the "
-      "first.\n");
+      "excess of joint angles over the captured range, and the most contact; in a tie, the first "
+      "wins.\n");
   command->callback([options, &exit_code] {
     const SynthesizeCommand& asked = options->command;
     if (asked.sentence.empty() && asked.action.empty()) {

@@ -80,7 +80,7 @@ if(HOLDFAST_BUILD_PYTHON)
       "python3 (>= 3.${Python3_VERSION_MINOR}), python3 (<< 3.${next}), python3-numpy")
 endif()
 set(CPACK_DEBIAN_PROGRAM_DESCRIPTION
-"fits objects to moving human hands, and human motion to goals
+"fits objects to moving human hands and generates human motion
 Given a human motion (SMPL-X parameters) and an object mesh, solves object
 pose and finger angles for every frame, without a GPU. Also generates motion
 that reaches, takes and uses objects, and measures and shows results.")

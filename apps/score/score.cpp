@@ -158,7 +158,7 @@ int Run(ScoreCommand options) {
 void AddScoreCommand(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ScoreCommand>();
   CLI::App* command = app.add_subcommand(
-      "score", "Measure clips: penetration, contact, slip, jitter, and errors to a reference");
+      "score", "Measure clips: penetration, contact, slip, jitter, and errors against a reference");
   command
       ->add_option("clips", options->clips,
                    "Clips (.npz), result folders, folders of these, embedded clips, or files that "

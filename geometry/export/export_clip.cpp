@@ -276,8 +276,9 @@ OptionTable OptionsOf(ExportOptions& options) {
              "Write pose correctives as morph targets (.glb, .usda). Without them, the file is "
              "smaller, but the skin is off by centimeters at bent joints");
   table.Number("tolerance", "mm", ScaledNumber{&options.tolerance_m, 1e-3}, {1e-3, 100.0},
-               ".glb, .usda: maximum distance from the body model's surface, mm");
-  table.Number("density", "", options.density_kg_m3, {1.0, 30'000.0}, "mass as in score --physics",
+               ".glb, .usda: maximum distance of the skin from the body model's surface, mm");
+  table.Number("density", "", options.density_kg_m3, {1.0, 30'000.0},
+               "from the mass that score --physics uses",
                ".xml: density of the object, kg/m3 (water: 1000)");
   table.Number("every", "", options.every, {.low = 1.0},
                "Write every n-th frame (mesh sequences, .usda, .xml, .jsonl)");

@@ -171,10 +171,10 @@ constexpr Importer kImporters[] = {
     {"OakInk2", TellsByFields<LooksLikeOakInk2>, FromFields<ImportOakInk2>},
     {"OMOMO", TellsByFields<LooksLikeOmomo>, FromFields<ImportOmomo>},
     {"MDM's SMPL parameters", TellsByFields<LooksLikeMdm>, FromFields<ImportMdm>},
-    {"a list of such parameters, one per frame", IsListOfParameters, ImportList},
-    {"such parameters by person", IsPeople, ImportPerson},
-    {"Motion-X (frames, 322), poses (frames, 165 or 156), MANO (frames, 48), HO-Cap (2, frames, "
-     "51)",
+    {"a list of SMPL-X parameters, one item per frame", IsListOfParameters, ImportList},
+    {"a dict of SMPL-X parameters, one entry per person", IsPeople, ImportPerson},
+    {"arrays: Motion-X (frames, 322), poses (frames, 165 or 156), MANO (frames, 48), HO-Cap "
+     "(2, frames, 51)",
      IsArray, ImportArray},
 };
 
@@ -323,24 +323,26 @@ OptionTable OptionsOf(ImportFileOptions& options) {
   OptionTable table;
   table.Number("fps", "", options.frame_rate, {0.0, 1000.0},
                "BVH, AMC, glTF: 30; parameters: the file's",
-               "Frame rate of the clip; 0 keeps the file's");
+               "Frame rate of the output clip, Hz; 0: that of the file");
   table.Number("source_fps", "", parameters.source_frame_rate, {1.0, 1000.0},
-               "AMC: 120; IMoS: 10; others: 30", "Frame rate of a file that does not state it");
+               "AMC: 120; IMoS: 10; others: 30",
+               "Frame rate to assume if the file does not state one, Hz");
   table.Number("meters_per_unit", "", parameters.meters_per_unit, {1e-6, 1e3},
-               "BVH: 0.01; ASF: its own; parameters: 1", "Length unit of the file");
+               "BVH: 0.01; ASF: as the file states; parameters: 1",
+               "Length unit of the file, in meters");
   table.Choice("up", parameters.up, UpAxisChoices(),
                "Up axis of the file (write negative ones as --up=-y); auto: the format's "
                "convention, else detected from the posture");
   table.Flag("keep_ground", parameters.keep_ground,
              "Keep the heights; do not shift the feet to z = 0");
   table.Text("prop", parameters.prop,
-             "Name of the object to use in a scene with several (glTF: name of its node); default: "
-             "the object that moves, or the one nearest to a hand if several move");
+             "Name of the object to use if the scene has several (glTF: node name); default: "
+             "of those that move, the one nearest to a hand (glTF: the first)");
   table.Group("Motions with their own skeleton");
   table.Text(
       "map", motion.map,
       fmt::format(
-          "JSON map of joint names {{\"source joint\": \"smplx joint\"}}; not needed for: {}",
+          "JSON file of joint names, {{\"source joint\": \"smplx joint\"}}; not needed for: {}",
           fmt::join(KnownSkeletons(), "; ")));
   table.Text("asf", motion.skeleton,
              "Skeleton (.asf) of an .amc file; default: the matching .asf in the same folder");
@@ -353,8 +355,8 @@ OptionTable OptionsOf(ImportFileOptions& options) {
                 {"rhand", ImportedHands::kRightAlone},
                 {"lhand", ImportedHands::kLeftAlone},
                 {"none", ImportedHands::kNone}},
-               "body: hands of the body; rhand, lhand: this hand alone (MANO), if the file has it; "
-               "none: relaxed hands instead of the file's");
+               "Hands to import: body (those of the body); rhand or lhand (only this hand, as "
+               "MANO, if the file has it); none (relaxed hands in place of the file's)");
   using Known = std::optional<bool>;
   table.Choice("flat_hand_mean", parameters.flat_hand_mean,
                {{"auto", Known()}, {"yes", true}, {"no", false}},

@@ -46,14 +46,16 @@ OptionTable OptionsOf(ClipPictureOptions& options) {
                 {"side", ClipView::kSide},
                 {"follow", ClipView::kFollow},
                 {"hand", ClipView::kHand}},
-               "auto: follow for a sheet of a walking person, otherwise front");
+               "View: front, side, follow (follows the pelvis), hand (close-up of the holding "
+               "hand), or auto (follow for a sheet of a walking person, otherwise front)");
   table.Number("azimuth", "deg", options.how.azimuth_deg, {-360, 360}, "depends on --camera",
                "Azimuth of the camera: degrees from the front (follow, hand: from -y), positive to "
                "the person's left");
   table.Number("elevation", "deg", options.how.elevation_deg, {-90, 90}, "depends on --camera",
                "Elevation of the camera, degrees");
   table.Pair("sheet", options.sheet, {1, 100}, "Columns and rows of the sheet");
-  table.Number("frame", "", options.frame, kNonNegative, "all", "Only this frame, from 0");
+  table.Number("frame", "", options.frame, kNonNegative, "all",
+               "Draw only this frame, counted from 0");
   table.Number("every", "", options.every, {1, 1e6},
                "Use every n-th frame (numbered pictures and videos)");
   table.Number("fps", "", options.fps, {0.1, 240.0}, "the clip's; .gif: at most 50",
@@ -62,7 +64,7 @@ OptionTable OptionsOf(ClipPictureOptions& options) {
   table.Number("supersampling", "", options.how.picture.supersampling, {1, 4},
                "Samples along each side of a pixel");
   table.Flag("contact", options.how.show_contact,
-             "Color skin in contact with the object: amber within 3 mm, red inside it");
+             "Color the skin at contacts (amber: within 3 mm of the object; red: inside it)");
   return table;
 }
 

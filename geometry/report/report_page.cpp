@@ -38,7 +38,8 @@ OptionTable OptionsOf(ReportPageOptions& options) {
   OptionTable table;
   table.Text("title", options.title, "The page's title; empty: the names of object and motion");
   table.Number("contact_threshold", "mm", options.contact_threshold_mm, {0.1, 12.0},
-               "Skin this close to the object counts as contact, mm (clips without metrics)");
+               "Skin closer than this to the object is in contact, mm; used only for clips without "
+               "metrics.json");
   return table;
 }
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT
-"""Fits objects to moving human hands, and human motion to goals.
+"""Fits objects to moving human hands and generates human motion that reaches goals.
 
 >>> import holdfast
 >>> held = holdfast.fit("demo_drink", "mug")

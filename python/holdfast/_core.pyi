@@ -409,6 +409,7 @@ def transfer_to_robot(
     *,
     hand: str = "auto",
     correspondence: Optional[Sequence[tuple[str, str]]] = None,
+    contacts: str = "",
     robot_on_path: bool = False,
     object: Optional[_Object] = None,
     object_scale: float = 1.0,

@@ -83,8 +83,8 @@ to_body : BodyModel or None
 from_body : BodyModel, optional
     Default: the embedded model.
 onto : Clip, str or path, optional
-    For a clip of a hand alone: the clip of the body to attach it to, with the same number of
-    frames. The arm is solved so that the wrist is at the hand.
+    For a clip of a hand alone: the clip of the body to attach the hand to, with the same number
+    of frames. The arm is solved so that the body's wrist is at the hand's wrist.
 @options
 
 Returns

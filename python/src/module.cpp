@@ -16,6 +16,10 @@ PYBIND11_MODULE(_core, module) {
   static const pybind11::exception<holdfast::FitFailure> failure(module, "FitFailure",
                                                                  PyExc_RuntimeError);
   pybind11::register_exception<hf::Stopped>(module, "Stopped", PyExc_RuntimeError);
+  module.attr("Error").attr("__doc__") =
+      "Invalid input: the text names the place (a file or field), the problem and the remedy.";
+  module.attr("FitFailure").attr("__doc__") = "The input is valid, but no result exists.";
+  module.attr("Stopped").attr("__doc__") = "The progress callback returned False.";
   // The library names options as on the command line.
   pybind11::register_exception_translator([](std::exception_ptr thrown) {
     try {

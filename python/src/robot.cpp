@@ -41,12 +41,13 @@ struct TransferredRobot {
 using TransferredPtr = std::shared_ptr<TransferredRobot>;
 
 TransferredPtr Transfer(const py::object& clip, const std::filesystem::path& robot,
-                        const py::object& correspondence, const py::object& object,
-                        double object_scale, const py::object& body, int threads,
-                        const py::object& progress, const py::kwargs& given) {
+                        const py::object& correspondence, const std::string& contacts,
+                        const py::object& object, double object_scale, const py::object& body,
+                        int threads, const py::object& progress, const py::kwargs& given) {
   RobotTransferOptions options;
   SetOptions(given, OptionsOf(options));
   options.threads = ThreadsOf(threads);
+  options.contacts = contacts;
   if (!correspondence.is_none()) {
     options.correspondence_source = "correspondence";
     for (const auto& [part, link] :
@@ -166,6 +167,8 @@ robot : path
     URDF or MJCF.
 correspondence : list of (part, link), optional
     As in RobotHand.parts.
+contacts : str, optional
+    File of contacts that replace the clip's: an edited contacts.json (docs/robots.md).
 object : str, path or (vertices, faces), optional
     Mesh in place of the clip's, as in score().
 object_scale : float, default 1.0
@@ -374,9 +377,9 @@ Error
 )");
   RobotTransferOptions usual;
   module.def("transfer_to_robot", &Transfer, "clip"_a, "robot"_a, py::kw_only(),
-             "correspondence"_a = py::none(), "object"_a = py::none(), "object_scale"_a = 1.0,
-             "body"_a = py::none(), "threads"_a = 0, "progress"_a = py::none(),
-             WithOptions(kTransferToRobotDoc, OptionsOf(usual)).c_str());
+             "correspondence"_a = py::none(), "contacts"_a = "", "object"_a = py::none(),
+             "object_scale"_a = 1.0, "body"_a = py::none(), "threads"_a = 0,
+             "progress"_a = py::none(), WithOptions(kTransferToRobotDoc, OptionsOf(usual)).c_str());
 }
 
 }  // namespace holdfast::python

@@ -306,7 +306,8 @@ OptionTable OptionsOf(RefineOptions& options) {
                 {"right", RefineHands::kRight},
                 {"left", RefineHands::kLeft},
                 {"both", RefineHands::kBoth}},
-               "Holding hand; auto: detected in the clip; clip: from its holding_hand");
+               "Hand that holds the object; auto: detected in each frame; clip: as stored in the "
+               "clip (holding_hand)");
   table.Number("object_vertices", "", options.object_vertices, {4, 100'000},
                "Vertices that the object is simplified to");
   table.Flag("keep_motion", options.keep_motion,

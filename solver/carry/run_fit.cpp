@@ -19,16 +19,17 @@ namespace {
 
 void AddGraspOptions(FitJob& job, OptionTable& table) {
   table.Group("The grasp");
-  AddStyleOption(table, "style", job.carry.style,
-                 "Style of a new grasp: power, precision, handle (fingers through it), or auto");
+  AddStyleOption(
+      table, "style", job.carry.style,
+      "Style of a new grasp: power, precision, handle (fingers through the handle), or auto");
   AddUseOption(table, job.carry.use);
   table.Flag("regrasp", job.regrasp, "Make a new grasp even if the clip has one of this object");
   table.Flag("keep_grasp", job.keep_grasp,
              "Keep the clip's own grasp and trajectory even if they belong to another object");
   table.Text("first_grasp", job.first_grasp,
-             "File with a hand at this object, used as the first grasp: a clip ('holdfast grasp'), "
-             "or parameters of a body (GOAL) or of a hand (GrabNet). Without an object pose in it, "
-             "the hand is in the object's frame");
+             "File with a hand that grasps this object, used as the first grasp: a clip (written "
+             "by 'holdfast grasp'), or parameters of a body (from GOAL) or of a hand (from "
+             "GrabNet). If it has no object pose, the hand is assumed to be in the object frame");
   table.Text("first_grasp_body", job.first_grasp_body,
              "Body model of --first-grasp, such as MANO_RIGHT.pkl; default: the clip's");
 }
@@ -41,11 +42,12 @@ void AddEnergyOptions(FitOptions& fit, OptionTable& table) {
              "Let contacts slide on the surface (E_s instead of E_d and E_c), for objects turned "
              "or squeezed in the fingers");
   table.Number("contact_threshold", "mm", ScaledNumber{&fit.contact_threshold_m, 1e-3}, kPositive,
-               "tau: pairs closer than this when the hand takes hold are in contact, mm");
+               "Contact threshold tau, mm: hand and object vertices that are closer than this at "
+               "the start of the hold are in contact");
   table.Choice("normalize", fit.normalize,
                {{"sum", Normalization::kSum}, {"mean", Normalization::kMean}},
-               "Normalization of E_c and E_t: sum, as in the paper, or mean over pairs and "
-               "coordinates, as in its code (E_d is always a sum)");
+               "Normalization of E_c and E_t: sum (as in the IMoS paper), or mean over pairs and "
+               "coordinates (as in the IMoS authors' code). E_d is always a sum");
 }
 
 void AddSolverOptions(FitJob& job, OptionTable& table) {
@@ -68,7 +70,7 @@ void AddHandOverOptions(CarryOptions& carry, OptionTable& table) {
   table.Flag("hand_over", carry.hand_over, "Fit an object that changes hands");
   table.Frames("switch_frames", "--switch", carry.handover.switch_frames,
                "Frames where the object changes hands, ascending: 60,140. Default: detected from "
-               "the clip's object, or where the hands meet");
+               "the motion of the clip's object; if the clip has no object, where the hands meet");
   table.Choice("first_hand", carry.handover.first_hand,
                {{"auto", std::nullopt}, {"right", Side::kRight}, {"left", Side::kLeft}},
                "Hand that holds the object first");
@@ -198,14 +200,15 @@ OptionTable OptionsOf(FitJob& job) {
                 {"right", GraspHands::kRight},
                 {"left", GraspHands::kLeft},
                 {"both", GraspHands::kBoth}},
-               "Holding hand; auto: as stored in the clip, else detected from its object's motion; "
-               "right if the clip has no object");
+               "Hand that holds the object; auto: as stored in the clip, else detected from the "
+               "motion of the clip's object; right if the clip has no object");
   table.Choice(
       "recipe", carry.recipe,
       {{"holdfast", FitRecipe::kHoldfast},
        {"paper", FitRecipe::kPaper},
        {"imos-code", FitRecipe::kImosCode}},
-      "holdfast: all terms; paper: the three terms of IMoS; imos-code: as in its authors' code");
+      "holdfast: all terms; paper: only the three terms of the IMoS paper; imos-code: the method "
+      "of the IMoS authors' code");
   table.Flag(
       "drink", carry.drink,
       "Fit a drinking motion: the cup stands on the table until the hand takes it, is at the mouth "
@@ -218,8 +221,9 @@ OptionTable OptionsOf(FitJob& job) {
   table.Number("object_scale", "", carry.object_scale, kPositive,
                "Multiplies the object's coordinates (0.001 for millimeters)");
   table.Flag("keep_motion", carry.keep_motion,
-             "Do not adjust the arms; only report collisions with the body. Without it, arms are "
-             "adjusted slightly where the object, a hand or a forearm would go through the body");
+             "Do not adjust the arms; only report collisions with the body. Without this option, "
+             "arms are adjusted slightly where the object, a hand or a forearm would penetrate the "
+             "body");
   AddHandOverOptions(carry, table);
   AddGraspOptions(job, table);
   AddEnergyOptions(carry.fit, table);

@@ -247,18 +247,18 @@ OptionTable OptionsOf(GraspJob& job) {
                 {"right", GraspHands::kRight},
                 {"left", GraspHands::kLeft},
                 {"both", GraspHands::kBoth}},
-               "right, left, both (the object between both hands), or auto: right, or the hand of "
-               "a MANO model");
+               "Hand that grasps: right, left, both (the object is between the hands), or auto "
+               "(right; with a MANO model, the model's hand)");
   AddStyleOption(table, "style", search.style,
-                 "power, precision, handle (fingers through it), or auto: by the handle if the "
-                 "object has one, else the best");
+                 "Grasp style: power, precision, handle (fingers through the handle), or auto "
+                 "(handle if the object has one, else the best)");
   AddUseOption(table, search.use);
   table.Number("object_scale", "", job.object_scale, kPositive,
                "Multiplies the object's coordinates (0.001 for millimeters)");
   table.Number("closings", "", search.closings, {1, 100'000},
-               "Number of hand placements to try, closing the fingers at each");
+               "Number of hand placements at which to close the fingers");
   table.Number("refinements", "", search.refinements, {1, 100'000},
-               "Number of closed hands to refine");
+               "Number of closed hands to refine (the best ones)");
   table.Number("friction", "", search.friction, {0.01, 2.0},
                "Friction coefficient of skin on the object");
   table.Number("upright", "", search.upright_weight, kNonNegative,

@@ -334,7 +334,8 @@ OptionTable OptionsOf(KeypointOptions& options) {
   }
   table.Choice("order", options.order, orders, help);
   table.Number("meters_per_unit", "", options.meters_per_unit, {1e-6, 1e3},
-               "from the size of the hand: m, cm or mm", "Length unit of the keypoints");
+               "m, cm or mm, detected from the size of the hand",
+               "Length unit of the keypoints, in meters");
   table.Choice("up", options.up, UpAxisChoices(), "Up axis of the keypoints; auto: z, with a note");
   table.Number("fps", "", options.rate_hz, {1.0, 1000.0}, "Frames per second of the keypoints");
   return table;

@@ -91,7 +91,7 @@ OptionTable OptionsOf(ReachJob& job) {
                "Wrist used for reaching; the left wrist is solved by mirroring the person");
   table.Number(
       "time", "s", options.time_s, {0.1, 60.0},
-      "from the angle to turn and the distance to walk; vae-opt: 1.4 s plus distance at 0.95 m/s",
+      "computed from turning angle and walking distance; vae-opt: 1.4 + distance / (0.95 m/s)",
       "Seconds until each goal is due");
   table.Choice<std::optional<ReachBy>>(
       "method", job.method,
@@ -99,10 +99,10 @@ OptionTable OptionsOf(ReachJob& job) {
        {"intention", ReachBy::kIntention},
        {"latent-opt", ReachBy::kLatents},
        {"vae-opt", ReachBy::kVaeOpt}},
-      "intention: condition the network on the goal and run it once. latent-opt: then optimize its "
-      "latents until the wrist is at the goal, stays there and the motion is plausible, and pin "
-      "the feet. vae-opt: WANDR's baseline, for comparison. auto: intention, or latent-opt if an "
-      "object is taken");
+      "intention: condition the network on the goal and run it once. latent-opt: start as with "
+      "intention, optimize the latents until the wrist reaches the goal and stays there and the "
+      "motion is plausible, and pin the feet. vae-opt: WANDR's baseline, for comparison. auto: "
+      "intention, or latent-opt if an object is taken");
   table.Choice<std::optional<VaeOptMethod>>(
       "optimizer", job.optimizer,
       {{"auto", std::nullopt},
@@ -111,8 +111,8 @@ OptionTable OptionsOf(ReachJob& job) {
        {"lbfgs-step1", VaeOptMethod::kLbfgsStepOne},
        {"adam", VaeOptMethod::kAdam}},
       "Optimizer of vae-opt: lm (auto): Levenberg-Marquardt on the goal residuals and the prior; "
-      "lbfgs: with line search; lbfgs-step1: the released preset, full steps; adam: with the "
-      "released schedule");
+      "lbfgs: with line search; lbfgs-step1: full steps, as in WANDR's released preset; adam: with "
+      "the schedule of WANDR's released code");
   table.Number("iterations", "", job.iterations, {1, 100'000}, "lm 40, lbfgs-step1 80, others 200",
                "vae-opt: maximum number of iterations");
   table.Number("prior_weight", "", job.prior_weight, {0.0, 1e6}, "1e-6",
@@ -120,14 +120,14 @@ OptionTable OptionsOf(ReachJob& job) {
   table.Number("samples", "", options.samples, {1, 10'000}, "16, or 4 if each is optimized",
                "Number of motions to sample; the best is kept");
   table.Flag("free_time", options.free_time,
-             "Arrive at any time before the goal is due (latent-opt)");
+             "Let the wrist arrive at any time up to 1 s after the goal is due (latent-opt)");
   table.Flag(
       "refit", options.refit,
-      "Pin the feet and place the wrist on the goal afterwards. Without this step, the motion ends "
-      "some centimeters from the goal (latent-opt: millimeters)");
+      "Refit the result (feet pinned, wrist on the goal). Without this step, the motion ends some "
+      "centimeters from the goal (latent-opt: millimeters)");
   table.Flag("refit_all", options.refit_all, "Refit all motions, not only the best");
   AddStyleOption(table, "grasp", job.grasp,
-                 "Grasp that takes the object: power, precision, handle, or auto (the best)");
+                 "Grasp style for taking the object: power, precision, handle, or auto (the best)");
   table.Number("object_yaw", "deg", job.object_yaw_deg, {-360.0, 360.0}, "chosen for the hand",
                "Yaw of the standing object, degrees");
   table.Number("object_scale", "", job.object_scale, kPositive,

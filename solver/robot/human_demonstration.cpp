@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kFar_m = 0.05;
 constexpr double kGrasping_m = 0.02, kStill_m = 2.5e-4;  // of an unchanged grasp
+constexpr double kSameContact_m = 2e-3;
 constexpr double kNearScale_m = 0.0015;  // decay length of the weights within a contact
 
 // Contacts of one frame: for each part, the mean of its touching pad, projected onto the surface.
@@ -93,8 +94,11 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
 }
 
 bool SameGrasp(const HumanFrame& a, const HumanFrame& b) {
+  // Contacts of a file can move more than the skin.
   if (!a.holds || !b.holds ||
-      !std::ranges::equal(a.contacts, b.contacts, {}, &PartContact::part, &PartContact::part)) {
+      !std::ranges::equal(a.contacts, b.contacts, [](const PartContact& x, const PartContact& y) {
+        return x.part == y.part && (x.point - y.point).norm() <= kSameContact_m;
+      })) {
     return false;
   }
   for (Eigen::Index v = 0; v < a.vertices.cols(); ++v) {

@@ -17,6 +17,7 @@
 
 #include "geometry/error.h"
 #include "geometry/robot/robot_kinematics.h"
+#include "solver/robot/contact_file.h"
 
 namespace holdfast {
 namespace {
@@ -453,17 +454,16 @@ RobotAnatomy AnatomyOf(const RobotHand& hand, const std::vector<PartLink>& parts
       throw Error(source, fmt::format("has the link '{}' twice", row.link),
                   "Leave one of them out");
     }
-    if (row.part == "palm") {
+    const int part = ParseHandPart(row.part);
+    if (part == kJointsPerHand) {
       palm.push_back(link);
       continue;
     }
-    const int phalanx = row.part.back() - '1';
-    const auto named = std::ranges::find(kFingerNames, row.part.substr(0, row.part.size() - 1));
-    if (named == kFingerNames.end() || phalanx < 0 || phalanx > 2) {
+    if (part < 0) {
       throw Error(source, fmt::format("has the unknown part '{}'", row.part),
                   "Use the parts palm, thumb1 ... thumb3, index1 ... pinky3");
     }
-    by_finger[static_cast<int>(named - kFingerNames.begin())][phalanx].push_back(link);
+    by_finger[part / 3][part % 3].push_back(link);
     of_fingers.insert(link);
   }
   if (by_finger.size() < 2 || !by_finger.contains(kThumb)) {
@@ -501,8 +501,7 @@ std::vector<PartLink> PartLinksOf(const RobotHand& hand, const RobotAnatomy& ana
   for (const RobotFinger& finger : anatomy.fingers) {
     for (int p = 0; p < 3; ++p) {
       for (const int link : finger.links[p]) {
-        parts.push_back(
-            {fmt::format("{}{}", kFingerNames[finger.human], p + 1), hand.links[link].name});
+        parts.push_back({HandPartName(3 * finger.human + p), hand.links[link].name});
       }
     }
   }

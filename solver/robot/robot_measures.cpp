@@ -15,6 +15,7 @@
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/grasp/grasp_candidates.h"
+#include "solver/robot/contact_file.h"
 #include "solver/robot/human_demonstration.h"
 
 namespace holdfast {
@@ -344,9 +345,7 @@ std::vector<std::string> LostParts(const RobotMeasures& measures) {
   for (const auto& [part, counts] : parts) {
     const auto& [lost, frames] = counts;
     if (2 * lost <= frames) continue;
-    const std::string name =
-        part < kJointsPerHand ? fmt::format("{}{}", kFingerNames[part / 3], part % 3 + 1) : "palm";
-    texts.push_back(fmt::format("{} ({} of {} frames)", name, lost, frames));
+    texts.push_back(fmt::format("{} ({} of {} frames)", HandPartName(part), lost, frames));
   }
   return texts;
 }

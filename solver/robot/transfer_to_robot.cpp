@@ -16,6 +16,7 @@
 #include "geometry/parallel.h"
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
+#include "solver/robot/contact_file.h"
 #include "solver/robot/robot_solids.h"
 #include "solver/robot/robot_solver.h"
 #include "solver/robot/robot_terms.h"
@@ -228,7 +229,7 @@ OptionTable OptionsOf(RobotTransferOptions& options) {
   table.Group("Target robot hand");
   table.Choice("hand", options.side,
                {{"auto", OptionalSide()}, {"right", Side::kRight}, {"left", Side::kLeft}},
-               "Hand to transfer; auto: the one that holds longer");
+               "Hand to transfer; auto: the one that holds the object longer");
   table.Flag("robot_on_path", options.on_path,
              "Keep the robot's wrist within about 1 cm of the human's");
   return table;
@@ -263,6 +264,9 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
   setup.landmarks = std::make_unique<HandLandmarks>(*setup.human, *setup.axes);
   setup.demonstration =
       ReadDemonstration(scene, *setup.human, *setup.landmarks, *setup.axes, *setup.object_distance);
+  if (!options.contacts.empty()) {
+    ReadContacts(options.contacts, *setup.object_distance, setup.demonstration);
+  }
   setup.pairs = PairSkins(*setup.human, *setup.landmarks, *setup.axes, setup.robot, setup.anatomy);
   setup.solids = std::make_unique<RobotSolids>(setup.robot, setup.anatomy, options.threads);
   setup.pads = RobotPads(setup.pairs, *setup.solids);

@@ -22,6 +22,7 @@ struct RobotTransferOptions {
   std::optional<Side> side;              ///< default: the hand that holds longer
   std::vector<PartLink> correspondence;  ///< empty: found by FindAnatomy
   std::string correspondence_source;     ///< its file, for messages
+  std::string contacts;  ///< file of contacts in place of the clip's (ReadContacts); empty: none
   /// Keep the wrist near the human's (palms aligned), within 1 cm and 5 degrees; otherwise it is
   /// free, with a weak prior there.
   bool on_path = false;

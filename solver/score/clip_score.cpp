@@ -245,20 +245,21 @@ OptionTable OptionsOf(ScoreOptions& options) {
   ContactProtocol& contact = options.hand_object.contact;
   OptionTable table;
   table.Number("contact_threshold", "mm", contact.contact_threshold_mm, kPositive,
-               "A hand vertex this close to the object is in contact, mm");
+               "Hand vertices closer than this to the object are in contact, mm");
   table.Number("depth_threshold", "mm", options.deep_mm, kNonNegative,
                "Frames with penetration deeper than this are counted, mm");
   table.Number("voxel", "mm", contact.voxel_mm, kNonNegative,
                "Edge of the voxels for intersection volume, mm; 0: none");
-  table.Choice("exact", options.exact,
-               {{"off", ExactMode::kOff}, {"auto", ExactMode::kAuto}, {"on", ExactMode::kOn}},
-               "Exact intersection volume by cutting the meshes: off, auto (voxels where it is "
-               "undefined), on (undefined frames are skipped)");
+  table.Choice(
+      "exact", options.exact,
+      {{"off", ExactMode::kOff}, {"auto", ExactMode::kAuto}, {"on", ExactMode::kOn}},
+      "Compute the exact intersection volume by cutting the meshes: off (use voxels), auto "
+      "(use voxels in frames where it is undefined) or on (skip such frames)");
   table.Choice(
       "symmetric", options.symmetry,
       {{"off", SymmetryMode::kOff}, {"auto", SymmetryMode::kAuto}, {"on", SymmetryMode::kOn}},
-      "Symmetry of the object: auto (detected), off (rotations are compared directly) or on. ADD "
-      "and ADD-S are always reported");
+      "Whether rotation errors allow for symmetry of the object: auto (if it is detected), off or "
+      "on. ADD and ADD-S are always reported");
   table.Choice("protocol", options.protocol,
                {{"none", ScoreProtocol::kNone},
                 {"grab", ScoreProtocol::kGrab},
@@ -266,9 +267,9 @@ OptionTable OptionsOf(ScoreOptions& options) {
                 {"graspqp", ScoreProtocol::kGraspQp},
                 {"contactopt", ScoreProtocol::kContactOpt},
                 {"v2d", ScoreProtocol::kV2d}},
-               "Also score by the definitions of a published protocol; trials need MuJoCo");
+               "Also score by a published protocol; its simulated trials need MuJoCo");
   table.Flag("overlap", options.overlap,
-             "Compare the frames that a clip and its reference have in common");
+             "Compare a clip and its reference up to the length of the shorter one");
   table.Flag("resample", options.resample, "Resample the reference to the clip's frame rate");
   return table;
 }

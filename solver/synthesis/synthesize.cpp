@@ -205,21 +205,23 @@ SynthesizedMotion Synthesize(const HoldingStart& start, const imos::NetworkWeigh
 OptionTable OptionsOf(SynthesisJob& job) {
   SynthesizeOptions& options = job.options;
   OptionTable table;
-  table.Text("object_class", job.object_class,
-             "Class of the object for the networks: mug, waterbottle, ...; empty: its name");
+  table.Text(
+      "object_class", job.object_class,
+      "Class of the object for the networks: mug, waterbottle, ...; empty: the object's name");
   table.Number("object_scale", "", job.object_scale, kPositive,
                "Multiplies the object's coordinates (0.001 for millimeters)");
   table.Choice<std::optional<bool>>(
       "start", job.standing.in_hand, {{"any", std::nullopt}, {"table", false}, {"hand", true}},
-      "Place of the object at a generated start: table, hand, or any");
+      "Place of the object in the start pose, if no clip gives it: table, hand, or any");
   table.Choice(
       "hand", job.standing.hands,
       {{"right", GraspHands::kRight}, {"left", GraspHands::kLeft}, {"both", GraspHands::kBoth}},
-      "Hand that holds the object at a generated start; both: the object is between them");
+      "Hand that holds the object in the start pose, if no clip gives it; both: the object is "
+      "between the hands");
   table.Number("seconds", "", job.seconds, {0.5, 60.0}, "typical of the action",
-               "Duration of the motion, until the object is put back");
+               "Duration of the motion before the object is put back, seconds");
   table.Number("key_frames", "", options.key_frames, {imos::kHistory + 1, 1000},
-               "Number of key frames, including the 4 given ones");
+               "Number of key frames, including the 4 of the start");
   table.Number("samples", "", options.samples, {1, 10'000},
                "Number of motions to sample; the best is kept");
   table.Number("sigma", "", options.sigma, {0.0, 3.0},
@@ -229,8 +231,8 @@ OptionTable OptionsOf(SynthesisJob& job) {
                "latents. Not applied to the first sample");
   table.Number("frame_rate", "", options.frame_rate, {5.0, 240.0}, "Frame rate of the output, Hz");
   table.Flag("and_back", options.and_back,
-             "End with the object back in its place (released, if on a table) and the person at "
-             "rest");
+             "Return to rest at the end (object back in its place, and released if that is on a "
+             "table)");
   return table;
 }
 

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: MIT
 // A held mug over to other mugs, sizes and people, by the program.
+#include <array>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -12,6 +14,7 @@
 #include "geometry/embedded.h"
 #include "geometry/io/container/npz.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "solver/robot/contact_file.h"
 #include "tests/support/program.h"
 #include "tests/support/robot_files.h"
 
@@ -175,6 +178,78 @@ TEST(Transfer, ARobotThatKeepsNoContactIsExitCodeThree) {
   testing::BoxHand{.coupled = true}.Write(Held() / "bends.urdf");
   Held().Run("transfer held --robot bends.urdf -o bends -f -q");
   EXPECT_GE(Metrics("bends")["transfer"]["contacts_kept_ratio"], 0.5);
+}
+
+Eigen::Vector3d Vector(const nlohmann::json& values) {
+  return Eigen::Vector3d(values.get<std::array<double, 3>>().data());
+}
+
+// The file that a transfer writes gives the same transfer; a contact that is moved takes the finger
+// with it.
+TEST(Transfer, KeepsContactsOfAFile) {
+  testing::BoxHand{}.Write(Held() / "right.urdf");
+  Held().Run("transfer held --robot right.urdf -o first -f -q");
+  const nlohmann::json written = Held().ReadJson("first/contacts.json");
+  ASSERT_GE(written["contacts"].size(), 3u);
+  Held().Run("transfer held --robot right.urdf --contacts first/contacts.json -o again -f -q");
+  const nlohmann::json read = Held().ReadJson("again/contacts.json")["contacts"];
+  ASSERT_EQ(read.size(), written["contacts"].size());
+  for (std::size_t i = 0; i < read.size(); ++i) {
+    EXPECT_EQ(read[i]["part"], written["contacts"][i]["part"]);
+    EXPECT_EQ(read[i]["frames"], written["contacts"][i]["frames"]);
+    EXPECT_LT((Vector(read[i]["point"]) - Vector(written["contacts"][i]["point"])).norm(), 1e-6);
+  }
+  EXPECT_NEAR(Metrics("again")["transfer"]["contact_distance_mm"],
+              static_cast<double>(Metrics("first")["transfer"]["contact_distance_mm"]), 0.5);
+
+  // Half a centimeter down, without a normal; the other contacts are left out, but for the thumb's.
+  nlohmann::json edited = written;
+  edited["contacts"].clear();
+  Eigen::Vector3d wanted = Eigen::Vector3d::Zero();
+  for (nlohmann::json contact : written["contacts"]) {
+    const std::string part = contact["part"];
+    if (part.starts_with("thumb")) edited["contacts"].push_back(contact);
+    if (part != "ring3") continue;
+    contact["point"][2] = static_cast<double>(contact["point"][2]) - 0.005;
+    contact.erase("normal");
+    edited["contacts"].push_back(contact);
+    wanted = Vector(contact["point"]);
+  }
+  std::ofstream(Held() / "edited.json") << edited;
+  Held().Run("transfer held --robot right.urdf --contacts edited.json -o moved -f -q");
+  const NpzReader moved(Held() / "moved/robot.npz");
+  const auto parts = moved.Read("contact_part").AsIntegers();
+  EXPECT_EQ(std::set<int>(parts.begin(), parts.end()).count(ParseHandPart("ring3")), 1u);
+  EXPECT_LE(Metrics("moved")["transfer"]["contact_distance_mm"], 5.0);
+  const nlohmann::json used = Held().ReadJson("moved/contacts.json");
+  for (const nlohmann::json& contact : used["contacts"]) {
+    if (contact["part"] != "ring3") continue;
+    EXPECT_LT((Vector(contact["point"]) - wanted).norm(), 0.003);
+  }
+
+  const auto refused = [](const nlohmann::json& file, const char* why) {
+    std::ofstream(Held() / "bad.json") << file;
+    Held().Fails("transfer held --robot right.urdf --contacts bad.json -o x", 1, why);
+  };
+  refused({{"schema", "other"}}, "is not a file of contacts");
+  const auto with = [&](const char* key, const nlohmann::json& value) {
+    nlohmann::json file = written;
+    file["contacts"][0][key] = value;
+    return file;
+  };
+  refused(with("part", "toe1"), "contact 0: has the unknown part 'toe1'");
+  refused(with("frames", {5, 1000}), "within 0 to 9");
+  refused(with("frames", "all"), "is damaged");
+  refused(with("point", {0.0, 0.0, 3.0}), "cm from the object's surface");
+  refused(with("normal", {0.0, 0.0, 0.0}), "has no direction");
+  nlohmann::json none = written;
+  none["contacts"].clear();
+  refused(none, "has no contact");
+  none["hand"] = "left";
+  refused(none, "has contacts of a left hand");
+  nlohmann::json twice = written;
+  twice["contacts"].push_back(twice["contacts"][0]);
+  refused(twice, "has two contacts of");
 }
 
 // Each hand is solved as if it were alone; the scene has both.

@@ -45,6 +45,13 @@ def test_stubs_name_everything():
         assert public(members - {None}) == public(vars(getattr(_core, name))), name
 
 
+def test_stubs_have_the_docstrings():
+    """Of the module as built; the stub of the sources has none."""
+    for node in ast.parse((FOLDER / "_core.pyi").read_text()).body:
+        if isinstance(node, (ast.ClassDef, ast.FunctionDef)):
+            assert ast.get_docstring(node) == inspect.getdoc(getattr(_core, node.name)), node.name
+
+
 def documented():
     """Everything public that takes arguments or has a meaning of its own: no exceptions."""
     items = {name: getattr(_core, name) for name in public(vars(_core))}
