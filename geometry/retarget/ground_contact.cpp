@@ -32,6 +32,8 @@ std::vector<Eigen::Vector3d> StillPoints(const std::vector<Eigen::Matrix3Xd>& po
     const double span = static_cast<double>(std::max<std::size_t>(after - before, 1)) / frame_rate;
     for (Eigen::Index i = 0; i < points[t].cols(); ++i) {
       const bool sole = i < GroundProbe::kNumSoles;
+      // Angles too large for a double's square turn a joint into NaN.
+      if (!points[t].col(i).allFinite()) continue;
       if (points[t](2, i) > (sole ? points[t](2, i ^ 1) : lowest)) continue;
       const double speed = (points[after].col(i) - points[before].col(i)).norm() / span;
       if (speed < kStillSpeed) still.push_back(points[t].col(i));
@@ -147,7 +149,9 @@ GroundPlane FindGround(const std::vector<Eigen::Matrix3Xd>& points, double frame
   GroundPlane ground;
   if (still.size() < 3) {
     std::vector<double> lowest;
-    for (const auto& frame : points) lowest.push_back(frame.row(2).minCoeff());
+    for (const auto& frame : points) {
+      if (frame.allFinite()) lowest.push_back(frame.row(2).minCoeff());
+    }
     ground.height = lowest.empty() ? 0 : Percentile(lowest, 0.05);
     return ground;
   }
