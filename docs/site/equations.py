@@ -37,5 +37,5 @@ def block(self, node):
 
 
 def setup(app):
-    app.add_html_math_renderer("mathml", inline=(inline, None), block=(block, None))
+    app.add_html_math_renderer("mathml", inline_renderers=(inline, None), block_renderers=(block, None))
     return {"parallel_read_safe": True}
