@@ -46,14 +46,14 @@ struct GraspCertificate {
 /// meters). Throws Error for options out of range.
 ///
 /// The balanced loads form a convex cone. Hence all directions of gravity are balanced when four
-/// that positively span space are (those of a regular tetrahedron). `most_squeeze` bounds the forces
-/// of these four; other directions need at most three times as much. The least friction follows by
-/// bisection above the friction that the multipliers of unbalanced loads refute. For the ball,
-/// linear programs find how far the hull of the wrenches reaches in 54 directions (the weights of
-/// E6 and their opposites); a direction is skipped where pairs that add up to it show that it is
-/// not the nearest. The hull of the points reached contains a ball of sqrt(3/8) = 61 % of the least
-/// of these distances, so `ball_lower` is at least that fraction of the pyramids' own radius. The
-/// facets met there and descent of the support function give `ball_upper`.
+/// that positively span space are (those of a regular tetrahedron). `most_squeeze` bounds the
+/// forces of these four; other directions need at most three times as much. The least friction
+/// follows by bisection above the friction that the multipliers of unbalanced loads refute. For the
+/// ball, linear programs find how far the hull of the wrenches reaches in 54 directions (the
+/// weights of E6 and their opposites); a direction is skipped where pairs that add up to it show
+/// that it is not the nearest. The hull of the points reached contains a ball of sqrt(3/8) = 61 %
+/// of the least of these distances, so `ball_lower` is at least that fraction of the pyramids' own
+/// radius. The facets met there and descent of the support function give `ball_upper`.
 GraspCertificate CertifyContacts(std::span<const GraspContact> contacts,
                                  const Eigen::Vector3d& mass_center, double length_m,
                                  const CertificateOptions& options = {});
