@@ -37,7 +37,7 @@ nlohmann::json Rounded(const Eigen::Vector3d& v) {
   return values;
 }
 
-// Entry `index` of a file.
+// Reads an entry of a file; `where` names it.
 Stay StayOf(const nlohmann::json& entry, const std::string& where, int frames,
             const SignedDistance& object) {
   Stay stay;
@@ -120,7 +120,9 @@ void WriteContacts(const HumanDemonstration& demonstration, const std::filesyste
 void ReadContacts(const std::filesystem::path& path, const SignedDistance& object,
                   HumanDemonstration& demonstration) {
   const nlohmann::json file = ReadJson(path);
-  if (!file.is_object() || file.value("schema", "") != kSchema || !file.contains("contacts")) {
+  // Compared as JSON: a schema of another type is no damage, but another file.
+  if (!file.is_object() || !file.contains("contacts") || !file.contains("schema") ||
+      file["schema"] != kSchema) {
     throw Error(path.string(), "is not a file of contacts",
                 fmt::format("Give a contacts.json of 'holdfast transfer --robot' (\"schema\": "
                             "\"{}\"), edited",
