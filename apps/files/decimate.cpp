@@ -30,12 +30,12 @@ int Run(const DecimateCommand& options) {
 
   nlohmann::json summary = JsonHead("holdfast/decimate/1", common);
   summary["output"] = options.output;
-  summary["method"] = options.method;
+  summary["method"] = Name(result.method);
   summary["vertices"] = {{"before", object.mesh.NumVertices()},
                          {"after", result.mesh.NumVertices()}};
   std::string text =
       fmt::format("{}: {} vertices of {} ({})\n", options.output, result.mesh.NumVertices(),
-                  object.mesh.NumVertices(), options.method);
+                  object.mesh.NumVertices(), Name(result.method));
   if (result.distance) {
     const SurfaceDistance& distance = *result.distance;
     summary["hausdorff_mm"] = {{"forward", 1e3 * distance.hausdorff_forward_m},

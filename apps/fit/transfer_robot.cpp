@@ -16,6 +16,7 @@
 #include "apps/output.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/signed_distance.h"
 #include "geometry/parallel.h"
 #include "geometry/render/image.h"
 #include "solver/robot/contact_file.h"
@@ -227,6 +228,13 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
     options.correspondence_source = input.correspondence;
   }
   const ClipInput scene = LoadClipInput(clip, clip_input, common);
+  // The convex pieces of the object for MuJoCo depend on nothing else and take longest.
+  std::future<TrialSolid> solid;
+  if (scene.object) {
+    solid = std::async(options.threads > 1 ? std::launch::async : std::launch::deferred, [&scene] {
+      return MakeTrialSolid(*scene.object, SignedDistance(*scene.object), TrialProtocol());
+    });
+  }
   std::vector<OnRobot> hands;
   for (auto& [robot, side] : robots) {
     options.side = side;
@@ -234,12 +242,6 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
     const RobotTransferSetup& setup = hands.back().setup;
     for (const std::string& note : setup.robot.notes) Note(common, "note: " + note);
   }
-  // The convex pieces of the object depend on nothing else, and take as long as the search.
-  std::future<TrialSolid> solid =
-      std::async(options.threads > 1 ? std::launch::async : std::launch::deferred, [&hands] {
-        const RobotTransferSetup& setup = hands.front().setup;
-        return MakeTrialSolid(setup.object, *setup.object_distance, TrialProtocol());
-      });
   StageProgress progress(common);
   for (OnRobot& hand : hands) {
     hand.result = TransferToRobot(hand.setup, options, [&](const char* stage, int done, int total) {

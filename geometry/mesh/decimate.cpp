@@ -117,6 +117,7 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
                 "Ask for 4 or more");
   }
   DecimateResult result;
+  result.method = HasDecimateMethods() ? options.method : DecimateMethod::kGarlandHeckbert;
   RepairedMesh repaired = RepairMesh(mesh);
   TriangleMesh& surface = repaired.mesh;
   result.notes = std::move(repaired.actions);
@@ -179,7 +180,7 @@ DecimateResult Decimate(const TriangleMesh& mesh, const DecimateOptions& options
       wrap(fmt::format("its {} parts need {} vertices", found.parts.size(), fewest));
       require(FewestVertices(FindParts(surface)));
     }
-    if (!HasDecimateMethods()) {
+    if (result.method != options.method) {
       result.notes.push_back(
           fmt::format("Decimated by OpenMesh, by quadrics: {} needs a build with HOLDFAST_GPL=ON.",
                       Name(options.method)));

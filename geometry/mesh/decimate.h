@@ -41,6 +41,7 @@ struct DecimateOptions {
 
 struct DecimateResult {
   TriangleMesh mesh;
+  DecimateMethod method = DecimateMethod::kLindstromTurk;  ///< used; see HasDecimateMethods
   std::optional<SurfaceDistance> distance;  ///< between the input and `mesh`, both directions
   std::vector<std::string> notes;           ///< what was repaired, or why nothing was done
 };

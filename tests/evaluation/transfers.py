@@ -152,7 +152,7 @@ def tabulate_robots(args):
     for name, objects, extra in ("robots", ON_ROBOTS, []), ("other_robots", OTHERS_ON_ROBOTS, ["--no-baselines"]):
         clips = [fitted(thing, args) for thing in objects]
         done = run([sys.executable, "-m", "holdfast.evaluate", "transfer", *clips, "--robot", *right_hands(args), "-o",
-                    args.out / name, "--force", "--jobs", 1, *extra])
+                    args.out / name, "--force", "--jobs", 1, "--play", *extra])
         print(done.stdout, end="", flush=True)
 
 

@@ -70,6 +70,7 @@ def means_of(rows):
             "contact_normal_deg": weighted("contact_normal_deg", "contacts") or 0.0,
             "press_direction_deg": weighted("press_direction_deg", "contacts"),
             "bone_direction_deg": weighted("bone_direction_deg", "bones"),
+            "bone_end_mm": weighted("bone_end_mm", "bones"),
             "max_penetration_depth_mm":
                 sum(row["max_penetration_depth_mm"] for row in rows) / len(rows),
             "frames_deeper_than_2_mm_ratio":
@@ -89,13 +90,17 @@ def degrees(value):
     return "-" if value is None or math.isnan(value) else f"{value:.1f}°"
 
 
+def millimeters(value):
+    return "-" if value is None or math.isnan(value) else f"{value:.2f}"
+
+
 def table(means):
     rows = [[robot, method, f"{mean['contact_distance_mm']:.2f}", degrees(mean["contact_normal_deg"]),
-             degrees(mean["press_direction_deg"]), degrees(mean["bone_direction_deg"]),
+             degrees(mean["press_direction_deg"]), degrees(mean["bone_direction_deg"]), millimeters(mean["bone_end_mm"]),
              f"{mean['max_penetration_depth_mm']:.2f}",
              f"{100.0 * mean['frames_deeper_than_2_mm_ratio']:.2f}%",
              f"{mean['held_in_all_six']}/{mean['tried']}"] for (robot, method), mean in means.items()]
-    names = ["robot", "method", "contact, mm", "normals", "presses", "bones", "deepest", "> 2 mm", "held"]
+    names = ["robot", "method", "contact, mm", "normals", "presses", "bones", "joints, mm", "deepest", "> 2 mm", "held"]
     if any("played" in mean for mean in means.values()):
         names.append("stays")
         for row, mean in zip(rows, means.values()):
