@@ -10,7 +10,7 @@
 namespace holdfast {
 
 /// Files of meshes/ that are part of the library, so that the program does not depend on its
-/// location; also the report's player, "player.html", if it was built.
+/// location; also the report's player, "player.html" and "contacts.html", if it was built.
 struct EmbeddedFile {
   std::string_view name;  ///< path below meshes/, e.g. "objects/mug.ply"
   std::span<const std::byte> bytes;

@@ -7,6 +7,7 @@
 #include <future>
 #include <map>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -14,8 +15,10 @@
 
 #include "apps/charts.h"
 #include "apps/output.h"
+#include "geometry/inspect/inspection.h"
 #include "geometry/io/container/atomic_file.h"
 #include "geometry/io/mesh/mesh_io.h"
+#include "geometry/mesh/decimate.h"
 #include "geometry/mesh/signed_distance.h"
 #include "geometry/parallel.h"
 #include "geometry/render/image.h"
@@ -28,7 +31,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kMinKept = 0.5;  // minimum fraction of kept contacts of a transfer
+constexpr double kMinKept = 0.5;          // minimum fraction of kept contacts of a transfer
+constexpr int kEditedVertices = 5'000;    // maximum, of the object in the contact editor
+constexpr std::size_t kEditedFrames = 8;  // maximum, in which the contact editor shows the hand
 
 nlohmann::json RobotJson(const RobotTransferSetup& setup) {
   nlohmann::json parts = nlohmann::json::object();
@@ -164,9 +169,24 @@ std::vector<std::pair<RobotHand, std::optional<Side>>> ReadRobots(const RobotTra
   return robots;
 }
 
+// The command that uses edited contacts.
+std::string CommandWithContacts(const std::string& clip, const RobotTransferInput& input,
+                                const RobotTransferSetup& setup) {
+  std::string command = fmt::format("holdfast transfer {} --robot {}", ShellWord(clip),
+                                    ShellWord(setup.robot.source));
+  if (input.robots.size() > 1 || input.options.side) {
+    command += fmt::format(" --hand {}", SideName(setup.anatomy.side));
+  }
+  if (!input.correspondence.empty()) {
+    command += " --correspondence " + ShellWord(input.correspondence);
+  }
+  if (input.options.on_path) command += " --robot-on-path";
+  return command + " --contacts contacts.json -o edited";
+}
+
 // Writes all files of one hand but scene and film.
-void WriteHand(const OnRobot& hand, const RobotTransferInput& input, const std::string& sequence,
-               int threads, const fs::path& folder) {
+void WriteHand(const OnRobot& hand, const std::string& clip, const RobotTransferInput& input,
+               const std::string& sequence, int threads, const fs::path& folder) {
   const auto& [setup, result, measures] = hand;
   fs::create_directories(folder);
   WriteRobotMotion(setup, result.poses, measures, folder / "robot.npz");
@@ -177,7 +197,8 @@ void WriteHand(const OnRobot& hand, const RobotTransferInput& input, const std::
   WriteContacts(setup.demonstration, folder / "contacts.json");
   WritePng(RobotSheet(setup, result.poses, input.picture_columns, input.picture_rows, threads),
            folder / "sheet.png");
-  WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png"));
+  WriteAtomically(folder / "report.html", RobotPage(setup, result.poses, measures, "sheet.png",
+                                                    CommandWithContacts(clip, input, setup)));
 }
 
 nlohmann::json HandJson(const OnRobot& hand) {
@@ -292,7 +313,7 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
     } else if (k <= count) {
       const OnRobot& hand = hands[static_cast<std::size_t>(k - 1)];
       const std::string side(SideName(hand.setup.anatomy.side));
-      WriteHand(hand, input, both ? sequence + "_" + side : sequence, half,
+      WriteHand(hand, clip, input, both ? sequence + "_" + side : sequence, half,
                 folder / (both ? side.c_str() : ""));
     } else {
       WriteRobotScene(in_scene, solid.get(), folder / "scene.xml");
@@ -389,10 +410,66 @@ std::string PartsTable(const RobotTransferSetup& setup) {
   return HtmlTable({"part of the hand", "links"}, rows);
 }
 
+// The object, with fewer vertices if it has many and can be decimated.
+TriangleMesh EditedObject(const TriangleMesh& object) {
+  try {
+    return object.NumVertices() > kEditedVertices
+               ? Decimate(object, {.vertices = kEditedVertices, .samples = 0}).mesh
+               : object;
+  } catch (const Error&) {
+    return object;
+  }
+}
+
+std::string ContactSection(const RobotTransferSetup& setup, const std::string& command) {
+  const std::vector<HumanFrame>& frames = setup.demonstration.frames;
+  const auto first = std::ranges::find_if(frames, &HumanFrame::holds);
+  const auto last = std::find_if(frames.rbegin(), frames.rend(),
+                                 [](const HumanFrame& frame) { return frame.holds; });
+  const auto hold = std::array{first - frames.begin(), frames.rend() - last - 1};
+  const nlohmann::json file = ContactsJson(setup.demonstration);
+  std::set<int> begins = {static_cast<int>(hold[0])};
+  for (const nlohmann::json& contact : file["contacts"])
+    begins.insert(contact["frames"][0].get<int>());
+  const std::vector<int> all(begins.begin(), begins.end());
+  std::vector<int> shown;
+  for (std::size_t k = 0; k < all.size(); k += (all.size() + kEditedFrames - 1) / kEditedFrames) {
+    shown.push_back(all[k]);
+  }
+  const Eigen::Vector3d up = first->world_from_object.linear().row(2);
+  nlohmann::json header = {{"file", file},
+                           {"frames", shown},
+                           {"hold", hold},
+                           {"up", {up.x(), up.y(), up.z()}},
+                           {"command", command}};
+  for (int part = 0; part < kNumHandParts; ++part) {
+    header["parts"].push_back(
+        {{"name", HandPartName(part)}, {"on_robot", !setup.pads.Empty(part)}});
+  }
+  ReportPayload payload;
+  const auto add = [&](const char* name, const TriangleMesh& mesh) {
+    const auto v = mesh.vertices.reshaped();
+    const auto f = mesh.faces.reshaped();
+    payload.Add(fmt::format("{}_vertices", name), std::vector<float>(v.begin(), v.end()), 3);
+    payload.Add(fmt::format("{}_faces", name), std::vector<std::uint32_t>(f.begin(), f.end()), 3);
+  };
+  add("object", EditedObject(setup.object));
+  TriangleMesh hands{Eigen::Matrix3Xd(3, 0), setup.human->Surface().Faces()};
+  for (const int t : shown) Append({frames[static_cast<std::size_t>(t)].vertices, {}}, hands);
+  add("hand", hands);
+  std::vector<std::uint8_t> parts;
+  for (int v = 0; v < setup.human->NumVertices(); ++v) {
+    parts.push_back(static_cast<std::uint8_t>(setup.landmarks->PartOf(v)));
+  }
+  payload.Add("hand_part", parts, 1);
+  return ContactEditor(header, payload);
+}
+
 }  // namespace
 
 std::string RobotPage(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-                      const RobotMeasures& measures, const std::string& sheet) {
+                      const RobotMeasures& measures, const std::string& sheet,
+                      const std::string& command) {
   const std::string title = fmt::format("{}: {} frames", setup.robot.name, poses.size());
   std::string html = PageHead(title, title,
                               std::string(kTableStyle) + kChartStyle +
@@ -402,6 +479,7 @@ std::string RobotPage(const RobotTransferSetup& setup, const std::vector<RobotPo
   html +=
       fmt::format("<h2>Robot and human hand</h2>\n<img src=\"{}\" alt=\"Frames of the hold\">\n",
                   EscapeHtml(sheet));
+  if (HasReportPlayer()) html += ContactSection(setup, command);
   html += "<h2>Joints</h2>\n" + JointCharts(setup, poses);
   html += "<h2>Links by part of the hand</h2>\n" + PartsTable(setup);
   if (!setup.robot.notes.empty()) {

@@ -33,8 +33,10 @@ int RunRobotTransfer(const std::string& clip, const ClipInputOptions& clip_input
 
 /// Returns the page of a clip on a robot hand: contact preservation over the frames, the sheet of
 /// pictures (`sheet`, a file next to the page), the path of each joint within its limits, and the
-/// correspondence of links to hand parts.
+/// correspondence of links to hand parts. If the program has the player, its contacts can be edited
+/// in the page, which shows the `command` that uses them.
 std::string RobotPage(const RobotTransferSetup& setup, const std::vector<RobotPose>& poses,
-                      const RobotMeasures& measures, const std::string& sheet);
+                      const RobotMeasures& measures, const std::string& sheet,
+                      const std::string& command);
 
 }  // namespace holdfast::apps

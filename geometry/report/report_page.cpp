@@ -45,17 +45,18 @@ OptionTable OptionsOf(ReportPageOptions& options) {
 
 namespace {
 
-// The page built by player/build.mjs, with markers for title and data.
+// The page and the section built by player/build.mjs; the page has markers for title and data.
 constexpr std::string_view kPlayerPage = "player.html";
+constexpr std::string_view kContactEditor = "contacts.html";
 constexpr std::string_view kTitleMarker = "<!--holdfast:title-->";
 constexpr std::string_view kDataMarker = "<!--holdfast:data-->";
 
-std::string_view PlayerPage() {
+std::string_view PlayerFile(std::string_view name) {
   if (!HasReportPlayer()) {
     throw Error("report", "this program was built without the player",
                 "Install nodejs and npm and build with -DHOLDFAST_BUILD_PLAYER=ON");
   }
-  const auto bytes = FindEmbedded(kPlayerPage).bytes;
+  const auto bytes = FindEmbedded(name).bytes;
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
@@ -90,9 +91,21 @@ std::string TitleOf(std::span<const ReportInput> clips) {
   return title;
 }
 
+// The elements that the page's script reads (player/decode.js).
+std::string DataElements(const nlohmann::json& header, const std::vector<std::string>& payloads) {
+  std::string text = "<script type=\"application/json\" id=\"report-header\">" +
+                     JsonForScript(header) + "</script>\n";
+  for (std::size_t k = 0; k < payloads.size(); ++k) {
+    text += fmt::format("<script type=\"text/plain\" id=\"report-payload-{}\">", k);
+    text += payloads[k];
+    text += "</script>\n";
+  }
+  return text;
+}
+
 // The player's page with the header and one payload per clip.
 std::string PageOf(const nlohmann::json& header, const std::vector<std::string>& payloads) {
-  const std::string_view page = PlayerPage();
+  const std::string_view page = PlayerFile(kPlayerPage);
   const std::size_t title = page.find(kTitleMarker);
   const std::size_t data = page.find(kDataMarker);
   if (title == std::string_view::npos || data == std::string_view::npos || data < title) {
@@ -101,13 +114,7 @@ std::string PageOf(const nlohmann::json& header, const std::vector<std::string>&
   std::string text(page.substr(0, title));
   text += EscapeHtml(header.at("title").get<std::string>());
   text += page.substr(title + kTitleMarker.size(), data - title - kTitleMarker.size());
-  text += "<script type=\"application/json\" id=\"report-header\">" + JsonForScript(header) +
-          "</script>\n";
-  for (std::size_t k = 0; k < payloads.size(); ++k) {
-    text += fmt::format("<script type=\"text/plain\" id=\"report-payload-{}\">", k);
-    text += payloads[k];
-    text += "</script>\n";
-  }
+  text += DataElements(header, payloads);
   text += page.substr(data + kDataMarker.size());
   return text;
 }
@@ -119,7 +126,7 @@ bool HasReportPlayer() { return HasEmbedded(kPlayerPage); }
 ReportPage MakeReportPage(std::span<const ReportInput> clips, const ReportPageOptions& options,
                           const StagedProgress& progress) {
   if (clips.empty()) throw Error("report", "has no clip to show", "Give at least one clip");
-  PlayerPage();  // fail before the work
+  PlayerFile(kPlayerPage);  // fail before the work
   nlohmann::json header = {{"schema", "holdfast/report/1"},
                            {"holdfast_version", HOLDFAST_VERSION},
                            {"seed", options.seed},
@@ -211,6 +218,11 @@ std::string ReportPayload::Encode() const {
   deflated.resize(libdeflate_zlib_compress(compressor.get(), bytes_.data(), bytes_.size(),
                                            deflated.data(), deflated.size()));
   return Base64(deflated);
+}
+
+std::string ContactEditor(nlohmann::json header, const ReportPayload& payload) {
+  header["arrays"] = payload.Directory();
+  return DataElements(header, {payload.Encode()}).append(PlayerFile(kContactEditor));
 }
 
 }  // namespace holdfast

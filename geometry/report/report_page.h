@@ -81,4 +81,12 @@ class ReportPayload {
   std::string bytes_;
 };
 
+/// Returns the section of a page in which the contacts of a hand are edited
+/// (player/contacts.js), for a page without other data. `payload` has `object_vertices`,
+/// `object_faces`, `hand_vertices` (of one frame after the other, object's frame), `hand_faces` and
+/// `hand_part`; `header` has `file` (contacts.json), `frames` (those of hand_vertices), `hold`
+/// (first and last frame), `parts` (`name`, `on_robot`), `up` (object's frame) and `command`
+/// (shown). Throws Error without the player.
+std::string ContactEditor(nlohmann::json header, const ReportPayload& payload);
+
 }  // namespace holdfast

@@ -90,7 +90,7 @@ int ParseHandPart(const std::string& name) {
   return -1;
 }
 
-void WriteContacts(const HumanDemonstration& demonstration, const std::filesystem::path& path) {
+nlohmann::json ContactsJson(const HumanDemonstration& demonstration) {
   std::vector<Stay> stays;
   std::map<int, std::size_t> open;  // by part: its entry that ends in the frame before
   for (int t = 0; t < std::ssize(demonstration.frames); ++t) {
@@ -112,9 +112,11 @@ void WriteContacts(const HumanDemonstration& demonstration, const std::filesyste
                         {"point", Rounded(stay.contact.point)},
                         {"normal", Rounded(stay.contact.normal)}});
   }
-  const nlohmann::json file = {
-      {"schema", kSchema}, {"hand", SideName(demonstration.side)}, {"contacts", contacts}};
-  WriteAtomically(path, JsonText(file, 1) + "\n");
+  return {{"schema", kSchema}, {"hand", SideName(demonstration.side)}, {"contacts", contacts}};
+}
+
+void WriteContacts(const HumanDemonstration& demonstration, const std::filesystem::path& path) {
+  WriteAtomically(path, JsonText(ContactsJson(demonstration), 1) + "\n");
 }
 
 void ReadContacts(const std::filesystem::path& path, const SignedDistance& object,

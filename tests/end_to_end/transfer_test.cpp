@@ -191,6 +191,10 @@ TEST(Transfer, KeepsContactsOfAFile) {
   Held().Run("transfer held --robot right.urdf -o first -f -q");
   const nlohmann::json written = Held().ReadJson("first/contacts.json");
   ASSERT_GE(written["contacts"].size(), 3u);
+#ifdef HOLDFAST_HAS_PLAYER
+  EXPECT_THAT(ReadText(Held() / "first/report.html"),
+              HasSubstr("transfer held --robot right.urdf --contacts contacts.json -o edited"));
+#endif
   Held().Run("transfer held --robot right.urdf --contacts first/contacts.json -o again -f -q");
   const nlohmann::json read = Held().ReadJson("again/contacts.json")["contacts"];
   ASSERT_EQ(read.size(), written["contacts"].size());

@@ -19,5 +19,14 @@ foreach(arguments "fit demo_drink mug -o with_mug --no-report" "fit demo_drink b
   execute_process(COMMAND ${HOLDFAST} ${words} WORKING_DIRECTORY ${WORK_DIR} OUTPUT_QUIET
                   COMMAND_ERROR_IS_FATAL ANY)
 endforeach()
+# Exit code 3: the robot does not keep enough contacts, which matters little here.
+execute_process(COMMAND ${HOLDFAST} transfer with_mug --robot ${CMAKE_CURRENT_LIST_DIR}/../fixtures/cases/doctor_robot/hand.urdf
+                        -o robot --force --quiet
+                WORKING_DIRECTORY ${WORK_DIR} RESULT_VARIABLE code OUTPUT_QUIET)
+if(NOT code MATCHES "^[03]$")
+  message(FATAL_ERROR "transfer: ${code}")
+endif()
+get_filename_component(programs ${HOLDFAST} DIRECTORY)
+set(ENV{PATH} "${programs}:$ENV{PATH}")  # the page of a transfer shows a command, which is run
 execute_process(COMMAND ${node} show_report.mjs ${chromium}
                 WORKING_DIRECTORY ${WORK_DIR} COMMAND_ERROR_IS_FATAL ANY)

@@ -2,7 +2,8 @@
 // node show_report.mjs CHROMIUM [WORD]: uses the reports beside this file as a person would, and
 // checks what is seen; only the tests with WORD in their name. Leaves screenshots.
 import assert from "node:assert/strict";
-import { writeFileSync } from "node:fs";
+import { spawnSync } from "node:child_process";
+import { readFileSync, writeFileSync } from "node:fs";
 import { resolve } from "node:path";
 import { pathToFileURL } from "node:url";
 import { chromium } from "playwright-core";
@@ -460,6 +461,103 @@ const tests = {
     await page.keyboard.press("c");
     await page.keyboard.press("o");
     await page.keyboard.press("g");
+    await close(page);
+  },
+
+  async "edits the contacts of a transfer to a robot"() {
+    const page = await open("robot/report.html");
+    const json = (path) => JSON.parse(readFileSync(path, "utf8"));
+    const written = json("robot/contacts.json");
+    const rows = page.locator("#contacts tr");
+    const save = async () => {
+      const [download] = await Promise.all([page.waitForEvent("download"), page.click("#save")]);
+      assert.equal(download.suggestedFilename(), "contacts.json");
+      await download.saveAs("contacts.json");
+      return json("contacts.json");
+    };
+    const drag = async ([x, y], [toX, toY]) => {
+      await page.mouse.move(x, y);
+      await page.mouse.down();
+      await page.mouse.move(toX, toY, { steps: 5 });
+      await page.mouse.up();
+    };
+    // Where the selected contact's spheres are, and the free parts of the robot that are seen.
+    const places = () =>
+      page.evaluate(() => {
+        const { editor } = window.holdfast;
+        const { view, header } = editor;
+        const { object, hand } = editor.marked().find(({ large }) => large);
+        const parts = header.parts.map(({ name, on_robot }, part) => {
+          const at = view.pixel(view.centers[name]);
+          const hit = view.hit(at, view.hand);
+          const taken = editor.contacts.some((contact) => contact.part === name);
+          return { name, at, free: on_robot && !taken && editor.arrays.hand_part[hit?.face.a] === part };
+        });
+        return { object: view.pixel(object), hand: view.pixel(hand), free: parts.filter(({ free }) => free) };
+      });
+    assert.equal(await rows.count(), written.contacts.length);
+    assert.deepEqual(await save(), written, "nothing is changed yet");
+
+    await page.locator("#canvas").scrollIntoViewIfNeeded();
+    await rows.first().locator("button").first().click();
+    // Straight onto the contact: elsewhere a few pixels may be centimeters of the object.
+    await page.evaluate(() => {
+      const { contacts, view } = window.holdfast.editor;
+      const { camera, controls } = view.stage;
+      controls.target.fromArray(contacts[0].point);
+      camera.position.fromArray(contacts[0].point.map((x, k) => x + 0.4 * contacts[0].normal[k]));
+    });
+    await picture(page, "report_contacts.png");
+    const { object } = await places();
+    await drag(object, [object[0] + 10, object[1] + 8]);
+    const moved = await save();
+    const away = (a, b) => Math.hypot(...a.point.map((x, k) => x - b.point[k]));
+    const distance = away(moved.contacts[0], written.contacts[0]);
+    console.log(`  ${written.contacts[0].part} is moved by ${(1e3 * distance).toFixed(1)} mm`);
+    assert.ok(distance > 5e-4 && distance < 0.04, "moved along the surface");
+    assert.ok(Math.abs(Math.hypot(...moved.contacts[0].normal) - 1) < 1e-6);
+    assert.match(await rows.first().textContent(), new RegExp(`${(1e3 * distance).toFixed(1)} mm`));
+    const others = (file) => ({ ...file, contacts: file.contacts.slice(1) });
+    assert.deepEqual(others(moved), others(written));
+
+    const { hand, free } = await places();
+    assert.ok(free.length > 0, "a part without a contact is seen");
+    await drag(hand, free[0].at);
+    const other = await save();
+    assert.equal(other.contacts[0].part, free[0].name);
+    assert.deepEqual(other.contacts[0].point, moved.contacts[0].point);
+
+    const box = await page.locator("#canvas").boundingBox();
+    await changes(page, "dragging beside the spheres", () =>
+      drag([box.x + 20, box.y + box.height - 20], [box.x + 150, box.y + box.height - 40]), 0.01);
+    await changes(page, "the wheel", async () => {
+      await page.mouse.wheel(0, 300);
+      await page.waitForTimeout(200);
+    }, 0.01);
+    assert.deepEqual(await save(), other, "the view is no contact");
+
+    await page.click("#add");
+    await page.click("#add");
+    assert.equal(await rows.count(), written.contacts.length + 2);
+    assert.match(await rows.last().textContent(), /new/);
+    await page.evaluate(() => {
+      const { editor } = window.holdfast;
+      editor.contacts.at(-1).part = editor.contacts[0].part;
+      editor.draw();
+    });
+    assert.ok(await page.locator("#save").isDisabled(), "a part has one contact at a time");
+    assert.match(await page.textContent("#problem"), /two contacts/);
+    for (let k = 0; k < 2; ++k) await rows.last().getByText("Remove").click();
+    assert.deepEqual(await save(), other);
+    // The command shown uses the file.
+    const command = await page.textContent("#command");
+    assert.ok([0, 3].includes(spawnSync("sh", ["-c", `${command} -f -q`]).status), command);
+    const used = json("edited/contacts.json").contacts.find(({ part }) => part === free[0].name);
+    assert.ok(away(used, other.contacts[0]) < 1e-3, "the robot is asked to keep the contact");
+    assert.equal(json("edited/metrics.json").options.contacts, "contacts.json");
+
+    await page.click("#reset");
+    assert.deepEqual(await save(), written, "as it was");
     await close(page);
   },
 

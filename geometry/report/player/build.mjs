@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: MIT
-// node build.mjs NODE_MODULES OUTPUT: style, markup and script as one page that needs nothing else.
+// node build.mjs NODE_MODULES PLAYER CONTACTS: writes the player's page, and the section of a page
+// that edits contacts; each has its style, markup and script and needs nothing else.
 import { readFileSync, writeFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { dirname, join } from "node:path";
 import { fileURLToPath } from "node:url";
 
-const [modules, output] = process.argv.slice(2);
+const [modules, player, contacts] = process.argv.slice(2);
 const here = dirname(fileURLToPath(import.meta.url));
 const esbuild = createRequire(join(modules, "modules.js"))("esbuild");
 
@@ -24,10 +25,14 @@ const bundle = async (entry, options) => {
   return result.outputFiles[0].text;
 };
 
-const script = await bundle("player.js", { format: "iife", target: ["es2021"] });
-const style = await bundle("report.css", { target: ["chrome100", "firefox113", "safari16.4"] });
 // Functions as replacements: a bundle may hold "$&", which replace() would expand.
-const page = readFileSync(join(here, "report.html"), "utf8")
-  .replace("<!--holdfast:style-->", () => `<style>${style}</style>`)
-  .replace("<!--holdfast:script-->", () => `<script>${script}</script>`);
-writeFileSync(output, page);
+const write = async (output, markup, entry, rules) => {
+  const script = await bundle(entry, { format: "iife", target: ["es2021"] });
+  const style = await bundle(rules, { target: ["chrome100", "firefox113", "safari16.4"] });
+  const page = readFileSync(join(here, markup), "utf8")
+    .replace("<!--holdfast:style-->", () => `<style>${style}</style>`)
+    .replace("<!--holdfast:script-->", () => `<script>${script}</script>`);
+  writeFileSync(output, page);
+};
+await write(player, "report.html", "player.js", "report.css");
+await write(contacts, "contacts.html", "contacts.js", "contacts.css");

@@ -1,6 +1,6 @@
-# Bundles the report's player (three.js and the modules here) into one page, whose path is written
-# to `result`. npm installs into the build folder, from package-lock.json here; nothing of it is
-# needed at run time.
+# Bundles the report's player and the contact editor (three.js and the modules here) into a page and
+# a section of one, whose paths are written to `result`. npm installs into the build folder, from
+# package-lock.json here; nothing of it is needed at run time.
 function(holdfast_bundle_player result)
   set(source "${CMAKE_CURRENT_FUNCTION_LIST_DIR}")
   set(binary "${CMAKE_CURRENT_BINARY_DIR}/player")
@@ -16,10 +16,10 @@ function(holdfast_bundle_player result)
     COMMENT "Installing three.js and esbuild for the report's player" VERBATIM)
   file(GLOB modules CONFIGURE_DEPENDS "${source}/*.js" "${source}/*.mjs" "${source}/*.css"
        "${source}/*.html")
-  set(page "${binary}/player.html")
-  add_custom_command(OUTPUT "${page}"
-    COMMAND ${HOLDFAST_NODE} "${source}/build.mjs" "${binary}/node_modules" "${page}"
+  set(pages "${binary}/player.html" "${binary}/contacts.html")
+  add_custom_command(OUTPUT ${pages}
+    COMMAND ${HOLDFAST_NODE} "${source}/build.mjs" "${binary}/node_modules" ${pages}
     DEPENDS "${installed}" ${modules}
     COMMENT "Bundling the report's player" VERBATIM)
-  set(${result} "${page}" PARENT_SCOPE)
+  set(${result} "${pages}" PARENT_SCOPE)
 endfunction()

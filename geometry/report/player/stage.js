@@ -42,7 +42,7 @@ const kGridFragment = `
   }`;
 
 export class Stage {
-  constructor(canvas) {
+  constructor(canvas, { ground = true, up = [0, 0, 1] } = {}) {
     this.canvas = canvas;
     this.renderer = new WebGLRenderer({ canvas, antialias: true, alpha: true });
     this.renderer.shadowMap.enabled = true;
@@ -50,7 +50,7 @@ export class Stage {
     this.renderer.toneMapping = NeutralToneMapping;
     this.scene = new Scene();
     this.camera = new PerspectiveCamera(30, 1, 0.02, 120);
-    this.camera.up.set(0, 0, 1);
+    this.camera.up.fromArray(up);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = true;
     this.controls.dampingFactor = 0.12;
@@ -59,7 +59,7 @@ export class Stage {
     this.controls.maxPolarAngle = 0.55 * Math.PI;
     this.controls.addEventListener("change", () => this.invalidate());
     this.addLights();
-    this.addGround();
+    if (ground) this.addGround();
     this.stale = true;
     this.before = null; // called before each picture
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
