@@ -171,7 +171,7 @@ void AddHandFacts(const RobotHand& hand, Inspection& inspection) {
 // Adds the detected anatomy, and what `transfer --robot` does with it.
 void AddAnatomy(const RobotHand& hand, Inspection& inspection) {
   const RobotAnatomy anatomy = FindAnatomy(hand);
-  std::vector<std::string> found, lacks;
+  std::vector<std::string> found;
   std::set<int> of_fingers;
   for (const RobotFinger& finger : anatomy.fingers) {
     std::vector<int> links;
@@ -181,10 +181,6 @@ void AddAnatomy(const RobotHand& hand, Inspection& inspection) {
     const std::string name = std::string(kFingerNames[static_cast<std::size_t>(finger.human)]);
     found.push_back(name);
     AddJointFact(hand, name, links, inspection);
-  }
-  for (const int finger : {kThumb, kIndex, kMiddle, kRing, kPinky}) {
-    const std::string name(kFingerNames[static_cast<std::size_t>(finger)]);
-    if (std::ranges::find(found, name) == found.end()) lacks.push_back(name);
   }
   std::vector<int> others;
   for (int k = 0; k < hand.NumLinks(); ++k) {
@@ -201,7 +197,10 @@ void AddAnatomy(const RobotHand& hand, Inspection& inspection) {
   inspection.Ok(fmt::format(
       "transfer --robot works with clips in which {} hand holds an object{}",
       clear ? fmt::format("a {}", side) : "either",
-      lacks.empty() ? "" : fmt::format("; contacts of {} are ignored", fmt::join(lacks, " and "))));
+      found.size() < kNumFingers
+          ? fmt::format("; for each grasp, the {} human fingers that hold it best are used",
+                        found.size())
+          : ""));
   const std::string word = ShellWord(inspection.path);
   const bool demo = !clear || anatomy.side == Side::kRight;
   if (demo) inspection.next.push_back("holdfast fit demo_drink mug -o held");

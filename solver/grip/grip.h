@@ -20,6 +20,7 @@ struct GripContact {
   Eigen::Vector3d point = Eigen::Vector3d::Zero();
   Eigen::Vector3d into = Eigen::Vector3d::Zero();   ///< unit, into the object
   Eigen::Vector3d press = Eigen::Vector3d::Zero();  ///< target force of the link there, N
+  double gap_m = 0.0;  ///< distance of the link from the object, along `into`
 };
 
 /// Computes the squeeze: pushes and friction at the contacts that balance each other on the object

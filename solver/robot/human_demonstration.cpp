@@ -93,6 +93,16 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
   return out;
 }
 
+int AnchorFrame(const HumanDemonstration& demonstration) {
+  std::size_t most = 0;
+  for (const HumanFrame& frame : demonstration.frames) most = std::max(most, frame.contacts.size());
+  std::vector<int> frames;
+  for (std::size_t t = 0; t < demonstration.frames.size(); ++t) {
+    if (demonstration.frames[t].contacts.size() == most) frames.push_back(static_cast<int>(t));
+  }
+  return frames[frames.size() / 2];
+}
+
 bool SameGrasp(const HumanFrame& a, const HumanFrame& b) {
   // Contacts of a file can move more than the skin.
   if (!a.holds || !b.holds ||

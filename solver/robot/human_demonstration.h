@@ -49,6 +49,9 @@ HumanDemonstration ReadDemonstration(const ClipScene& scene, const HandModel& ha
 /// within 2 cm of the object has moved relative to it by more than 0.25 mm.
 bool SameGrasp(const HumanFrame& a, const HumanFrame& b);
 
+/// Returns the frame with the most contacts; the middle one of ties.
+int AnchorFrame(const HumanDemonstration& demonstration);
+
 /// Returns the hand that holds the object in more frames; without holding_hand, the nearer one.
 Side HoldingSide(const ClipScene& scene, const SignedDistance& object);
 

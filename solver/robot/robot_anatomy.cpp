@@ -332,8 +332,23 @@ void Anatomist::SetFrame(RobotAnatomy& anatomy) {
   anatomy.knuckles /= static_cast<double>(fingers.size() - 1);
   forward.normalize();
   bend -= bend.dot(forward) * forward;
-  const Eigen::Vector3d out = bend.norm() > 1e-6 ? Eigen::Vector3d(bend.normalized())
-                                                 : Eigen::Vector3d(forward.unitOrthogonal());
+  Eigen::Vector3d out = bend.norm() > 1e-6 ? Eigen::Vector3d(bend.normalized())
+                                           : Eigen::Vector3d(forward.unitOrthogonal());
+  // The palm of a gripper (parallel fingers that close on each other) faces along its fingers.
+  const Eigen::Vector3d thumb_bone = (fingers[0].nodes[3] - fingers[0].nodes[0]).normalized();
+  anatomy.gripper = thumb_bone.dot(forward) > 0.7 && fingers[0].pads[0].dot(out) < -0.7;
+  if (anatomy.gripper) {
+    std::swap(forward, out);
+    forward = -forward;
+  }
+  anatomy.open = anatomy.closed = hand_.Straight();
+  for (const auto& [k, end] : closing_) anatomy.closed(k) = end;
+  for (const RobotLink& link : hand_.links) {
+    const bool opens = anatomy.gripper || link.kind == RobotJointKind::kSliding;
+    if (!opens || !closing_.contains(link.dof)) continue;
+    const RobotDof& dof = hand_.dofs[link.dof];
+    anatomy.open(link.dof) = dof.low + dof.high - closing_[link.dof];
+  }
   // Seen from the palm with fingers up, the thumb of a right hand is on the right: forward x out.
   const Eigen::Vector3d right = forward.cross(out);
   double least = std::numeric_limits<double>::infinity(), most = -least;
@@ -357,8 +372,6 @@ RobotAnatomy Anatomist::Describe(std::vector<RobotFinger> fingers,
   RobotAnatomy anatomy;
   anatomy.fingers = std::move(fingers);
   SetFrame(anatomy);
-  anatomy.closed = hand_.Straight();
-  for (const auto& [k, end] : closing_) anatomy.closed(k) = end;
   // The palm includes what is attached to it, rigidly or not, and belongs to no finger. It excludes
   // its parents (an arm) unless they are rigidly connected.
   state_.Evaluate(hand_.Straight());

@@ -28,6 +28,7 @@ struct RobotFinger {
 struct RobotAnatomy {
   Side side = Side::kRight;
   bool side_is_clear = true;  ///< whether the shape determines the side
+  bool gripper = false;       ///< parallel fingers that close on each other
   std::vector<int> palm_links;
   std::vector<RobotFinger> fingers;  ///< the thumb, then the others from the index finger outwards
   /// Columns: forward, across (towards the thumb's side), out of the palm; root's frame. As
@@ -36,6 +37,8 @@ struct RobotAnatomy {
   Eigen::Vector3d knuckles = Eigen::Vector3d::Zero();  ///< mean finger base, without thumb
   double palm_width = 0.0;                             ///< first to last knuckle, meters
   double palm_length = 0.0;                            ///< knuckles to heel, meters
+  /// Straight; joints that close the fingers of a gripper, and sliding ones, at their other bound.
+  Eigen::VectorXd open;
   Eigen::VectorXd closed;  ///< each value at the bound that bends its finger most; values that bend
                            ///< no finger, as straight
 };
@@ -43,8 +46,8 @@ struct RobotAnatomy {
 /// Finds palm, fingers and thumb: the palm is the last common ancestor of all fingers; a finger
 /// ends at a moving link without moving descendants; pads face the bending direction; the thumb
 /// points and bends least like the others; the rest are ordered from the thumb's side. Four fingers
-/// map to thumb, index, middle and ring, three to thumb, index and middle, two to thumb and index.
-/// Names are not used. If the shape does not determine the side, `if_unclear` is used. Throws Error
+/// map to thumb, index, middle and ring, three to thumb, index and middle, two to thumb and index
+/// (until ChooseFingers). Names are not used. If the shape does not determine the side, `if_unclear` is used. Throws Error
 /// for fewer than two or more than five fingers.
 RobotAnatomy FindAnatomy(const RobotHand& hand, Side if_unclear = Side::kRight);
 

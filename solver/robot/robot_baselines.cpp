@@ -149,7 +149,7 @@ RobotTransfer TransferByBaseline(const RobotTransferSetup& setup, RobotBaseline 
   const auto& frames = setup.demonstration.frames;
   const Eigen::Isometry3d first = frames.front().object_from_wrist * setup.wrist_from_root;
   RobotPose pose{first.linear(), first.translation(),
-                 setup.robot.Straight() + 0.3 * (setup.anatomy.closed - setup.robot.Straight())};
+                 setup.anatomy.open + 0.3 * (setup.anatomy.closed - setup.anatomy.open)};
   const auto begin = std::chrono::steady_clock::now();
   for (const HumanFrame& frame : frames) {
     out.iterations += solver.Solve(frame, pose);

@@ -51,22 +51,30 @@ Eigen::VectorXd StiffnessOf(const RobotHand& hand) {
 
 std::vector<GripContact> TouchesOfRobot(const RobotTransferSetup& setup, const PosedRobot& posed,
                                         double touch_m) {
-  constexpr double kGridError_m = 0.005;
+  constexpr double kGridError_m = 0.005, kApart_m = 0.01;
+  constexpr int kMaxOfLink = 3;
   const Eigen::Isometry3d root_from_object = posed.Pose().ObjectFromRoot().inverse();
   std::vector<GripContact> contacts;
   for (const int link : setup.solids->Links()) {
-    double least = touch_m;
-    GripContact contact;
+    std::vector<SignedDistance::Result> near;
     for (const auto sample : setup.solids->Of(link).samples.colwise()) {
       const Eigen::Vector3d point = posed.ObjectFromLink(link) * sample;
-      if (setup.object_grid->Linear(point) > least + kGridError_m) continue;
+      if (setup.object_grid->Linear(point) > touch_m + kGridError_m) continue;
       const SignedDistance::Result hit = setup.object_distance->Query(point);
-      if (hit.distance >= least) continue;
-      least = hit.distance;
-      contact = {link, root_from_object * hit.closest, -(root_from_object.linear() * hit.gradient),
-                 Eigen::Vector3d::Zero()};
+      if (hit.distance < touch_m) near.push_back(hit);
     }
-    if (least < touch_m) contacts.push_back(contact);
+    std::ranges::stable_sort(near, {}, &SignedDistance::Result::distance);
+    const std::size_t first = contacts.size();
+    for (const SignedDistance::Result& hit : near) {
+      const Eigen::Vector3d point = root_from_object * hit.closest;
+      const bool apart = std::all_of(
+          contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
+          [&](const GripContact& known) { return (known.point - point).norm() > kApart_m; });
+      if (!apart) continue;
+      contacts.push_back({link, point, -(root_from_object.linear() * hit.gradient),
+                          Eigen::Vector3d::Zero(), std::max(0.0, hit.distance)});
+      if (contacts.size() == first + kMaxOfLink) break;
+    }
   }
   return contacts;
 }

@@ -13,8 +13,9 @@
 
 namespace holdfast {
 
-/// Returns one contact per link that is closer to the object than `touch_m`: the nearest point, in
-/// the root's frame, with zero force. `link` is the robot's link index.
+/// Returns up to three contacts per link that is closer to the object than `touch_m`: its nearest
+/// points that are a centimeter apart, in the root's frame, with zero force. `link` is the robot's
+/// link index. (Two opposing fingers with one contact each would not bear any torque about them.)
 std::vector<GripContact> TouchesOfRobot(const RobotTransferSetup& setup, const PosedRobot& posed,
                                         double touch_m);
 

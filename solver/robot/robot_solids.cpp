@@ -135,6 +135,7 @@ namespace {
 constexpr double kPadReach_m = 0.006;     // of a pad around its paired points
 constexpr double kPadSpacing_m = 0.0015;  // between pad points
 constexpr int kMaxPadPoints = 250;        // per patch
+constexpr double kGridError_m = 5e-4;     // of the object's interpolated distance
 
 bool IsOfPad(const TriangleMesh& mesh, Eigen::Index f, const std::vector<const SkinPair*>& pairs) {
   const Eigen::Vector3d normal = FaceCross(mesh, f).normalized();
@@ -157,7 +158,8 @@ TriangleMesh PadFaces(const TriangleMesh& mesh, const std::vector<const SkinPair
 
 }  // namespace
 
-RobotPads::RobotPads(const std::vector<SkinPair>& pairs, const RobotSolids& solids) {
+RobotPads::RobotPads(const std::vector<SkinPair>& pairs, const RobotSolids& solids,
+                     bool whole_fingers) {
   std::map<std::pair<int, int>, std::vector<const SkinPair*>> by_part_and_link;
   for (const SkinPair& pair : pairs) {
     if (pair.pad) by_part_and_link[{pair.part, pair.link}].push_back(&pair);
@@ -175,8 +177,20 @@ RobotPads::RobotPads(const std::vector<SkinPair>& pairs, const RobotSolids& soli
       points.row(i) << hit.point.transpose(), FaceCross(mesh, hit.face).normalized().transpose();
     }
     Eigen::VectorXd squared_norms = points.leftCols<3>().rowwise().squaredNorm();
-    patches_[key.first].push_back({key.second, std::move(mesh), std::move(tree), std::move(points),
-                                   std::move(squared_norms)});
+    const Eigen::Matrix3Xd at = points.leftCols<3>().transpose();
+    const Eigen::Vector3d center = 0.5 * (at.rowwise().minCoeff() + at.rowwise().maxCoeff());
+    const double radius = (at.colwise() - center).colwise().norm().maxCoeff();
+    patches_[key.first].push_back(std::make_shared<const Patch>(
+        Patch{key.second, std::move(mesh), std::move(tree), std::move(points),
+              std::move(squared_norms), center, radius}));
+  }
+  if (!whole_fingers) return;
+  for (int first = 0; first < kJointsPerHand; first += 3) {
+    std::vector<std::shared_ptr<const Patch>> all;
+    for (int part = first; part < first + 3; ++part) {
+      all.insert(all.end(), patches_[part].begin(), patches_[part].end());
+    }
+    for (int part = first; part < first + 3; ++part) patches_[part] = all;
   }
 }
 
@@ -184,7 +198,8 @@ std::optional<PadPoint> RobotPads::Nearest(int part, const PosedRobot& robot,
                                            const Eigen::Vector3d& query) const {
   std::optional<PadPoint> nearest;
   double least = std::numeric_limits<double>::infinity();
-  for (const Patch& patch : patches_[part]) {
+  for (const auto& of_link : patches_[part]) {
+    const Patch& patch = *of_link;
     const TriangleTree::Hit hit =
         patch.tree->Closest(robot.ObjectFromLink(patch.link).inverse() * query);
     if (hit.squared_distance >= least) continue;
@@ -195,11 +210,13 @@ std::optional<PadPoint> RobotPads::Nearest(int part, const PosedRobot& robot,
 }
 
 std::optional<PadPoint> RobotPads::Touching(int part, const PosedRobot& robot,
-                                            const DistanceGrid& object) const {
+                                            const DistanceGrid& object, double most_m) const {
   std::optional<PadPoint> nearest;
-  double least = std::numeric_limits<double>::infinity();
-  for (const Patch& patch : patches_[part]) {
+  double least = most_m;
+  for (const auto& of_link : patches_[part]) {
+    const Patch& patch = *of_link;
     const Eigen::Isometry3d& pose = robot.ObjectFromLink(patch.link);
+    if (object.Linear(pose * patch.center) - patch.radius - kGridError_m > least) continue;
     for (const auto row : patch.points.rowwise()) {
       const Eigen::Vector3d x = row.head<3>();
       const double distance = object.Linear(pose * x);
@@ -211,13 +228,28 @@ std::optional<PadPoint> RobotPads::Touching(int part, const PosedRobot& robot,
   return nearest;
 }
 
+std::optional<PadPoint> RobotPads::Middle(int part, const PosedRobot& robot) const {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  double count = 0.0;
+  for (const auto& of_link : patches_[part]) {
+    const Patch& patch = *of_link;
+    const Eigen::Isometry3d& pose = robot.ObjectFromLink(patch.link);
+    const Eigen::Vector3d mean = patch.points.leftCols<3>().colwise().mean();
+    const auto points = static_cast<double>(patch.points.rows());
+    sum += points * (pose * mean);
+    count += points;
+  }
+  return count > 0.0 ? Nearest(part, robot, sum / count) : std::nullopt;
+}
+
 std::optional<PadPoint> RobotPads::BestFacing(int part, const PosedRobot& robot,
                                               const Eigen::Vector3d& point,
                                               const Eigen::Vector3d& normal, double by_place,
                                               double by_turn, double* cost) const {
   std::optional<PadPoint> best;
   *cost = std::numeric_limits<double>::infinity();
-  for (const Patch& patch : patches_[part]) {
+  for (const auto& of_link : patches_[part]) {
+    const Patch& patch = *of_link;
     const Eigen::Isometry3d link_from_object = robot.ObjectFromLink(patch.link).inverse();
     const Eigen::Vector3d target = link_from_object * point;
     // |x - p|^2 and |m + n|^2 expanded: what depends on the pad's point is linear in (x, m).

@@ -158,7 +158,9 @@ struct PadPoint {
 class RobotPads {
  public:
   RobotPads() = default;
-  RobotPads(const std::vector<SkinPair>& pairs, const RobotSolids& solids);
+  /// `whole_fingers`: the pads of a finger serve all of its parts.
+  RobotPads(const std::vector<SkinPair>& pairs, const RobotSolids& solids,
+            bool whole_fingers = false);
 
   bool Empty(int part) const { return patches_[part].empty(); }
 
@@ -167,9 +169,13 @@ class RobotPads {
   std::optional<PadPoint> Nearest(int part, const PosedRobot& robot,
                                   const Eigen::Vector3d& query) const;
 
-  /// Returns the point of the part that is nearest to the object, or deepest in it.
-  std::optional<PadPoint> Touching(int part, const PosedRobot& robot,
-                                   const DistanceGrid& object) const;
+  /// Returns the point of the part that is nearest to the object, or deepest in it; empty if all
+  /// are `most_m` away or more.
+  std::optional<PadPoint> Touching(int part, const PosedRobot& robot, const DistanceGrid& object,
+                                   double most_m = std::numeric_limits<double>::infinity()) const;
+
+  /// Returns the middle of a part's pad: the point nearest to the mean of its points.
+  std::optional<PadPoint> Middle(int part, const PosedRobot& robot) const;
 
   /// Returns the point of the part that minimizes by_place |x - point|^2 + by_turn |m + normal|^2,
   /// with x its position and m its normal in the object's frame. `cost`: the minimum.
@@ -185,8 +191,10 @@ class RobotPads {
     // Position and normal of each point, one per row, so that a search is one product.
     Eigen::Matrix<double, Eigen::Dynamic, 6> points;
     Eigen::VectorXd squared_norms;  // of the positions
+    Eigen::Vector3d center;         // of a ball around them
+    double radius;
   };
-  std::array<std::vector<Patch>, kNumHandParts> patches_;
+  std::array<std::vector<std::shared_ptr<const Patch>>, kNumHandParts> patches_;
 };
 
 }  // namespace holdfast

@@ -6,6 +6,9 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
+
+#include <Eigen/Geometry>
 
 #include "geometry/rotation.h"
 #include "solver/robot/robot_measures.h"
@@ -99,7 +102,7 @@ Eigen::Isometry3d WristFromRoot(const HandAxes& axes, const RobotAnatomy& anatom
 }
 
 std::vector<RobotPose> RobotStarts(const HumanFrame& frame,
-                                   const Eigen::Isometry3d& wrist_from_root, const RobotHand& robot,
+                                   const Eigen::Isometry3d& wrist_from_root,
                                    const RobotAnatomy& anatomy) {
   constexpr std::array<double, 3> kBent = {0.15, 0.45, 0.75};
   constexpr std::array<double, 3> kTilts = {0.0, 25.0 * kDegree, -25.0 * kDegree};
@@ -107,7 +110,7 @@ std::vector<RobotPose> RobotStarts(const HumanFrame& frame,
   const Eigen::Isometry3d laid = frame.object_from_wrist * wrist_from_root;
   std::vector<RobotPose> starts;
   for (const double bent : kBent) {
-    const Eigen::VectorXd q = robot.Straight() + bent * (anatomy.closed - robot.Straight());
+    const Eigen::VectorXd q = anatomy.open + bent * (anatomy.closed - anatomy.open);
     for (const double back : kBack_m) {
       for (int axis = 0; axis < 3; ++axis) {
         for (const double tilt : kTilts) {
@@ -120,6 +123,42 @@ std::vector<RobotPose> RobotStarts(const HumanFrame& frame,
         }
       }
     }
+  }
+  return starts;
+}
+
+std::vector<RobotPose> ContactStarts(const RobotTransferSetup& setup, const HumanFrame& frame) {
+  constexpr std::array<double, 5> kBent = {0.05, 0.25, 0.45, 0.65, 0.85};
+  constexpr int kRounds = 10;
+  constexpr double kNormal_m = 0.03;  // length of the normals as segments that are laid together
+  const RobotAnatomy& anatomy = setup.anatomy;
+  std::vector<RobotPose> starts;
+  for (const double bent : kBent) {
+    PosedRobot posed(setup.robot);
+    posed.Set({Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero(),
+               anatomy.open + bent * (anatomy.closed - anatomy.open)});
+    for (int round = 0; round < kRounds; ++round) {
+      Eigen::Matrix3Xd from(3, 2 * std::ssize(frame.contacts)), to(from);
+      Eigen::Index ends = 0;
+      for (const PartContact& contact : frame.contacts) {
+        double cost = 0.0;
+        const std::optional<PadPoint> pad =
+            round == 0 ? setup.pads.Middle(contact.part, posed)
+                       : setup.pads.BestFacing(contact.part, posed, contact.point, contact.normal,
+                                               1.0, kNormal_m * kNormal_m, &cost);
+        if (!pad) continue;
+        const Eigen::Isometry3d& pose = posed.ObjectFromLink(pad->link);
+        for (const double along : {0.0, kNormal_m}) {
+          from.col(ends) = pose * (pad->point + along * pad->normal);
+          to.col(ends++) = contact.point - along * contact.normal;
+        }
+      }
+      if (ends == 0) return {};
+      const Eigen::Isometry3d moved(Eigen::umeyama(from.leftCols(ends), to.leftCols(ends), false));
+      const Eigen::Isometry3d there = moved * posed.Pose().ObjectFromRoot();
+      posed.Set({there.linear(), there.translation(), posed.Pose().q});
+    }
+    starts.push_back(posed.Pose());
   }
   return starts;
 }

@@ -57,8 +57,12 @@ Eigen::Isometry3d WristFromRoot(const HandAxes& axes, const RobotAnatomy& anatom
 /// Returns start poses: the palm on the human's and tilted, with and without retraction from the
 /// object, and fingers straight, half bent and nearly closed.
 std::vector<RobotPose> RobotStarts(const HumanFrame& frame,
-                                   const Eigen::Isometry3d& wrist_from_root, const RobotHand& robot,
+                                   const Eigen::Isometry3d& wrist_from_root,
                                    const RobotAnatomy& anatomy);
+
+/// Returns start poses that lay the pads on the frame's contacts, for fingers open to nearly
+/// closed: the rigid motion by iterated closest points (with normals). Empty without contacts.
+std::vector<RobotPose> ContactStarts(const RobotTransferSetup& setup, const HumanFrame& frame);
 
 /// Selects the optimized start with minimum cost (1 + give / 20 mm), among those that cost at most
 /// three times the minimum, and returns its index. The give is the object's displacement in the

@@ -67,6 +67,50 @@ class RobotContactTerm final : public RobotTerm {
   double by_place_, by_turn_;
 };
 
+/// Touch term: pads that are near the object touch it, also where the human hand does not. More
+/// contacts bear a load.
+///
+///   E_t = 1/2 sum_p d_p^2 / (1 + d_p^2 / c^2) / sigma^2
+///
+/// d_p is the distance of the pad point of part p that is nearest to the object, 0 inside, at most
+/// 2 cm. Geman-McClure loss of scale c (`reach_m`): far pads are not pulled. Meters; one residual
+/// per part. Weight: sigma.
+class RobotTouchTerm final : public RobotTerm {
+ public:
+  RobotTouchTerm(const RobotPads& pads, const DistanceGrid& object, std::vector<int> parts,
+                 double sigma_m, double reach_m)
+      : pads_(pads),
+        object_(object),
+        parts_(std::move(parts)),
+        weight_(1.0 / sigma_m),
+        reach_(reach_m) {}
+
+  double Add(const PosedRobot& robot, RobotNormal* normal) const override {
+    constexpr double kFar_m = 0.02;
+    double cost = 0.0;
+    for (const int part : parts_) {
+      const std::optional<PadPoint> pad = pads_.Touching(part, robot, object_, kFar_m);
+      Eigen::Vector3d x, gradient;
+      double d = kFar_m;
+      if (pad) {
+        x = robot.ObjectFromLink(pad->link) * pad->point;
+        d = std::clamp(object_.Distance(x, &gradient), 0.0, kFar_m);
+      }
+      const double share = 1.0 / (1.0 + d * d / (reach_ * reach_));
+      cost += 0.5 * weight_ * weight_ * d * d * share;
+      if (normal == nullptr || d == 0.0 || d == kFar_m) continue;
+      normal->AddPointRow(pad->link, x, share * weight_ * gradient, share * weight_ * d);
+    }
+    return cost;
+  }
+
+ private:
+  const RobotPads& pads_;
+  const DistanceGrid& object_;
+  std::vector<int> parts_;
+  double weight_, reach_;
+};
+
 /// E_d on the interaction mesh: the robot's skin preserves the distances of the human's skin to the
 /// object in this frame (IMoS, Ghosh et al. 2023, eq. 7; between two hands as in OmniRetarget, Yang
 /// et al. 2025, whose Laplacian uses the same edges),

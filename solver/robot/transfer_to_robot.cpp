@@ -17,6 +17,7 @@
 #include "geometry/rotation.h"
 #include "solver/fit/clip_state.h"
 #include "solver/robot/contact_file.h"
+#include "solver/robot/finger_choice.h"
 #include "solver/robot/robot_solids.h"
 #include "solver/robot/robot_solver.h"
 #include "solver/robot/robot_terms.h"
@@ -30,6 +31,7 @@ using Clock = std::chrono::steady_clock;
 // Standard deviations of the terms.
 constexpr double kDistance_m = 0.02;                      // E_d
 constexpr double kContact_m = 0.001, kContact_rad = 0.1;  // contact position and normal
+constexpr double kFree_m = 0.002, kFreeReach_m = 0.005;   // pads without a contact
 constexpr double kPenetration_m = 1e-4;                   // both directions
 constexpr double kSelf_m = 3e-4;                          // self-collision of links
 constexpr double kChange_rad = 0.15;                      // of joints, between frames
@@ -140,8 +142,11 @@ class ClipTransfer {
     const RobotPlaceTerm place(frame.object_from_wrist * setup_.wrist_from_root,
                                setup_.anatomy.knuckles, on_path_ ? 5.0 * kDegree : 40.0 * kDegree,
                                on_path_ ? 0.01 : 0.08);
+    const RobotTouchTerm touch(setup_.pads, *setup_.object_grid, FreePads(frame), kFree_m,
+                               kFreeReach_m);
     std::vector<const RobotTerm*> terms{&distances, &contacts, &penetration_, &limits_,
                                         &self_,     &posture,  &place};
+    if (frame.holds) terms.push_back(&touch);
     std::optional<RobotPostureTerm> change;
     std::optional<RobotPlaceTerm> movement;
     if (before != nullptr) {
@@ -160,7 +165,23 @@ class ClipTransfer {
     if (!summary.iterations.empty()) {
       radius_ = std::clamp(10.0 * summary.iterations.back().trust_region_radius, 1e-2, 1e4);
     }
-    return summary.final_cost;
+    // The joints were clamped since.
+    posed_.Set(pose);
+    double cost = 0.0;
+    for (const RobotTerm* term : terms) cost += term->Add(posed_, nullptr);
+    return cost;
+  }
+
+  // Parts that the human does not touch with.
+  std::vector<int> FreePads(const HumanFrame& frame) const {
+    std::vector<int> parts;
+    for (int part = 0; part < kNumHandParts; ++part) {
+      const auto is_part = [&](const PartContact& contact) { return contact.part == part; };
+      if (!setup_.pads.Empty(part) && std::ranges::none_of(frame.contacts, is_part)) {
+        parts.push_back(part);
+      }
+    }
+    return parts;
   }
 
   double Deepest(const RobotPose& pose) {
@@ -185,7 +206,10 @@ RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions&
                     const std::vector<SkinPair>& points, int t, int* iterations) {
   constexpr double kLoosely_m = 3e-3;
   std::vector<RobotPose> poses =
-      RobotStarts(setup.demonstration.frames[t], setup.wrist_from_root, setup.robot, setup.anatomy);
+      RobotStarts(setup.demonstration.frames[t], setup.wrist_from_root, setup.anatomy);
+  for (RobotPose& pose : ContactStarts(setup, setup.demonstration.frames[t])) {
+    poses.push_back(std::move(pose));
+  }
   std::vector<double> costs(poses.size());
   std::vector<int> tried(poses.size());
   const auto solve = [&](double sigma) {
@@ -208,17 +232,6 @@ RobotPose FirstPose(const RobotTransferSetup& setup, const RobotTransferOptions&
   solve(kPenetration_m);
   *iterations += std::accumulate(tried.begin(), tried.end(), 0);
   return poses[ChooseStart(setup, poses, costs)];
-}
-
-// Returns the frame with most contacts; the middle one of ties.
-int AnchorFrame(const HumanDemonstration& demonstration) {
-  std::size_t most = 0;
-  for (const HumanFrame& frame : demonstration.frames) most = std::max(most, frame.contacts.size());
-  std::vector<int> frames;
-  for (std::size_t t = 0; t < demonstration.frames.size(); ++t) {
-    if (demonstration.frames[t].contacts.size() == most) frames.push_back(static_cast<int>(t));
-  }
-  return frames[frames.size() / 2];
 }
 
 }  // namespace
@@ -267,9 +280,17 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
   if (!options.contacts.empty()) {
     ReadContacts(options.contacts, *setup.object_distance, setup.demonstration);
   }
+  // Which fingers serve is a matter of the grasp, unless it was assigned.
+  const int fingers = static_cast<int>(setup.anatomy.fingers.size());
+  if (options.correspondence.empty() && fingers < kNumFingers) {
+    const HumanFrame& fullest =
+        setup.demonstration.frames[static_cast<std::size_t>(AnchorFrame(setup.demonstration))];
+    const std::vector<int> chosen = ChooseFingers(fullest, setup.object, fingers);
+    for (std::size_t k = 0; k < chosen.size(); ++k) setup.anatomy.fingers[k].human = chosen[k];
+  }
   setup.pairs = PairSkins(*setup.human, *setup.landmarks, *setup.axes, setup.robot, setup.anatomy);
   setup.solids = std::make_unique<RobotSolids>(setup.robot, setup.anatomy, options.threads);
-  setup.pads = RobotPads(setup.pairs, *setup.solids);
+  setup.pads = RobotPads(setup.pairs, *setup.solids, setup.anatomy.gripper);
   setup.object_grid = std::make_unique<DistanceGrid>(
       *setup.object_distance,
       DistanceGridOptions{.cell_m = kObjectCell_m, .threads = options.threads});

@@ -90,16 +90,33 @@ std::vector<GripContact> GripOfRobot(const RobotTransferSetup& setup, const Robo
   return contacts;
 }
 
-// Joint torques for these presses, one per degree of freedom: N m, or N for sliding joints.
-Eigen::VectorXd GripTorques(const RobotHand& robot, const Eigen::VectorXd& q,
+// Offsets of the actuators' targets from the pose, one per degree of freedom: they close the gaps
+// of the contacts that press, and then exert the presses.
+Eigen::VectorXd GripOffsets(const RobotHand& robot, const Eigen::VectorXd& q,
                             const std::vector<GripContact>& contacts) {
+  constexpr double kLazy_m = 1e-3;  // per radian: of several joints that close a gap, all move
   RobotState state(robot);
   state.Evaluate(q);
-  Eigen::VectorXd presses(3 * std::ssize(contacts));
+  const Eigen::MatrixXd slopes = ContactSlopes(state, contacts);
+  Eigen::VectorXd presses(slopes.rows()), gaps = Eigen::VectorXd::Zero(std::ssize(contacts));
+  Eigen::MatrixXd inward = Eigen::MatrixXd::Zero(std::ssize(contacts), robot.NumDofs());
   for (Eigen::Index c = 0; c < std::ssize(contacts); ++c) {
-    presses.segment<3>(3 * c) = contacts[static_cast<std::size_t>(c)].press;
+    const GripContact& contact = contacts[static_cast<std::size_t>(c)];
+    presses.segment<3>(3 * c) = contact.press;
+    if (contact.press.dot(contact.into) <= 0.0) continue;
+    inward.row(c) = contact.into.transpose() * slopes.middleRows<3>(3 * c);
+    gaps(c) = contact.gap_m;
   }
-  return ContactSlopes(state, contacts).transpose() * presses;
+  const Eigen::VectorXd torques = slopes.transpose() * presses;
+  Eigen::MatrixXd normal = inward.transpose() * inward;
+  normal.diagonal().array() += kLazy_m * kLazy_m;
+  Eigen::VectorXd offsets = normal.ldlt().solve(inward.transpose() * gaps);
+  for (const RobotLink& link : robot.links) {
+    if (link.dof < 0 || link.joint != robot.dofs[link.dof].name) continue;
+    const Drive& drive = DriveOf(link);
+    offsets(link.dof) += std::clamp(torques(link.dof), -drive.most, drive.most) / drive.stiffness;
+  }
+  return offsets;
 }
 
 std::string Safe(const std::string& name) {
@@ -177,15 +194,15 @@ class RobotWriter {
   Key KeyAt(std::size_t t) {
     Key key{Attitude(WorldFromRoot(t), root_ ? &*root_ : nullptr), "", ""};
     root_ = key.root;
-    Eigen::VectorXd torques = Eigen::VectorXd::Zero(hand_.NumDofs());
+    Eigen::VectorXd targets = poses_[t].q;
     if (setup_.demonstration.frames[t].holds) {
-      torques =
-          GripTorques(hand_, poses_[t].q, GripOfRobot(setup_, poses_[t], solid_, TrialProtocol()));
+      targets +=
+          GripOffsets(hand_, poses_[t].q, GripOfRobot(setup_, poses_[t], solid_, TrialProtocol()));
     }
     for (const int k : joints_) {
       const RobotLink& link = hand_.links[k];
       key.joints += fmt::format(" {:.7g}", JointValue(link, poses_[t].q));
-      if (Leads(k)) key.pulls += fmt::format(" {:.7g}", Pull(link, poses_[t].q, torques));
+      if (Leads(k)) key.pulls += fmt::format(" {:.7g}", JointValue(link, targets));
     }
     return key;
   }
@@ -261,14 +278,6 @@ class RobotWriter {
         "    <position name=\"{0}\" joint=\"{0}\" kp=\"{1:.9g}\" forcelimited=\"true\" "
         "forcerange=\"-{2:.9g} {2:.9g}\"/>\n",
         Name(link.joint), drive.stiffness, drive.most);
-  }
-
-  // Actuator target: the pose plus the offset for the squeeze, limited to the actuator's range.
-  double Pull(const RobotLink& link, const Eigen::VectorXd& q,
-              const Eigen::VectorXd& torques) const {
-    const Drive& drive = DriveOf(link);
-    return JointValue(link, q) +
-           std::clamp(torques(link.dof) / link.factor, -drive.most, drive.most) / drive.stiffness;
   }
 
   const RobotTransferSetup& setup_;

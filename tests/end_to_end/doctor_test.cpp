@@ -46,7 +46,7 @@ TEST_F(DoctorCommand, DescribesARobotsHandAndTheNextCommandWorks) {
   for (const char* said :
        {"hand.urdf: robot (URDF)", "13 links, 10 with a shape", "9 independent joints",
         "thumb: thumb1_joint 0 to 86 degrees", "3 fingers: thumb, index, middle", "a right hand",
-        "contacts of ring and pinky are ignored",
+        "the 3 human fingers that hold it best are used",
         "next: holdfast transfer held --robot hand.urdf -o on_hand"}) {
     EXPECT_THAT(text.out, HasSubstr(said));
   }

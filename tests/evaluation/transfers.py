@@ -13,8 +13,9 @@ OUT/JOB of each, OUT/table.csv, and prints the table. JOB: some of them alone, s
 --films: the clip with its mug, in 24 frames each, on every right robot hand of FOLDER/robots, with three other
 mugs and at three scales, as OUT/film_*.png; and 40 variants of it, a picture each, as OUT/variants.png.
 
---robots: the table of docs/robots.md. Six clips on every right robot hand of FOLDER/robots, beside published ways, on one
-core (OUT/robots), then fifteen clips that nothing was chosen on, our way alone (OUT/other_robots). Needs the Python module.
+--robots: the tables of docs/robots.md. Six clips on every right robot hand of FOLDER/robots, beside published ways, on one
+core (OUT/robots); our way alone on fifteen clips that nothing was chosen on (OUT/other_robots), and the six clips on hands
+made of boxes (hands.py, OUT/box_robots). Every clip is played in MuJoCo. Needs the Python module.
 
 Ends with 1 if a command failed.
 """
@@ -27,6 +28,8 @@ import shutil
 import struct
 import subprocess
 import sys
+
+import hands
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAIRS = [("mug", "025_mug"), ("mug", "mug_cone"), ("mug", "mug_slim"), ("bottle", "bottle_belly"),
@@ -148,10 +151,13 @@ def right_hands(args):
 
 
 def tabulate_robots(args):
-    """What `python3 -m holdfast.evaluate transfer` prints of both lists of clips, times of one core."""
-    for name, objects, extra in ("robots", ON_ROBOTS, []), ("other_robots", OTHERS_ON_ROBOTS, ["--no-baselines"]):
+    """What `python3 -m holdfast.evaluate transfer` prints of these lists, times of one core."""
+    alone = ["--no-baselines"]
+    for name, objects, robots, extra in (("robots", ON_ROBOTS, right_hands(args), []),
+                                         ("other_robots", OTHERS_ON_ROBOTS, right_hands(args), alone),
+                                         ("box_robots", ON_ROBOTS, hands.write_hands(args.out / "hands"), alone)):
         clips = [fitted(thing, args) for thing in objects]
-        done = run([sys.executable, "-m", "holdfast.evaluate", "transfer", *clips, "--robot", *right_hands(args), "-o",
+        done = run([sys.executable, "-m", "holdfast.evaluate", "transfer", *clips, "--robot", *robots, "-o",
                     args.out / name, "--force", "--jobs", 1, "--play", *extra])
         print(done.stdout, end="", flush=True)
 

@@ -21,6 +21,7 @@
 #include "geometry/robot/robot_hand.h"
 #include "geometry/robot/robot_kinematics.h"
 #include "geometry/rotation.h"
+#include "solver/robot/finger_choice.h"
 #include "solver/robot/human_demonstration.h"
 #include "solver/robot/robot_anatomy.h"
 #include "solver/robot/robot_measures.h"
@@ -37,6 +38,7 @@ namespace holdfast {
 namespace {
 
 using testing::BoxHand;
+using ::testing::ElementsAre;
 using testing::ErrorText;
 using ::testing::HasSubstr;
 using testing::TemporaryFolder;
@@ -156,6 +158,13 @@ TEST(RobotAnatomy, OfAGripperIsThumbAndIndex) {
   EXPECT_FALSE(anatomy.side_is_clear);
   EXPECT_EQ(anatomy.side, Side::kLeft);
   EXPECT_LT(anatomy.fingers[0].pads[2].dot(anatomy.fingers[1].pads[2]), -0.9);
+  // Its palm faces along the fingers, which start apart.
+  EXPECT_TRUE(anatomy.gripper);
+  EXPECT_GT(anatomy.root_from_axes.col(2).z(), 0.9);
+  EXPECT_LT((anatomy.root_from_axes.col(0) + anatomy.fingers[1].pads[0]).norm(), 0.1);
+  EXPECT_EQ(anatomy.open, Eigen::Vector2d(0.04, 0.04));
+  EXPECT_EQ(anatomy.closed, Eigen::Vector2d(0.0, 0.0));
+  EXPECT_FALSE(FindAnatomy(Read({})).gripper);
 }
 
 TEST(ReadRobotHand, SaysWhatIsWrong) {
@@ -490,6 +499,15 @@ TEST_F(RobotTerms, HaveTheGradientsOfTheirCosts) {
       1e-6);
   pose_.q.array() += 2.0;
   EXPECT_LT(GradientError(RobotLimitTerm(1e-3)), 1e-6);
+  pose_.q.array() -= 2.0;
+  PosedRobot posed(hand_);
+  for (double d = 0.0; d < 0.003;) {  // out of the ball
+    pose_.T += 0.002 * pose_.T.normalized();
+    posed.Set(pose_);
+    const auto pad = pads_.Touching(0, posed, grid_);
+    d = grid_.Linear(posed.ObjectFromLink(pad->link) * pad->point);
+  }
+  EXPECT_LT(GradientError(RobotTouchTerm(pads_, grid_, {0, 2}, 0.002, 0.005)), 1e-3);
 }
 
 TEST_F(RobotTerms, PadsAreFoundAsByTryingAllTheirPoints) {
@@ -564,6 +582,10 @@ TEST_F(RobotTerms, FindWhatTouchesAndWhatIsDeepest) {
   }
   EXPECT_GT(inside, 5);
   EXPECT_FALSE(pads_.Touching(7, posed, grid_).has_value());
+  const auto nearest = pads_.Touching(0, posed, grid_);
+  const double away = grid_.Linear(posed.ObjectFromLink(nearest->link) * nearest->point);
+  EXPECT_TRUE(pads_.Touching(0, posed, grid_, away + 1e-6).has_value());
+  EXPECT_FALSE(pads_.Touching(0, posed, grid_, away - 1e-6).has_value());
 }
 
 // Joints and tips of the robot move with their links, and stand for the human's of the same finger.
@@ -653,6 +675,52 @@ TEST_F(RobotTerms, LinksThatMeetArePushedApart) {
   FAIL() << "no two links met";
 }
 
+// A touch pulls pads that are near, and no others: its cost is flat from 2 cm on.
+TEST_F(RobotTerms, OnlyNearPadsAreDrawnToTheObject) {
+  const RobotTouchTerm term(pads_, grid_, {0, 2}, 0.002, 0.005);
+  const auto cost_at = [&](double away) {
+    RobotPose moved = pose_;
+    moved.T += away * pose_.T.normalized();
+    PosedRobot posed(hand_);
+    posed.Set(moved);
+    return term.Add(posed, nullptr);
+  };
+  const double far = cost_at(0.5);
+  EXPECT_NEAR(far, 2 * 0.5 * 0.02 * 0.02 / (1.0 + 16.0) / (0.002 * 0.002), 1e-9);
+  EXPECT_EQ(cost_at(0.8), far);
+  EXPECT_LT(cost_at(0.0), far);
+}
+
+// Contacts where a pose has its pads: the starts come back to that pose, at the nearest opening.
+TEST_F(RobotTerms, StartsLayPadsOnContacts) {
+  RobotTransferSetup setup = Setup();
+  setup.pads = RobotPads(pairs_, solids_, true);
+  RobotPose truth = pose_;
+  truth.q = anatomy_.open + 0.45 * (anatomy_.closed - anatomy_.open);
+  PosedRobot posed(hand_);
+  posed.Set(truth);
+  HumanFrame frame;
+  for (const int part : {0, 2}) {
+    const auto pad = setup.pads.Middle(part, posed);
+    ASSERT_TRUE(pad.has_value());
+    const Eigen::Isometry3d& pose = posed.ObjectFromLink(pad->link);
+    frame.contacts.push_back({part, pose * pad->point, -(pose.linear() * pad->normal), 1.0});
+  }
+  const std::vector<RobotPose> starts = ContactStarts(setup, frame);
+  ASSERT_EQ(starts.size(), 5u);
+  const RobotContactTerm term(setup.pads, frame.contacts, 0.001, 0.1);
+  std::vector<double> costs;
+  for (const RobotPose& start : starts) {
+    posed.Set(start);
+    costs.push_back(term.Add(posed, nullptr));
+  }
+  EXPECT_LT(costs[2], 1.0);
+  posed.Set({Eigen::Matrix3d::Identity(), Eigen::Vector3d::Zero(), truth.q});
+  EXPECT_GT(term.Add(posed, nullptr), 1000.0);
+  frame.contacts.clear();
+  EXPECT_TRUE(ContactStarts(setup, frame).empty());
+}
+
 // Away from the ball nothing holds it, however little that costs; but not at any price.
 TEST_F(RobotTerms, StartsThatHoldAreTaken) {
   const RobotTransferSetup setup = Setup();
@@ -673,6 +741,30 @@ TEST_F(RobotTerms, StartsThatHoldAreTaken) {
   EXPECT_NE(ChooseStart(setup, poses, costs), 0);
   std::fill(costs.begin() + 1, costs.end(), 3.1);
   EXPECT_EQ(ChooseStart(setup, poses, costs), 0);
+}
+
+// A thumb on one side of a ball, the index finger beside it, the ring finger opposite: a gripper of
+// two takes thumb and ring; if index opposes the thumb as well, the first of both.
+TEST(ChooseFingers, TakesThoseThatHold) {
+  const TriangleMesh ball = BallMesh(0.03);
+  const auto contact = [](int finger, const Eigen::Vector3d& out) {
+    return PartContact{3 * finger + 2, 0.03 * out, out, 1.0};
+  };
+  HumanFrame frame;
+  frame.contacts = {contact(kThumb, Eigen::Vector3d::UnitX()),
+                    contact(kIndex, Eigen::Vector3d(0.8, 0.6, 0.0)),
+                    contact(kRing, -Eigen::Vector3d::UnitX())};
+  EXPECT_THAT(ChooseFingers(frame, ball, 2), ElementsAre(kThumb, kRing));
+  EXPECT_THAT(ChooseFingers(frame, ball, 3), ElementsAre(kThumb, kIndex, kRing));
+  frame.contacts[1] = contact(kIndex, -Eigen::Vector3d::UnitX());
+  EXPECT_THAT(ChooseFingers(frame, ball, 2), ElementsAre(kThumb, kIndex));
+  EXPECT_THAT(ChooseFingers(frame, ball, 4), ElementsAre(kThumb, kIndex, kMiddle, kRing));
+  // Without a thumb in the grasp, a gripper holds with two other fingers.
+  frame.contacts.erase(frame.contacts.begin());
+  frame.contacts[0] = contact(kIndex, Eigen::Vector3d::UnitX());
+  EXPECT_THAT(ChooseFingers(frame, ball, 2), ElementsAre(kIndex, kRing));
+  frame.contacts.clear();
+  EXPECT_THAT(ChooseFingers(frame, ball, 2), ElementsAre(kThumb, kIndex));
 }
 
 TEST(SameGrasp, IsWhatTouchesAndStays) {
@@ -759,6 +851,12 @@ TEST_F(RobotTerms, TouchesMoveAsTheirSlopesSay) {
   posed.Set(pose_);
   const std::vector<GripContact> touches = TouchesOfRobot(setup, posed, 0.02);
   ASSERT_GT(touches.size(), 1u);
+  for (std::size_t a = 0; a < touches.size(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      if (touches[a].link != touches[b].link) continue;
+      EXPECT_GT((touches[a].point - touches[b].point).norm(), 0.01);
+    }
+  }
   const Eigen::MatrixXd slopes = ContactSlopes(posed.State(), touches);
   ASSERT_EQ(slopes.rows(), 3 * std::ssize(touches));
   for (std::size_t c = 0; c < touches.size(); ++c) {
