@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""Writes the stub with the docstrings of the built module, which editors show: PYTHONPATH has the module.
+"""Writes the stub with the docstrings of the built module, which editors show.
 
-    document_stubs.py python/holdfast/_core.pyi OUT
-"""
+    document_stubs.py MODULE python/holdfast/_core.pyi OUT
+
+The module alone is loaded, not its package, which needs numpy."""
 import ast
+import importlib.util
 import inspect
 import sys
 
@@ -38,12 +40,12 @@ def documented(stub, module):
     return "\n".join(line.rstrip() for line in "\n".join(lines).split("\n"))
 
 
-def main(stub, out):
-    sys.path.pop(0)  # this folder, whose holdfast/ has no module
-    from holdfast import _core
-
+def main(module, stub, out):
+    spec = importlib.util.spec_from_file_location("_core", module)
+    core = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(core)
     with open(stub, encoding="utf-8") as file:
-        text = documented(file.read(), _core)
+        text = documented(file.read(), core)
     ast.parse(text)
     with open(out, "w", encoding="utf-8") as file:
         file.write(text)

@@ -172,8 +172,8 @@ def build_wheel(wheel_directory, config_settings=None, metadata_directory=None):
             this = f"cp{sys.version_info[0]}{sys.version_info[1]}"
             tag = (this, this, sysconfig.get_platform().replace("-", "_").replace(".", "_"))
         # The stub as it is if none of the modules is for this Python.
-        subprocess.run([sys.executable, ROOT / "python/document_stubs.py", ROOT / "python/holdfast/_core.pyi", package / "_core.pyi"],
-                       env=os.environ | {"PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"}, stderr=subprocess.DEVNULL)
+        for module in package.glob("_core*" + sysconfig.get_config_var("EXT_SUFFIX")):
+            run(sys.executable, ROOT / "python/document_stubs.py", module, ROOT / "python/holdfast/_core.pyi", package / "_core.pyi")
         return pack(tree, pathlib.Path(wheel_directory), tag)
 
 

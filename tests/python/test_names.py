@@ -3,6 +3,8 @@
 import ast
 import inspect
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -197,3 +199,12 @@ def test_unknown_arguments_are_told():
     refused(TypeError, r"doctor\(\) got an unexpected keyword argument 'xyz'", holdfast.doctor, "mug", xyz=1)
     refused(TypeError, r"Clip\(\) got an unexpected keyword argument 'xyz'", holdfast.Clip, [], [], xyz=1)
     refused(TypeError, "incompatible function arguments", holdfast.decimate)
+
+
+def test_docstrings_of_the_stub_need_no_numpy(tmp_path):
+    """'pip install .' writes them where numpy is not yet installed: without site packages."""
+    script = ROOT / "python/document_stubs.py"
+    stub = script.parent / "holdfast/_core.pyi"
+    out = tmp_path / "_core.pyi"
+    subprocess.run([sys.executable, "-I", "-S", script, _core.__file__, stub, out], check=True)
+    assert out.read_text().count("Parameters\n") > 100
