@@ -207,4 +207,4 @@ def test_docstrings_of_the_stub_need_no_numpy(tmp_path):
     stub = script.parent / "holdfast/_core.pyi"
     out = tmp_path / "_core.pyi"
     subprocess.run([sys.executable, "-I", "-S", script, _core.__file__, stub, out], check=True)
-    assert out.read_text().count("Parameters\n") > 100
+    assert out.read_text().count("Parameters\n") > 50
