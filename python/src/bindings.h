@@ -75,7 +75,8 @@ void RequireNew(const std::filesystem::path& path, bool force);
 /// Logs notes of the library to logging.getLogger("holdfast") at level INFO.
 void LogNotes(const std::vector<std::string>& notes);
 
-/// A clip argument: a Clip, or an argument of LoadClip (path or embedded name), with its body.
+/// A clip argument: a Clip, a result that has one, or an argument of LoadClip (path or embedded
+/// name), with its body.
 struct ClipArgument {
   ClipPtr clip;
   ClipBody body;

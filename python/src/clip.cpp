@@ -539,6 +539,10 @@ void LogNotes(const std::vector<std::string>& notes) {
 
 ClipArgument ClipOf(const py::handle& value, const py::object& model, const char* name,
                     ImportFileOptions options) {
+  if (!py::isinstance<Clip>(value) && py::hasattr(value, "clip") &&
+      py::isinstance<Clip>(value.attr("clip"))) {
+    return ClipOf(value.attr("clip"), model, name, std::move(options));
+  }
   ClipArgument argument;
   ModelPtr body = model.is_none() ? nullptr : model.cast<ModelPtr>();
   std::vector<std::string> notes;

@@ -110,7 +110,7 @@ hand and object are fitted.
 Parameters
 ----------
 clip : Clip, str or path
-    Clip, file, result folder, or name of an embedded clip, with an object (its mesh, or
+    Clip, result, file, folder, or name of an embedded clip, with an object (its mesh, or
     from_object).
 object : str, path or (vertices, faces), optional
     Target object, as in fit(). Default: the clip's own.

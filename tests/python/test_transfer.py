@@ -13,7 +13,7 @@ def held():
 
 
 def test_a_larger_mug_is_held_as_the_first_one_was(held):
-    large = holdfast.transfer(held.clip, scale=1.2)
+    large = holdfast.transfer(held, scale=1.2)
     assert large.contact["frames_in_contact_ratio"] == 1.0
     assert large.contact["frames_deeper_than_2_mm"] == 0
     assert large.holds[0]["clean"] and not large.holds[0]["searched"]
