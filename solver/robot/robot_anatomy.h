@@ -47,8 +47,8 @@ struct RobotAnatomy {
 /// ends at a moving link without moving descendants; pads face the bending direction; the thumb
 /// points and bends least like the others; the rest are ordered from the thumb's side. Four fingers
 /// map to thumb, index, middle and ring, three to thumb, index and middle, two to thumb and index
-/// (until ChooseFingers). Names are not used. If the shape does not determine the side, `if_unclear` is used. Throws Error
-/// for fewer than two or more than five fingers.
+/// (until ChooseFingers). Names are not used. If the shape does not determine the side,
+/// `if_unclear` is used. Throws Error for fewer than two or more than five fingers.
 RobotAnatomy FindAnatomy(const RobotHand& hand, Side if_unclear = Side::kRight);
 
 /// User-specified correspondence of a link to a part of the human hand.
