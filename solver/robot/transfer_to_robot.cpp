@@ -165,14 +165,14 @@ class ClipTransfer {
     if (!summary.iterations.empty()) {
       radius_ = std::clamp(10.0 * summary.iterations.back().trust_region_radius, 1e-2, 1e4);
     }
-    // The joints were clamped since.
+    // RobotBlock::Solve has clamped the joints: the cost is that of the clamped pose.
     posed_.Set(pose);
     double cost = 0.0;
     for (const RobotTerm* term : terms) cost += term->Add(posed_, nullptr);
     return cost;
   }
 
-  // Parts that the human does not touch with.
+  // Parts of the human hand without a contact in this frame, of those that the robot has.
   std::vector<int> FreePads(const HumanFrame& frame) const {
     std::vector<int> parts;
     for (int part = 0; part < kNumHandParts; ++part) {
@@ -280,7 +280,7 @@ RobotTransferSetup PrepareRobotTransfer(const ClipScene& scene, RobotHand robot,
   if (!options.contacts.empty()) {
     ReadContacts(options.contacts, *setup.object_distance, setup.demonstration);
   }
-  // Which fingers serve is a matter of the grasp, unless it was assigned.
+  // The grasp decides which human fingers are kept, unless a correspondence is given.
   const int fingers = static_cast<int>(setup.anatomy.fingers.size());
   if (options.correspondence.empty() && fingers < kNumFingers) {
     const HumanFrame& fullest =
